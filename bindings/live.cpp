@@ -25,14 +25,15 @@ Twist to_twist(const Vec6& V, const char* name) {
   return {V.head<3>(), V.tail<3>()};
 }
 
-LiveOptions options(double speed, double turn, double acceleration, double max_age, double fade, const Vec3& p_OC) {
-  for (const double x : {speed, turn, acceleration, max_age})
+LiveOptions options(double speed, double turn, double acceleration, double max_age, double fade, const Vec3& p_OC,
+                    double gain) {
+  for (const double x : {speed, turn, acceleration, max_age, gain})
     if (!(x > 0.0 && std::isfinite(x)))
-      throw std::invalid_argument("live: speed, turn, acceleration and max_age must be above 0, got " +
+      throw std::invalid_argument("live: speed, turn, acceleration, max_age and gain must be above 0, got " +
                                   std::to_string(x));
   if (!(fade >= 0.0 && std::isfinite(fade)) || !p_OC.allFinite())
     throw std::invalid_argument("live: fade must be 0 or more, and p_OC finite");
-  return {speed, turn, acceleration, max_age, fade, p_OC};
+  return {speed, turn, acceleration, max_age, gain, fade, p_OC};
 }
 
 LiveTarget target(double t, const Matrix4& X_WO, const Vec6& V_WO, bool lost) {
@@ -78,11 +79,13 @@ void bind_live(nb::module_& m) {
       .def(
           "__init__",
           [](LiveOptions* self, double speed, double turn, double acceleration, double max_age, double fade,
-             const Vec3& p_OC) { new (self) LiveOptions(options(speed, turn, acceleration, max_age, fade, p_OC)); },
+             const Vec3& p_OC,
+             double gain) { new (self) LiveOptions(options(speed, turn, acceleration, max_age, fade, p_OC, gain)); },
           "speed"_a = o.speed, "turn"_a = o.turn, "acceleration"_a = o.acceleration, "max_age"_a = o.max_age,
-          "fade"_a = o.fade, "p_OC"_a = Vec3(Vec3::Zero()),
+          "fade"_a = o.fade, "p_OC"_a = Vec3(Vec3::Zero()), "gain"_a = o.gain,
           "speed [m/s], turn [rad/s], acceleration [m/s^2]; max_age: age of the target above which it is lost [s]; "
-          "fade: time in which the force of a lost object falls to zero [s]; p_OC: centre of rotation (3,) [m].")
+          "fade: time in which the force of a lost object falls to zero [s]; p_OC: centre of rotation (3,) [m]; "
+          "gain: speed per remaining displacement near the target [1/s].")
       .def_ro("speed", &LiveOptions::speed, "Largest speed of the centre [m/s].")
       .def_ro("max_age", &LiveOptions::max_age, "Age of the target above which it is lost [s].")
       .def_ro("fade", &LiveOptions::fade, "Time in which the force of a lost object falls to zero [s].");

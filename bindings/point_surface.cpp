@@ -59,8 +59,9 @@ std::optional<Vec3> shift_to(const PointSurface& self, const Points& points, con
   return self.shift_to(span_of(points), centre, radius);
 }
 
-Tuple<Array, Fields> usable(const Points& points_C, const Matrix4& X_WC, const Vec3& centre, double radius,
-                            const Balls& tool) {
+template <typename Number>
+Tuple<Array, Fields> usable(const nb::ndarray<const Number, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>& points_C,
+                            const Matrix4& X_WC, const Vec3& centre, double radius, const Balls& tool) {
   const Pose X = to_pose(X_WC, "X_WC");
   std::vector<scene::Ball> balls;
   for (std::size_t i = 0; i < tool.shape(0); ++i) balls.push_back({Vec3(&tool(i, 0)), tool(i, 3)});
@@ -68,7 +69,8 @@ Tuple<Array, Fields> usable(const Points& points_C, const Matrix4& X_WC, const V
   std::vector<double> found;
   {
     const nb::gil_scoped_release release;
-    found = scene::usable_points(span_of(points_C), X, {centre, radius}, balls, count);
+    const std::span<const Number> frame(points_C.data(), 3 * points_C.shape(0));
+    found = scene::usable_points(frame, X, {centre, radius}, balls, count);
   }
   nb::dict counts;
   counts["used"] = count.used;
@@ -101,10 +103,13 @@ void bind_point_surface(nb::module_& m) {
           "rejected", [](const PointSurface& s) { return s.grid().rejected(); },
           "Number of averaged points left out as flying pixels.")
       .def("__len__", [](const PointSurface& s) { return s.grid().points().size(); }, "Number of averaged points.");
-  m.def("usable_points", &usable, "points_C"_a, "X_WC"_a, "centre"_a, "radius"_a, "tool"_a,
-        "(points (n, 3) in W [m], counts) of a frame (m, 3) in the camera's frame [m]: those that are finite, within "
-        "radius [m] of centre (3,) in W, and outside the balls tool (k, 4) in W, centre and radius [m]. counts: used, "
-        "invalid, outside, tool.");
+  constexpr const char* kUsable =
+      "(points (n, 3) in W [m], counts) of a frame (m, 3) of float or double in the camera's frame [m]: those that are "
+      "finite, within radius [m] of centre (3,) in W, and outside the balls tool (k, 4) in W, centre and radius [m]. "
+      "counts: used, invalid, outside, tool.";
+  m.def("usable_points", &usable<float>, "points_C"_a.noconvert(), "X_WC"_a, "centre"_a, "radius"_a, "tool"_a, kUsable);
+  m.def("usable_points", &usable<double>, "points_C"_a.noconvert(), "X_WC"_a, "centre"_a, "radius"_a, "tool"_a,
+        kUsable);
 }
 
 }  // namespace palpate::bindings

@@ -23,10 +23,12 @@ class LiveOptions:
         max_age: float = 0.2,
         fade: float = 0.5,
         p_OC: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
+        gain: float = 8.0,
     ) -> None:
         """
         speed [m/s], turn [rad/s], acceleration [m/s^2]; max_age: age of the target above which it is lost [s]; fade:
-        time in which the force of a lost object falls to zero [s]; p_OC: centre of rotation (3,) [m].
+        time in which the force of a lost object falls to zero [s]; p_OC: centre of rotation (3,) [m]; gain: speed per
+        remaining displacement near the target [1/s].
         """
 
     @property
@@ -420,6 +422,16 @@ class PointSurface(Surface):
     def __len__(self) -> int:
         """Number of averaged points."""
 
+@overload
+def usable_points(
+    points_C: Annotated[NDArray[numpy.float32], "(:, 3)"],
+    X_WC: Annotated[NDArray[numpy.float64], "(4, 4)"],
+    centre: Annotated[NDArray[numpy.float64], "(3,)"],
+    radius: float,
+    tool: Annotated[NDArray[numpy.float64], "(:, 4)"],
+) -> tuple[NDArray[numpy.float64], dict[str, Any]]: ...
+
+@overload
 def usable_points(
     points_C: Annotated[NDArray[numpy.float64], "(:, 3)"],
     X_WC: Annotated[NDArray[numpy.float64], "(4, 4)"],
@@ -428,9 +440,9 @@ def usable_points(
     tool: Annotated[NDArray[numpy.float64], "(:, 4)"],
 ) -> tuple[NDArray[numpy.float64], dict[str, Any]]:
     """
-    (points (n, 3) in W [m], counts) of a frame (m, 3) in the camera's frame [m]: those that are finite, within radius
-    [m] of centre (3,) in W, and outside the balls tool (k, 4) in W, centre and radius [m]. counts: used, invalid,
-    outside, tool.
+    (points (n, 3) in W [m], counts) of a frame (m, 3) of float or double in the camera's frame [m]: those that are
+    finite, within radius [m] of centre (3,) in W, and outside the balls tool (k, 4) in W, centre and radius [m].
+    counts: used, invalid, outside, tool.
     """
 
 CREASE_ANGLE: float = 0.52

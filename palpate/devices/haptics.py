@@ -16,6 +16,7 @@ from palpate.devices.loop import DeviceLoop, conditions, device_scene, explain
 from palpate.devices.session import DeviceSession
 from palpate.errors import DeviceError
 from palpate.scene.scene import Scene
+from palpate.sensing.source import Clouds
 from palpate.session.summary import Summary
 
 
@@ -37,6 +38,8 @@ class Haptics:
         record: folder for records, in which this run gets its own folder; None: nothing is recorded.
         rate: rate of your loop, which it should keep within a factor of two [Hz]; the scene's when left out.
         force_cap: largest force, at most the scene's [N]; the scene's when left out.
+        clouds: sources of the objects that are clouds of a sensor, by name (docs/sensing.md). A thread beside your loop
+            turns their frames into surfaces.
 
     Raises:
         SceneError, MeshError: the scene cannot run. OutputError: `record` cannot be written. PalpateError: `rate` or
@@ -49,10 +52,11 @@ class Haptics:
         record: str | os.PathLike[str] | None = None,
         rate: float | None = None,
         force_cap: float | None = None,
+        clouds: Clouds | None = None,
     ) -> None:
         loaded = scene if isinstance(scene, Scene) else Scene.load(Path(scene))
         self._loop = DeviceLoop(device_scene(loaded, "loop", rate, force_cap))
-        self.session = DeviceSession(self._loop, record)
+        self.session = DeviceSession(self._loop, record, clouds)
         """Record, controls, fixtures and newest state; also for `palpate.viewer.LiveViewer`."""
         self._fault = _core.DeviceFault.none
         self._summary: Summary | None = None

@@ -17,6 +17,7 @@ from palpate.devices.open import open_driver
 from palpate.errors import DeviceError
 from palpate.record.ticks import Ticks
 from palpate.scene.scene import Scene
+from palpate.sensing.source import Clouds
 from palpate.session import LiveSession, State, signals
 from palpate.session.faults import NO_FAULTS, SeenFaults
 from palpate.session.run_folder import require_writable
@@ -28,12 +29,14 @@ _CHECK_PERIOD = 0.05  # interval at which a run looks for faults of the driver [
 class DeviceSession(LiveSession):
     """A session whose leader is a device. Its summary names every fault that removed the force."""
 
-    def __init__(self, loop: DeviceLoop, out: str | os.PathLike[str] | None = None) -> None:
+    def __init__(
+        self, loop: DeviceLoop, out: str | os.PathLike[str] | None = None, clouds: Clouds | None = None
+    ) -> None:
         self._seen = SeenFaults(NO_FAULTS | {"settling"})
         self.seen = self._seen.seen
         """Faults by the name of their status bit."""
         scene = loop.rig.scene
-        super().__init__(loop.rig, loop, scene.rates.haptic, scene.seed, out)
+        super().__init__(loop.rig, loop, scene.rates.haptic, scene.seed, out, clouds)
 
     @property
     def state(self) -> State:

@@ -70,7 +70,7 @@ class CloudSection(Section):
     """half the width of holes that are closed; 2 spacings when left out [m]"""
     thickness: Positive = surfaces.points.THICKNESS
     """thickness of the solid layer behind the points [m]"""
-    region: Positive = 0.06
+    region: Positive = 0.045
     """of a sensor: radius around the tool within which points are used [m]"""
     patience: Positive = 0.3
     """of a sensor: age of the newest frame above which the surface is stale: it stops, and its force fades [s]"""

@@ -48,6 +48,7 @@ class PlacedSurface:
 
 
 _CLOUD_SPEED, _CLOUD_ACCELERATION = 0.5, 50.0  # [m/s], [m/s^2] of a surface between two frames
+_CLOUD_GAIN = 60.0  # of its motion: it takes a new velocity within 4 ms [1/s]
 
 Bodies = dict[str, Mesh | surfaces.Surface]
 """Surfaces shared by scenes, keyed by the values that define them."""
@@ -103,7 +104,8 @@ def snapshot(scene: Scene, surfaces_W: list[PlacedSurface]) -> _core.Snapshot:
 
 def cloud_options(section: CloudSection) -> _core.LiveOptions:
     """Limits of the motion of a sensor's cloud between its frames; it only translates."""
-    return _core.LiveOptions(_CLOUD_SPEED, 1.0, _CLOUD_ACCELERATION, section.patience, section.fade)
+    patience, fade = section.patience, section.fade
+    return _core.LiveOptions(_CLOUD_SPEED, 1.0, _CLOUD_ACCELERATION, patience, fade, gain=_CLOUD_GAIN)
 
 
 def live_options(section: TrackerSection, placed: PlacedSurface) -> _core.LiveOptions:

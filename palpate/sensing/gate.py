@@ -5,10 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+import numpy.typing as npt
 
-from palpate.arrays import Array
 from palpate.errors import CloudError
 from palpate.sensing.source import CloudFrame
+
+Points = npt.NDArray[np.floating]
 
 _FUTURE = 0.05  # stamps further ahead of the session's clock are wrong [s]
 _CHECKED = 997  # points of a frame that are compared with the previous frame's
@@ -35,9 +37,9 @@ class Gate:
     patience: float  #: age above which a frame is too old to use [s]
     counts: FrameCounts = field(default_factory=FrameCounts)
     last: float = -np.inf  #: stamp of the newest frame that was used [s]
-    _sample: Array | None = None
+    _sample: Points | None = None
 
-    def take(self, frame: CloudFrame, now: float) -> Array | None:
+    def take(self, frame: CloudFrame, now: float) -> Points | None:
         """The points (N, 3) of a frame that can be used, None for every other; now: time of the session [s]."""
         counts = self.counts
         if not np.isfinite(frame.t) or frame.t > now + _FUTURE:
@@ -57,7 +59,7 @@ class Gate:
         self.last = t
         self.counts.used += 1
 
-    def _content(self, frame: CloudFrame) -> Array | None:
+    def _content(self, frame: CloudFrame) -> Points | None:
         try:
             points = points_of(frame)
         except CloudError:
@@ -71,13 +73,14 @@ class Gate:
         return points
 
 
-def points_of(frame: CloudFrame) -> Array:
-    """The points (N, 3) of a frame in its camera's frame, invalid ones included.
+def points_of(frame: CloudFrame) -> Points:
+    """The points (N, 3) of a frame in its camera's frame, invalid ones included; float32 and float64 are not copied.
 
     Raises:
         CloudError: the points have a wrong shape, or X_WC is not a pose.
     """
-    points = np.ascontiguousarray(frame.points, dtype=np.float64)
+    given = np.asarray(frame.points)
+    points = np.ascontiguousarray(given, dtype=given.dtype if given.dtype in (np.float32, np.float64) else np.float64)
     if points.ndim not in (2, 3) or points.shape[-1] != 3:
         raise CloudError(f"points of a frame must have shape (N, 3), got {points.shape}")
     X = np.asarray(frame.X_WC, dtype=np.float64)

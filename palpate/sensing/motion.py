@@ -6,7 +6,7 @@ import numpy as np
 
 from palpate.arrays import Array
 
-_ALIKE = 2e-3  # two displacements that differ by less are one motion, and not a jump [m]
+_ALIKE = 1.2e-3  # two displacements that differ by less are one motion, and not a jump [m]
 _SMOOTH = 0.6  # share of a new velocity in the filtered one [-]
 _SLOW = 1.5e-3  # lower speeds are those of noise [m/s]
 

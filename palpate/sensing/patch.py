@@ -24,17 +24,22 @@ def patch(points: Array, p_WC: Array, centre: Array, radius: float, spacing: flo
         spacing: distance between the new points [m].
     """
     nothing = np.empty((0, 3)), np.empty((0, 3))
-    near = points[((points - centre) ** 2).sum(axis=1) < (_RING * radius) ** 2]
+    off = points - centre
+    near = points[np.einsum("ni,ni->n", off, off) < (_RING * radius) ** 2]
     if len(near) < _LEAST:
         return nothing
     middle = near.mean(axis=0)
-    n = np.linalg.eigh((near - middle).T @ (near - middle))[1][:, 0]
+    n = np.linalg.eigh(_squares(near - middle, near - middle))[1][:, 0]
     n = n if n @ (p_WC - middle) > 0.0 else -n
     u = np.cross(n, np.eye(3)[int(np.argmin(np.abs(n)))])
     u /= np.linalg.norm(u)
     axes = np.stack([u, np.cross(n, u), n])
     local = (near - centre) @ axes.T
-    coefficients = np.linalg.lstsq(_terms(local[:, 0], local[:, 1]), local[:, 2], rcond=None)[0]
+    scaled = local / radius  # of the order of one, as normal equations ask for
+    terms = _terms(scaled[:, 0], scaled[:, 1])
+    weak = 1e-9 * len(near) * np.eye(terms.shape[1])
+    fit = np.linalg.solve(_squares(terms, terms) + weak, _squares(terms, scaled[:, 2:]))[:, 0]
+    coefficients = fit * radius ** np.array([1, 0, 0, -1, -1, -1])
     steps = np.arange(-radius, radius + spacing, spacing)
     x, y = (a.ravel() for a in np.meshgrid(steps, steps))
     inside = np.hypot(x, y) < radius
@@ -49,6 +54,11 @@ def patch(points: Array, p_WC: Array, centre: Array, radius: float, spacing: flo
     slopes = np.stack([-(c1 + 2 * c3 * x + c4 * y), -(c2 + c4 * x + 2 * c5 * y), np.ones_like(x)], axis=1)
     normals = slopes / np.linalg.norm(slopes, axis=1, keepdims=True)
     return np.stack([x, y, _terms(x, y) @ coefficients], axis=1) @ axes + centre, normals @ axes
+
+
+def _squares(a: Array, b: Array) -> Array:
+    """The matrix a^T b, in this thread alone: BLAS would wake its others, which disturbs the loop."""
+    return np.asarray(np.einsum("ni,nj->ij", a, b))
 
 
 def _terms(x: Array, y: Array) -> Array:

@@ -25,6 +25,7 @@ _SIGMA = 3.0  # margin around the tool, in standard deviations of the noise
 _MARGIN = 2e-3  # and at least [m]
 _HOLE = 1.6  # radius of the hole that the tip leaves, in radii of its ball
 _MATCHED = 0.03  # radius around the tool within which displacements are measured [m]
+_KEY = 1.0  # time for which displacements are measured from one frame [s]
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,16 @@ class Built:
     remembered: int  #: averaged points that the instrument hides
 
 
+@dataclass(frozen=True)
+class _Key:
+    """The frame from which displacements are measured."""
+
+    surface: _core.PointSurface
+    anchor: Array  # p_WO for which it is right at its stamp (3,) [m]
+    t: float  # stamp [s]
+    tip: Array  # position of the tool's tip in W (3,) [m]
+
+
 class Stream:
     """The frames of one source as the surface of one object.
 
@@ -71,6 +82,8 @@ class Stream:
         self._anchor = np.zeros(3)  # p_WO for which the surface is right at its stamp [m]
         self._t = 0.0  # stamp of the surface [s]
         self._memory = Memory()
+        self._key: _Key | None = None
+        self._since_key = np.zeros(3)  # displacement of the surface since the key frame, at the newest stamp [m]
 
     @property
     def remembered(self) -> Array:
@@ -145,14 +158,25 @@ class Stream:
         )  # fmt: skip
 
     def _displacement(self, points: Array, t: float, tip: Array) -> Array:
-        """Displacement (3,) [m] of the surface near the tool since the frame before; updates the velocity."""
+        """Displacement (3,) [m] of the surface near the tool since the frame before; updates the velocity.
+
+        It is the difference of two displacements since one key frame: those from frame to frame would add up their
+        noise, by which remembered points would drift.
+        """
         if self.surface is None:
             return np.zeros(3)
+        key = self._key
+        if key is None or t - key.t > _KEY or float(np.linalg.norm(tip - key.tip)) > 0.5 * _MATCHED:
+            key = self._key = _Key(self.surface, self._anchor, self._t, tip)
+            self._since_key = np.zeros(3)
         dt = t - self._t
         expected = self._motion.V * dt
-        anchor = self._anchor + expected  # in these coordinates nothing moves but the error of the prediction
-        rest = self.surface.shift_to(points - anchor, tip - anchor, _MATCHED)
+        anchor = key.anchor + self._since_key + expected  # in these coordinates only the prediction's error moves
+        rest = key.surface.shift_to(points - anchor, tip - anchor, _MATCHED)
         moved = expected if rest is None else expected + rest
+        self._since_key = self._since_key + moved
+        if rest is None:
+            self._key = None
         if self._extrapolate:
             self._motion.update(None if rest is None else moved, dt)
         return moved

@@ -87,7 +87,19 @@ def test_collision_thread_of_the_paper_allocates_but_the_cycle_does_not(guard):
 
 @pytest.mark.parametrize(
     "case",
-    ["organ", "solids", "impedance", "admittance", "six_axis", "delta", "identified", "estimating", "guided", "live"],
+    [
+        "organ",
+        "solids",
+        "cloud",
+        "live",
+        "impedance",
+        "admittance",
+        "six_axis",
+        "delta",
+        "identified",
+        "estimating",
+        "guided",
+    ],
 )
 def test_lockstep_tick_with_plant_allocates_nothing(guard, case):
     """A call takes a few allocations of Python and numpy, the same number for 7, 700 or 2000 ticks."""

@@ -1,7 +1,7 @@
 """Run under heap_guard (LD_PRELOAD): prints the heap and lock calls of a session's threads as JSON.
 
 python watched.py realtime METHOD RATE SECONDS
-    | lockstep METHOD [organ|solids|live|LAW|ARM|identified|estimating|guided]
+    | lockstep METHOD [organ|solids|live|cloud|LAW|ARM|identified|estimating|guided]
     | planted METHOD RATE | robot following|impedance|moving | geometries all | crtk all | device all
 """
 
@@ -98,6 +98,16 @@ def solids_scene() -> _core.Snapshot:
     X_WO = np.eye(4)
     X_WO[2, 3] = -0.02
     return _core.Snapshot([_core.Object(name, surface, X_WO, material) for name, surface in solids])
+
+
+def cloud_scene() -> _core.Snapshot:
+    """The organ as a point cloud with noise, whose surface is live as that of a camera."""
+    mesh = Mesh(*organ(20_000))
+    top = mesh.vertices[mesh.vertices[:, 2].argmax()]
+    points = mesh.vertices - top + 5e-4 * np.random.default_rng(0).normal(size=mesh.vertices.shape)
+    surface = _core.PointSurface(points, None, np.array([0.0, 0.0, 0.5]), 1.5e-3, 7e-3, 3e-3)
+    material = _core.Material(K=np.full(3, 400.0), B=np.full(3, 2.0), mu=0.3)
+    return _core.Snapshot([_core.Object("cloud", surface, np.eye(4), material, live=_core.LiveOptions(gain=60.0))])
 
 
 def press() -> _core.HandPath:
@@ -258,6 +268,11 @@ def lockstep(method: str, what: str = "organ") -> dict[str, object]:
     elif what == "live":
         sim = simulation(method, 1000.0, organ_scene(20_000, live=True))
         sim.set_live(targets(0.0))
+    elif what == "cloud":
+        sim = simulation(method, 1000.0, cloud_scene())
+        still = _core.LiveTargets()
+        still.add(0.0, np.eye(4), np.zeros(6))
+        sim.set_live(still)
     elif what in ("six_axis", "delta"):
         sim = other_arm(what)
     else:

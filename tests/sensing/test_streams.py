@@ -1,9 +1,11 @@
 """Streams of clouds in a loop: the force against the true moving surface, and the faults of cameras."""
 
+import time
+
 import numpy as np
 import pytest
 
-from palpate import Scene, Session
+from palpate import Haptics, Scene, Session
 from palpate.devices.loop import DeviceLoop, device_scene
 from palpate.errors import SceneError
 from palpate.record.ticks import as_ticks
@@ -175,3 +177,15 @@ def test_a_session_takes_an_iterator_of_arrays():
     session = Session(Scene.parse(SCENE), clouds={"camera": clouds})
     session.step(100)
     assert session.sensing.streams["organ"].gate.counts.used == 3
+
+
+def test_haptics_takes_clouds_beside_a_loop_of_ones_own():
+    xy = np.random.default_rng(0).uniform(-0.04, 0.04, (6000, 2))
+    clouds = (np.c_[xy, 0.001 + 1e-6 * k + 0 * xy[:, :1]] for k in range(10_000))
+    with Haptics(Scene.parse(SCENE), clouds={"camera": clouds}) as haptics:
+        end = time.monotonic() + 20.0
+        wrench = np.zeros(6)
+        while np.linalg.norm(wrench[:3]) < 0.5 and time.monotonic() < end:
+            wrench = haptics.step(time.monotonic(), np.eye(4))
+            time.sleep(1e-3)
+    assert np.linalg.norm(wrench[:3]) >= 0.5

@@ -129,3 +129,10 @@ def test_a_flat_cloud_without_viewpoint_warns_of_its_side():
     xy = np.random.default_rng(0).uniform(-0.03, 0.03, (2000, 2))
     with pytest.warns(PalpateWarning, match="which side"):
         surfaces.PointSurface(palpate.PointCloud(np.c_[xy, np.zeros(2000)]))
+
+
+def test_the_direction_does_not_depend_on_the_radius(monkeypatch):
+    cloud = palpate.PointCloud(sampled_shape(analytic.Sphere(), 2e-3, 1e-3))
+    for radius in (0.5e-3, 8e-3):
+        monkeypatch.setitem(globals(), "RADIUS", radius)
+        assert errors(cloud, analytic.Sphere())[1] < 3.0

@@ -23,8 +23,10 @@ constexpr double kWallRange = 2.0;  // [r] nearer walls constrain the proxy
 
 FieldProxy::ProxyContact FieldProxy::step(const scene::Surface& surface, const Vec3& g, double radius,
                                           double release) noexcept {
+  const bool replaced = surface_ != &surface;
   surface_ = &surface;
   radius_ = radius;
+  if (replaced && surface_id_ == surface.id()) near_ = surface.nearest(centre_);  // the next frame of a stream
   tool_ = surface.nearest(g);
   const bool passed_through = touching_ && (centre_ - g).squaredNorm() > release * release && tool_.distance > radius;
   if (surface_id_ != surface.id() || passed_through) initialise(g);

@@ -9,7 +9,6 @@
 namespace palpate::scene {
 namespace {
 
-constexpr double kGain = 8.0;       // k: speed per remaining displacement near the target [1/s]
 constexpr double kSmooth = 4.0;     // rate of the velocity over k [-]
 constexpr double kLever = 0.1;      // converts the limit of the acceleration to an angular acceleration [m]
 constexpr double kMaxStep = 0.05;   // longest time moved in one step, when the loop was late [s]
@@ -26,12 +25,12 @@ Vec3 within(const Vec3& v, double most) noexcept {
 
 /// Limits of a translation or of a rotation.
 struct Limits {
-  double speed, acceleration;
+  double speed, acceleration, gain;
 };
 
 /// Velocity after the time dt, from v and the displacement e to a target with the velocity v_target.
 Vec3 next_velocity(const Vec3& v, const Vec3& e, const Vec3& v_target, const Limits& limits, double dt) noexcept {
-  const double k = std::min(kGain, 0.5 / dt), left = e.norm();
+  const double k = std::min(limits.gain, 0.5 / dt), left = e.norm();
   Vec3 wanted = v_target;
   if (left > 0.0) wanted += std::min(k * left, std::sqrt(limits.acceleration * left)) / left * e;
   const Vec3 change = (within(wanted, limits.speed) - v) * std::min(kSmooth * k * dt, 1.0);
@@ -79,8 +78,8 @@ void Approach::aim(const LiveTarget& target, const LiveOptions& options, double 
     V_ = {};
     return;
   }
-  V_.v = next_velocity(V_.v, e, V.v, {options.speed, options.acceleration}, dt);
-  V_.w = next_velocity(V_.w, turn, V.w, {options.turn, options.acceleration / kLever}, dt);
+  V_.v = next_velocity(V_.v, e, V.v, {options.speed, options.acceleration, options.gain}, dt);
+  V_.w = next_velocity(V_.w, turn, V.w, {options.turn, options.acceleration / kLever, options.gain}, dt);
 }
 
 // True if the object may rest. An object that moves must come nearer to its target than one that rests already.

@@ -24,6 +24,7 @@ struct LiveOptions {
   double turn = 1.05;         ///< largest angular speed [rad/s]
   double acceleration = 0.5;  ///< largest acceleration of the centre; that of the rotation is 10 / m times it [m/s^2]
   double max_age = 0.2;       ///< age of the target above which it is lost [s]
+  double gain = 8.0;          ///< k: speed per remaining displacement near the target [1/s]
   double fade = 0.5;          ///< time in which the force of a lost object falls to zero; 0: the force stays [s]
   Vec3 p_OC = Vec3::Zero();   ///< centre of the object, about which it turns, in O [m]
 };

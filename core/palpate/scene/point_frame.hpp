@@ -24,7 +24,10 @@ struct FrameCount {
 };
 
 /// Points in W [m] of a frame of 3n coordinates in the camera's frame C [m], in its order: those that are finite,
-/// inside the ball `region` and outside all balls of the tool.
+/// inside the ball `region` and outside all balls of the tool. The frame is read in the precision of the camera.
+std::vector<double> usable_points(std::span<const float> points_C, const Pose& X_WC, const Ball& region,
+                                  std::span<const Ball> tool, FrameCount& count);
+/// The same with double precision.
 std::vector<double> usable_points(std::span<const double> points_C, const Pose& X_WC, const Ball& region,
                                   std::span<const Ball> tool, FrameCount& count);
 

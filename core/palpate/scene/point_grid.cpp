@@ -8,6 +8,7 @@ namespace palpate::scene {
 namespace {
 
 constexpr double kMaxCells = 8e6;          // larger grids get larger cells
+constexpr double kCell = 0.67;             // [reach] side of a cell
 constexpr int kMinNeighbours = 5;          // points with fewer neighbours are flying pixels
 constexpr double kGrazing = 0.12;          // cosine between normal and line of sight below which a point is not trusted
 constexpr float kMaxWeight = 255.0F;       // largest weight of an averaged point
@@ -15,7 +16,6 @@ constexpr std::int64_t kOffset = 1 << 20;  // voxel indices are within +-2^20
 
 /// Sum over the points of one voxel.
 struct Voxel {
-  std::uint64_t key = 0;  // 0: empty slot of the hash table
   Vec3 p = Vec3::Zero(), n = Vec3::Zero();
   float count = 0.0F;
 };
@@ -29,32 +29,134 @@ std::uint64_t key_of(const double* p, double per_voxel) noexcept {
   return key;
 }
 
-/// Means of the points in each voxel, in the order of their first points. Open addressing with linear probing.
+/// Numbers voxels in the order in which they are added. Open addressing with linear probing.
+class VoxelNumbers {
+ public:
+  static constexpr std::uint32_t kNone = 0xFFFFFFFFU;
+
+  explicit VoxelNumbers(std::size_t most) {
+    std::size_t slots = 1024;
+    while (slots < 2 * most) slots *= 2;
+    slots_.resize(slots);
+  }
+  /// Number of a voxel, which is new if it equals size().
+  std::uint32_t add(std::uint64_t key) {
+    Slot& slot = slots_[place(key)];
+    if (slot.key == 0) slot = {key, size_++};
+    return slot.number;
+  }
+  [[nodiscard]] std::uint32_t find(std::uint64_t key) const noexcept {
+    const Slot& slot = slots_[place(key)];
+    return slot.key == key ? slot.number : kNone;
+  }
+
+ private:
+  struct Slot {
+    std::uint64_t key = 0;
+    std::uint32_t number = 0;
+  };
+  [[nodiscard]] std::size_t place(std::uint64_t key) const noexcept {
+    std::size_t slot = (key * 0x9E3779B97F4A7C15U) >> 20U & (slots_.size() - 1);
+    while (slots_[slot].key != 0 && slots_[slot].key != key) slot = (slot + 1) & (slots_.size() - 1);
+    return slot;
+  }
+
+  std::vector<Slot> slots_;
+  std::uint32_t size_ = 0;
+};
+
+/// Means of the points in each voxel, in the order of their first points.
 std::vector<Voxel> average(std::span<const double> points, std::span<const double> normals, double voxel) {
   const std::size_t n = points.size() / 3;
-  std::size_t slots = 1024;
-  while (slots < 2 * n) slots *= 2;
-  std::vector<std::uint32_t> table(slots, 0);  // index of the voxel plus one
+  VoxelNumbers numbers(n);
   std::vector<Voxel> found;
   found.reserve(n / 2 + 16);
   const double per_voxel = 1.0 / voxel;
   for (std::size_t i = 0; i < n; ++i) {
     const double* p = &points[3 * i];
-    const std::uint64_t key = key_of(p, per_voxel);
-    std::size_t slot = (key * 0x9E3779B97F4A7C15U) >> 20U & (slots - 1);
-    while (table[slot] != 0 && found[table[slot] - 1].key != key) slot = (slot + 1) & (slots - 1);
-    if (table[slot] == 0) {
-      found.push_back({});
-      found.back().key = key;
-      table[slot] = static_cast<std::uint32_t>(found.size());
-    }
-    Voxel& v = found[table[slot] - 1];
+    const std::uint32_t number = numbers.add(key_of(p, per_voxel));
+    if (number == found.size()) found.push_back({});
+    Voxel& v = found[number];
     v.p += Vec3(p);
     if (!normals.empty()) v.n += Vec3(&normals[3 * i]);
     v.count += 1.0F;
   }
   return found;
 }
+
+/// Number, sum and sum of squares of points.
+struct Moments {
+  int count = 0;
+  Vec3 sum = Vec3::Zero(), squares = Vec3::Zero(), mixed = Vec3::Zero();  // of xx, yy, zz and of yz, zx, xy
+
+  void add(const Vec3& p) noexcept {
+    ++count;
+    sum += p;
+    squares += p.cwiseProduct(p);
+    mixed += Vec3(p.y() * p.z(), p.z() * p.x(), p.x() * p.y());
+  }
+  void add(const Moments& m) noexcept {
+    count += m.count;
+    sum += m.sum;
+    squares += m.squares;
+    mixed += m.mixed;
+  }
+  /// Unit normal of the plane through the points, of either sign.
+  [[nodiscard]] Vec3 normal() const {
+    const Vec3 mean = sum / count;
+    Mat3 spread;
+    spread << squares.x(), mixed.z(), mixed.y(), mixed.z(), squares.y(), mixed.x(), mixed.y(), mixed.x(), squares.z();
+    spread = spread / count - mean * mean.transpose();
+    Eigen::SelfAdjointEigenSolver<Mat3> axes;
+    axes.computeDirect(spread / std::max(spread.trace(), 1e-30));
+    return axes.eigenvectors().col(0);
+  }
+};
+
+/// Planes through the points of blocks of 3 x 3 x 3 cells. A block is twice as wide as `reach`.
+class Planes {
+ public:
+  Planes(const std::vector<GridPoint>& points, double reach) : per_cell_(1.5 / reach), numbers_(points.size()) {
+    std::vector<Moments> moments;
+    std::vector<std::uint64_t> keys;
+    for (const GridPoint& s : points) {
+      const Vec3 p = position(s);
+      const std::uint64_t key = key_of(p.data(), per_cell_);
+      const std::uint32_t number = numbers_.add(key);
+      if (number == moments.size()) {
+        moments.push_back({});
+        keys.push_back(key);
+      }
+      moments[number].add(p);
+    }
+    for (const std::uint64_t key : keys) {
+      Moments block;
+      for (std::uint64_t x = 0; x < 3; ++x)
+        for (std::uint64_t y = 0; y < 3; ++y)
+          for (std::uint64_t z = 0; z < 3; ++z) {
+            const std::uint32_t number = numbers_.find(key + ((x - 1) << 42U) + ((y - 1) << 21U) + (z - 1));
+            if (number != VoxelNumbers::kNone) block.add(moments[number]);
+          }
+      planes_.push_back({block.count, block.count > kMinNeighbours ? block.normal() : Vec3(Vec3::Zero())});
+    }
+  }
+
+  struct Plane {
+    int count;    ///< number of points in the block
+    Vec3 normal;  ///< unit normal of either sign
+  };
+  /// The plane of the block around one of the points.
+  [[nodiscard]] const Plane& at(const GridPoint& s) const noexcept {
+    return planes_[numbers_.find(key_of(position(s).data(), per_cell_))];
+  }
+
+ private:
+  static Vec3 position(const GridPoint& s) noexcept { return {s.p[0], s.p[1], s.p[2]}; }
+
+  double per_cell_;
+  VoxelNumbers numbers_;
+  std::vector<Plane> planes_;
+};
 
 }  // namespace
 
@@ -77,8 +179,8 @@ PointGrid::PointGrid(std::span<const double> points, std::span<const double> nor
     out.weight = std::min(v.count, kMaxWeight);
     points_.push_back(out);
   }
-  sort(reach);
   estimate_normals(viewpoint, reach);
+  sort(reach);
 }
 
 /// Sorts the points by cell (counting sort), with the cells of a row next to each other in x.
@@ -86,7 +188,7 @@ void PointGrid::sort(double reach) {
   Vec3 high = Vec3::Zero();
   for (const GridPoint& s : points_) high = high.cwiseMax(Vec3(s.p[0], s.p[1], s.p[2]));
   const Vec3 extent = high.array() + reach;
-  const double edge = std::max(reach, std::cbrt(extent.prod() / kMaxCells));
+  const double edge = std::max(kCell * reach, std::cbrt(extent.prod() / kMaxCells));
   per_cell_ = 1.0 / edge;
   for (int k = 0; k < 3; ++k) size_[k] = static_cast<std::size_t>(high[k] * per_cell_) + 1;
   const auto cell_of = [this](const GridPoint& s) {
@@ -105,50 +207,22 @@ void PointGrid::sort(double reach) {
 
 /// Normals of the planes through the neighbours, for points that have none; removes points that are not on a surface.
 void PointGrid::estimate_normals(const std::optional<Vec3>& viewpoint, double reach) {
-  std::vector<char> keep(points_.size(), 1);
-  std::vector<GridPoint> with_normals = points_;
-  const auto reach2 = static_cast<float>(reach * reach);
-  for (std::size_t i = 0; i < points_.size(); ++i) {
-    const GridPoint& s = points_[i];
-    const bool known = s.n[0] != 0.0F || s.n[1] != 0.0F || s.n[2] != 0.0F;
-    int count = 0;
-    Eigen::Vector3f sum = Eigen::Vector3f::Zero();
-    Eigen::Matrix3f squares = Eigen::Matrix3f::Zero();
-    const Eigen::Map<const Eigen::Vector3f> at(s.p);
-    visit_near(at.cast<double>(), reach, [&](const GridPoint& other, std::uint32_t) {
-      const Eigen::Vector3f d = Eigen::Map<const Eigen::Vector3f>(other.p) - at;
-      if (d.squaredNorm() > reach2) return;
-      ++count;
-      sum += d;
-      squares.noalias() += d * d.transpose();
-    });
-    if (count <= kMinNeighbours) {
-      keep[i] = 0;
-      continue;
-    }
-    if (known) continue;
-    const auto c = static_cast<float>(count);
-    const Eigen::Matrix3f spread = squares / c - (sum / c) * (sum / c).transpose();
-    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3f> axes;
-    axes.computeDirect(spread / std::max(spread.trace(), 1e-30F));
-    Eigen::Vector3f n = axes.eigenvectors().col(0);
-    if (viewpoint) {
-      const Eigen::Vector3f sight = (*viewpoint - origin_ - at.cast<double>()).normalized().cast<float>();
-      const float cosine = n.dot(sight);
-      if (cosine < 0.0F) n = -n;
-      if (std::abs(cosine) < static_cast<float>(kGrazing)) keep[i] = 0;
-    }
-    if (!n.allFinite()) keep[i] = 0;
-    Eigen::Map<Eigen::Vector3f>(with_normals[i].n) = n;
+  const Planes planes(points_, reach);
+  const auto normal_at = [&](const GridPoint& s) -> Vec3 {  // zero: the point is not on a surface
+    const Planes::Plane& plane = planes.at(s);
+    if (plane.count <= kMinNeighbours) return Vec3::Zero();
+    const Vec3 known(s.n[0], s.n[1], s.n[2]);
+    if (!known.isZero(0.0) || !viewpoint) return known.isZero(0.0) ? plane.normal : known;
+    const double cosine = plane.normal.dot((*viewpoint - origin_ - Vec3(s.p[0], s.p[1], s.p[2])).normalized());
+    if (std::abs(cosine) < kGrazing) return Vec3::Zero();
+    return cosine < 0.0 ? Vec3(-plane.normal) : plane.normal;
+  };
+  for (GridPoint& s : points_) {
+    const Vec3 n = normal_at(s);
+    if (!n.allFinite() || n.isZero(0.0)) s.weight = 0.0F;
+    for (int k = 0; k < 3; ++k) s.n[k] = static_cast<float>(n[k]);
   }
-  points_ = std::move(with_normals);
-  const auto kept = static_cast<std::size_t>(std::count(keep.begin(), keep.end(), char{1}));
-  rejected_ = points_.size() - kept;
-  if (rejected_ == 0) return;
-  std::size_t i = 0;
-  points_.erase(std::remove_if(points_.begin(), points_.end(), [&](const GridPoint&) { return keep[i++] == 0; }),
-                points_.end());
-  sort(reach);
+  rejected_ = std::erase_if(points_, [](const GridPoint& s) { return s.weight == 0.0F; });
 }
 
 }  // namespace palpate::scene

@@ -1,6 +1,7 @@
 // Averaged points with normals, sorted by the cells of a regular grid for searches within a radius.
 #pragma once
 
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -12,10 +13,11 @@
 namespace palpate::scene {
 
 /// A point of the surface, the mean of the points in one voxel.
-struct GridPoint {
-  float p[3];    ///< position relative to PointGrid::origin() [m]
-  float n[3];    ///< outward unit normal
-  float weight;  ///< number of averaged points, at most 255 [-]
+struct alignas(16) GridPoint {
+  float p[3];     ///< position relative to PointGrid::origin() [m]
+  float weight;   ///< number of averaged points, at most 255 [-]
+  float n[3];     ///< outward unit normal
+  float padding;  ///< 0: four numbers are added at once
 };
 
 /// The points, in cells of a regular grid.
@@ -37,17 +39,19 @@ class PointGrid {
   /// Calls visit(point, index) for all points in the cells that the ball around q touches. q: relative to origin() [m].
   template <typename Visit>
   void visit_near(const Vec3& q, double radius, const Visit& visit) const noexcept {
-    int lo[3], hi[3];
-    for (int k = 0; k < 3; ++k) {
-      lo[k] = cell(q[k] - radius, k);
-      hi[k] = cell(q[k] + radius, k);
-    }
-    for (int z = lo[2]; z <= hi[2]; ++z)
-      for (int y = lo[1]; y <= hi[1]; ++y) {
+    const double radius2 = radius * radius;
+    for (int z = cell(q[2] - radius, 2), z_end = cell(q[2] + radius, 2); z <= z_end; ++z) {
+      const double left = radius2 - gap2(q[2], z);
+      for (int y = cell(q[1] - radius, 1), y_end = cell(q[1] + radius, 1); y <= y_end; ++y) {
+        const double x2 = left - gap2(q[1], y);
+        if (x2 < 0.0) continue;
+        const double x = std::sqrt(x2);
         const std::size_t row = (static_cast<std::size_t>(z) * size_[1] + static_cast<std::size_t>(y)) * size_[0];
-        const std::uint32_t end = start_[row + static_cast<std::size_t>(hi[0]) + 1];
-        for (std::uint32_t i = start_[row + static_cast<std::size_t>(lo[0])]; i < end; ++i) visit(points_[i], i);
+        const std::uint32_t end = start_[row + static_cast<std::size_t>(cell(q[0] + x, 0)) + 1];
+        for (std::uint32_t i = start_[row + static_cast<std::size_t>(cell(q[0] - x, 0))]; i < end; ++i)
+          visit(points_[i], i);
       }
+    }
   }
 
  private:
@@ -55,6 +59,11 @@ class PointGrid {
     const double i = x * per_cell_;
     const double last = static_cast<double>(size_[axis]) - 1.0;
     return static_cast<int>(i < 0.0 ? 0.0 : i > last ? last : i);
+  }
+  /// Squared distance of a coordinate from a cell [m^2].
+  [[nodiscard]] double gap2(double x, int cell) const noexcept {
+    const double i = x * per_cell_ - cell, gap = (i < 0.0 ? -i : i > 1.0 ? i - 1.0 : 0.0) / per_cell_;
+    return gap * gap;
   }
   void sort(double reach);
   void estimate_normals(const std::optional<Vec3>& viewpoint, double reach);

@@ -20,9 +20,10 @@ constexpr double kFarAway = 4.0;       // [support] farther queries use the near
 constexpr double kBehind = 0.5;        // tangent of the angle within which a far query is behind the nearest point
 constexpr double kFlat = 1e-5;         // curvature times support below which the sphere is a plane
 constexpr double kNormalReach = 0.6;   // [support] radius of the planes that give normals
-constexpr int kSmoothings = 1;         // projections of each point onto the surface fitted around it
+constexpr double kColumn = 0.6;        // [voxel] distance between two points of the smoothed layer at least
 constexpr double kQueryShare = 0.6;    // [support] radius of the fit at a query
-constexpr std::size_t kMatches = 800;  // points that determine a displacement
+constexpr std::size_t kMatches = 500;  // points that determine a displacement
+constexpr int kMatchProjections = 2;   // projections of such a point, which is near the surface
 constexpr int kMinMatches = 30;        // fewer matches determine nothing
 constexpr double kMaxShift = 0.03;     // larger displacements between two frames are not searched for [m]
 constexpr double kPrior = 0.03;        // [matches] keeps the displacement at zero where the shape is ambiguous
@@ -67,7 +68,6 @@ struct AlgebraicSphere {
 struct Sums {
   double w = 0.0, pn = 0.0, pp = 0.0;
   Vec3 p = Vec3::Zero(), n = Vec3::Zero();
-  double nearest2 = kUnlimited;
   std::uint32_t nearest = 0;
 
   /// The sphere of the closed form of 2008, with unit weight of the normals.
@@ -81,26 +81,36 @@ struct Sums {
   }
 };
 
+/// Sums in single precision, which is 1e-6 of the support.
 Sums sum_near(const PointGrid& grid, const Vec3& x, const Vec3& side, double support) noexcept {
+  using Four = Eigen::Vector4f;
+  const Eigen::Vector3f at = x.cast<float>(), front = side.cast<float>();
+  const auto inverse = static_cast<float>(1.0 / (support * support));
+  Four p = Four::Zero(), n = Four::Zero();
+  float total = 0.0F, pn = 0.0F, pp = 0.0F, nearest2 = std::numeric_limits<float>::infinity();
   Sums out;
-  const double inverse = 1.0 / (support * support);
   grid.visit_near(x, support, [&](const GridPoint& s, std::uint32_t i) {
-    const Vec3 d(s.p[0] - x.x(), s.p[1] - x.y(), s.p[2] - x.z());
-    const double d2 = d.squaredNorm(), rest = 1.0 - d2 * inverse;
-    if (!(rest > 0.0)) return;
-    const Vec3 n(s.n[0], s.n[1], s.n[2]);
-    if (!(n.dot(side) > 0.0)) return;
-    if (d2 < out.nearest2) {
-      out.nearest2 = d2;
+    const Four d(s.p[0] - at.x(), s.p[1] - at.y(), s.p[2] - at.z(), 0.0F);
+    const Eigen::Map<const Four, Eigen::Aligned16> normal(s.n);
+    const float d2 = d.x() * d.x() + d.y() * d.y() + d.z() * d.z(), rest = 1.0F - d2 * inverse;
+    if (!(rest > 0.0F)) return;
+    if (!(s.n[0] * front.x() + s.n[1] * front.y() + s.n[2] * front.z() > 0.0F)) return;
+    if (d2 < nearest2) {
+      nearest2 = d2;
       out.nearest = i;
     }
-    const double w = static_cast<double>(s.weight) * rest * rest * rest * rest;
-    out.w += w;
-    out.p += w * d;
-    out.n += w * n;
-    out.pn += w * d.dot(n);
-    out.pp += w * d2;
+    const float w = s.weight * rest * rest * rest * rest;
+    total += w;
+    p += w * d;
+    n += w * normal;
+    pn += w * (d.x() * s.n[0] + d.y() * s.n[1] + d.z() * s.n[2]);
+    pp += w * d2;
   });
+  out.w = static_cast<double>(total);
+  out.p = p.head<3>().cast<double>();
+  out.n = n.head<3>().cast<double>();
+  out.pn = static_cast<double>(pn);
+  out.pp = static_cast<double>(pp);
   return out;
 }
 
@@ -115,25 +125,33 @@ Bvh hierarchy(const PointGrid& grid) {
   return points.empty() ? Bvh{} : build_bvh(p, corners);
 }
 
+/// Marks the points that lie within `width` of the line through x along n, on the same side of the sheet.
+void mark_column(const PointGrid& grid, const Vec3& x, const Vec3& n, double height, double width,
+                 std::vector<char>& marked) noexcept {
+  grid.visit_near(x, height, [&](const GridPoint& s, std::uint32_t i) {
+    const Vec3 d(s.p[0] - x.x(), s.p[1] - x.y(), s.p[2] - x.z());
+    const double along = d.dot(n);
+    if (d.squaredNorm() - along * along < width * width && n.dot(Vec3(s.n[0], s.n[1], s.n[2])) > 0.0) marked[i] = 1;
+  });
+}
+
 /// The points moved onto the surfaces fitted around them, with the normals of these surfaces. Noise scatters the
 /// averaged points over several layers; afterwards they are one layer, which a query fits within a smaller radius.
+/// Points that would come to lie next to one that was moved already are left out.
 PointGrid smoothed(const PointGrid& noisy, const PointSurfaceOptions& options) {
   std::vector<double> p, n;
-  p.reserve(3 * noisy.points().size());
-  n.reserve(3 * noisy.points().size());
-  for (const GridPoint& s : noisy.points()) {
-    const Vec3 start(s.p[0], s.p[1], s.p[2]);
-    Vec3 x = start, normal(s.n[0], s.n[1], s.n[2]);
-    for (int i = 0; i < kSmoothings; ++i) {
-      const Sums sums = sum_near(noisy, x, normal, options.support);
-      if (!(sums.w > 0.0)) break;
-      const AlgebraicSphere sphere = sums.sphere();
-      const Vec3 move = sphere.project(Vec3::Zero(), options.support);
-      if (!move.allFinite()) break;
-      x += move;
-      normal = sphere.gradient(move).normalized();
-    }
-    if (!normal.allFinite() || (x - start).norm() > options.support) continue;
+  std::vector<char> covered(noisy.points().size(), 0);
+  for (std::size_t i = 0; i < covered.size(); ++i) {
+    if (covered[i] != 0) continue;
+    const GridPoint& s = noisy.points()[i];
+    const Vec3 start(s.p[0], s.p[1], s.p[2]), side(s.n[0], s.n[1], s.n[2]);
+    const Sums sums = sum_near(noisy, start, side, options.support);
+    if (!(sums.w > 0.0)) continue;
+    const AlgebraicSphere sphere = sums.sphere();
+    const Vec3 move = sphere.project(Vec3::Zero(), options.support), normal = sphere.gradient(move).normalized();
+    if (!normal.allFinite() || !(move.norm() <= options.support)) continue;
+    const Vec3 x = start + move;
+    mark_column(noisy, x, normal, 0.5 * options.support, kColumn * options.voxel, covered);
     for (int k = 0; k < 3; ++k) {
       p.push_back(x[k] + noisy.origin()[k]);
       n.push_back(normal[k]);
@@ -165,7 +183,7 @@ PointSurface::PointSurface(const PointInput& input, const PointSurfaceOptions& o
       bvh_(hierarchy(grid_)) {}
 
 /// Projects p repeatedly onto the sphere fitted at its present foot point, beginning at the averaged point `start`.
-PointSurface::Foot PointSurface::foot(const Vec3& p, std::int32_t start) const noexcept {
+PointSurface::Foot PointSurface::foot(const Vec3& p, std::int32_t start, int projections) const noexcept {
   const GridPoint& first = grid_.points()[static_cast<std::size_t>(start)];
   const Vec3 side(first.n[0], first.n[1], first.n[2]);
   Foot foot{Vec3(first.p[0], first.p[1], first.p[2]), side, static_cast<std::uint32_t>(start)};
@@ -177,7 +195,7 @@ PointSurface::Foot PointSurface::foot(const Vec3& p, std::int32_t start) const n
     return foot;
   }
   const double step = 0.5 * support;
-  for (int i = 0; i < kProjections; ++i) {
+  for (int i = 0; i < projections; ++i) {
     const Sums sums = sum_near(grid_, foot.x, side, support);
     if (!(sums.w > 0.0)) break;
     const AlgebraicSphere sphere = sums.sphere();
@@ -197,7 +215,7 @@ Nearest PointSurface::nearest(const Vec3& p) const noexcept {
   if (grid_.points().empty()) return {kNothing, Vec3::Zero(), Vec3::UnitZ()};
   const Vec3 q = p - grid_.origin();
   const BvhHit hit = bvh_closest(bvh_, q.data(), {kUnlimited, 0.0, 0.0, -1});
-  const Foot at = foot(q, std::max(hit.triangle, 0));
+  const Foot at = foot(q, std::max(hit.triangle, 0), kProjections);
   const GridPoint& c = grid_.points()[at.nearest];
 
   // Beyond the rim the nearest point of the surface is on the rim.
@@ -227,20 +245,24 @@ std::optional<Vec3> PointSurface::shift_to(std::span<const double> points, const
   Vec3 shift = Vec3::Zero();
   double scale = kMaxShift;  // residuals beyond it are mismatches [m]
   std::vector<double> sizes;
-  for (int iteration = 0; iteration < 4; ++iteration) {
+  for (int iteration = 0; iteration < 3; ++iteration) {
     Mat3 A = Mat3::Zero();
     Vec3 b = Vec3::Zero();
     int matches = 0;
     sizes.clear();
     for (std::size_t i = 0; i < near.size(); i += stride) {
       const Vec3 p = near[i] - shift;
-      const Nearest found = nearest(p);
-      const double r = (p - found.point).dot(found.normal);
-      if (std::abs(found.distance) > scale || found.distance < -0.5 * options_.thickness) continue;
+      const Vec3 q = p - grid_.origin();
+      const BvhHit hit =
+          bvh_closest(bvh_, q.data(), {(scale + options_.bridge) * (scale + options_.bridge), 0.0, 0.0, -1});
+      if (hit.triangle < 0) continue;
+      const Foot at = foot(q, hit.triangle, kMatchProjections);
+      const double r = (q - at.x).dot(at.n);
+      if (std::abs(r) > scale || (q - at.x - r * at.n).norm() > options_.bridge) continue;
       ++matches;
       sizes.push_back(std::abs(r));
-      A += found.normal * found.normal.transpose();
-      b += r * found.normal;
+      A += at.n * at.n.transpose();
+      b += r * at.n;
     }
     if (matches < kMinMatches) return std::nullopt;
     A.diagonal().array() += kPrior * matches;

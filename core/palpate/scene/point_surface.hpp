@@ -63,7 +63,7 @@ class PointSurface final : public Surface {
 
  private:
   struct Foot;
-  [[nodiscard]] Foot foot(const Vec3& p, std::int32_t start) const noexcept;
+  [[nodiscard]] Foot foot(const Vec3& p, std::int32_t start, int projections) const noexcept;
 
   PointSurfaceOptions options_;
   PointGrid grid_;

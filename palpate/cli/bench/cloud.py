@@ -8,7 +8,7 @@ from typing import Annotated
 
 from tyro.conf import arg
 
-from palpate.console.output import console_for, require_writable, write_json
+from palpate.console.output import console_for, require_writable, say, write_json
 
 
 @dataclass
@@ -18,6 +18,7 @@ class Command:
     examples:
       palpate bench cloud
       palpate bench cloud --json cloud.json
+      palpate bench cloud --figure cloud.png
     """
 
     json: Annotated[Path | None, arg(metavar="FILE")] = None
@@ -26,14 +27,22 @@ class Command:
     """Duration of the run with frames, and of the control without [s]."""
     points: int = 300_000
     """Points of a frame [-]."""
+    figure: Annotated[Path | None, arg(metavar="FILE.png")] = None
+    """Draw the forces on moving surfaces, with and without the velocity between frames."""
 
     def __call__(self) -> int:
         """Measure, print the table, write the JSON contract."""
         from palpate.verify.bench import cloud
 
         console = console_for(self.json)
-        require_writable(self.json)
+        for file in (self.json, self.figure):
+            require_writable(file)
         figures = cloud.run(self.seconds, self.points)
         console.print(cloud.table(figures))
+        if self.figure is not None:
+            from palpate.verify.bench import cloud_plot
+
+            cloud_plot.draw(self.figure)
+            say(console, str(self.figure), "figure:")
         write_json(self.json, figures)
         return 0
