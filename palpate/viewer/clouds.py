@@ -42,7 +42,7 @@ class CloudDrawing:
             if self._shown.get(name) != frame.t:
                 self._shown[name] = frame.t
                 node.show(frame)
-            node.show_age(t - frame.t)
+            node.show_age(t - frame.t, self._sensing.streams[name].section.patience)
 
 
 class _Camera:
@@ -66,9 +66,14 @@ class _Camera:
         self._cloud.colors = colors
         self._frame.wxyz, self._frame.position = X.rotation().wxyz, X.translation()
 
-    def show_age(self, age: float) -> None:
+    def show_age(self, age: float, patience: float) -> None:
         """Write the age of the frame [s]."""
-        self._label.text = f"{self._name}: {1e3 * age:.0f} ms"
+        self._label.text = f"{self._name}: {age_words(age, patience)}"
+
+
+def age_words(age: float, patience: float) -> str:
+    """The age of a frame in words; beyond the patience, both in seconds, the surface is stale and its force fades."""
+    return f"{1e3 * age:.0f} ms" if age <= patience else f"STALE for {age:.1f} s, the force fades"
 
 
 def drawn(frame: CloudFrame) -> tuple[Array, Colors]:

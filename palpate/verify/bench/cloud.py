@@ -18,7 +18,7 @@ from palpate.verify.bench.cloud_cases import CASES, CaseFigures, MovingSurface
 POINTS = 300_000
 """Points of a frame."""
 _SIDE = 0.4  # of the square field of view [m]
-_TURNS = 4  # with frames and without, so that both meet the same load of the machine
+_TURNS = 2  # with frames and without, so that both meet the same load of the machine
 _SETTLED = 1.0  # time after which the force is judged [s]
 
 
