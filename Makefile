@@ -34,7 +34,7 @@ setup: .venv/.ready
 	@python3 -c 'import os, sys, sysconfig; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' \
 	  || { echo "palpate: Python.h is missing beside $$(command -v python3). Mend: sudo apt install python3-dev"; exit 1; }
 	@python3 -c 'import sys; v = sys.version_info[:2]; sys.exit(not (3, 11) <= v < (3, 15) and f"palpate: python3 is {v[0]}.{v[1]}, and Palpate needs 3.11 to 3.14 (its libraries have no packages for others). Mend: put such a python3 first in PATH")'
-	@echo "setting up, once: packages into .venv, then the C++ core (three minutes on two idle cores)"
+	@echo "setting up, once: packages into .venv, then the C++ core (two minutes on two idle cores)"
 	@test -x .venv/bin/python || $(UV) venv --quiet --python "$$(command -v python3)" .venv
 	@$(INSTALL) --group build
 	@PALPATE_ALL=$(if $(wildcard .venv/.ready),ON,OFF) $(INSTALL) --editable '.[viewer,report]'
