@@ -13,6 +13,7 @@ from palpate import _core, surfaces
 from palpate.arrays import Array
 from palpate.errors import CloudError, MeshError, SceneError, SurfaceError
 from palpate.mesh import Mesh
+from palpate.mesh.denoise import denoise
 from palpate.scene import materials, placing
 from palpate.scene.clouds import CloudSection
 from palpate.scene.model import ObjectSection
@@ -83,7 +84,7 @@ def _surface_key(scene: Scene, index: int) -> str:
         with suppress(OSError):  # reading the file later reports that it is missing
             state = path.stat()
             file = (str(path.resolve()), state.st_size, state.st_mtime_ns)
-    selected = (obj.unit, obj.label, obj.threshold)
+    selected = (obj.unit, obj.label, obj.threshold, obj.noise)
     return repr((obj.name, obj.source, getattr(obj, obj.source), file, selected, obj.triangles))
 
 
@@ -156,7 +157,7 @@ def _from_file(scene: Scene, index: int) -> Mesh | surfaces.Surface:
         if obj.cloud is not None:
             return obj.cloud.make(obj.name, path, obj.unit)
         if obj.mesh is not None:
-            return Mesh.load(path, obj.unit, label=obj.label, threshold=obj.threshold)
+            return denoise(Mesh.load(path, obj.unit, label=obj.label, threshold=obj.threshold), obj.noise)
         return surfaces.DistanceGrid.load(path, obj.unit or "mm")
     except (CloudError, MeshError, SurfaceError) as error:
         why = "; ".join(part for part in (error.where, error.why) if part)
