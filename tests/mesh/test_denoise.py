@@ -1,4 +1,4 @@
-"""Noise of vertices is removed: forces point as on the true sphere, and no vertex moves farther than its noise allows."""
+"""Noise of vertices is removed: forces point as on the true sphere, and no vertex moves farther than noise would."""
 
 import numpy as np
 import pytest
