@@ -1641,6 +1641,24 @@ class MappingOptions:
     def jaw_rate(self, arg: float, /) -> None: ...
 
     @property
+    def ratchet(self) -> bool:
+        """
+        True: on engaging, the jaw does not open before the pinch has closed to its angle.
+        """
+
+    @ratchet.setter
+    def ratchet(self, arg: bool, /) -> None: ...
+
+    @property
+    def align_tolerance(self) -> float:
+        """
+        Orientation error up to which the handle counts as aligned; 0: any [rad].
+        """
+
+    @align_tolerance.setter
+    def align_tolerance(self, arg: float, /) -> None: ...
+
+    @property
     def recentring(self) -> RecentringOptions:
         """Motion of the tool in addition to that of the hand."""
 
@@ -1671,11 +1689,13 @@ class Mapping:
         p_LH: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
         F_T_W: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
         correction_W: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
+        lock_rotation: bool = False,
+        lock_translation: bool = False,
     ) -> tuple[Annotated[NDArray[numpy.float64], "(4, 4)"], float, Annotated[NDArray[numpy.float64], "(3,)"], bool]:
         """
         One tick: (X_WT_goal (4, 4), jaw [rad], v_WT (3,) [m/s], engaged). reached: the follower could take the last
         goal. t: time, NaN: one period later [s]. p_LH (3,): handle in L [m]; F_T_W (3,): force on the tool [N];
-        correction_W (3,): of the last goal by hard fixtures [m].
+        correction_W (3,): of the last goal by hard fixtures [m]. Locks: the tool keeps its orientation, its position.
         """
 
     def force_on_hand(
@@ -3450,7 +3470,7 @@ def cartesian(
     cartesian_place.
     """
 
-TICK_BYTES: int = 3384
+TICK_BYTES: int = 3392
 
 def signals() -> list[tuple[str, int, int, str, str, str, bool, str]]:
     """
@@ -3483,6 +3503,89 @@ class Controls:
 
     @clutch.setter
     def clutch(self, arg: bool, /) -> None: ...
+
+    @property
+    def camera(self) -> bool:
+        """
+        True: the camera pedal is pressed; the hands move the endoscope and the tool stays.
+        """
+
+    @camera.setter
+    def camera(self, arg: bool, /) -> None: ...
+
+    @property
+    def power(self) -> bool:
+        """True: the arms shall have power."""
+
+    @power.setter
+    def power(self, arg: bool, /) -> None: ...
+
+    @property
+    def home(self) -> bool:
+        """True: the arms shall be homed."""
+
+    @home.setter
+    def home(self, arg: bool, /) -> None: ...
+
+    @property
+    def operator_present(self) -> bool:
+        """True: an operator is at the console, with the head in the viewer."""
+
+    @operator_present.setter
+    def operator_present(self, arg: bool, /) -> None: ...
+
+    @property
+    def hold_all(self) -> bool:
+        """True: everything holds where it is."""
+
+    @hold_all.setter
+    def hold_all(self, arg: bool, /) -> None: ...
+
+    @property
+    def recover_by_itself(self) -> bool:
+        """True: a fault ends when its cause is gone."""
+
+    @recover_by_itself.setter
+    def recover_by_itself(self, arg: bool, /) -> None: ...
+
+    @property
+    def recover_requests(self) -> int:
+        """A new number leaves a fault whose cause is gone."""
+
+    @recover_requests.setter
+    def recover_requests(self, arg: int, /) -> None: ...
+
+    @property
+    def lock_rotation(self) -> bool:
+        """True: the tool keeps its orientation while it follows."""
+
+    @lock_rotation.setter
+    def lock_rotation(self, arg: bool, /) -> None: ...
+
+    @property
+    def lock_translation(self) -> bool:
+        """
+        True: the tool keeps its position while it follows, and the hand feels no force.
+        """
+
+    @lock_translation.setter
+    def lock_translation(self, arg: bool, /) -> None: ...
+
+    @property
+    def scale(self) -> float:
+        """Tool motion per hand motion; 0: as in the scene [-]."""
+
+    @scale.setter
+    def scale(self, arg: float, /) -> None: ...
+
+    @property
+    def quat_WL(self) -> Annotated[NDArray[numpy.float64], "(4,)"]:
+        """
+        Orientation of the leader base in W (4,), w x y z; zeros: as in the scene.
+        """
+
+    @quat_WL.setter
+    def quat_WL(self, arg: Annotated[NDArray[numpy.float64], "(4,)"], /) -> None: ...
 
     @property
     def paused(self) -> bool:
@@ -3527,6 +3630,117 @@ class Controls:
 
     @p_hand_offset_W.setter
     def p_hand_offset_W(self, arg: Annotated[NDArray[numpy.float64], "(3,)"], /) -> None: ...
+
+def session_states() -> list[tuple[str, str, bool]]:
+    """
+    States of a session in the order of their numbers, with one row (name, description, False) for each.
+    """
+
+def session_causes() -> list[tuple[str, str, bool]]:
+    """
+    Causes of transitions, with one row (name, description, True for a request of a person) for each.
+    """
+
+def session_transitions() -> list[tuple[str, str, str]]:
+    """
+    Table of transitions (from, cause, to). In a state, the first row whose cause holds is taken.
+    """
+
+class SessionInput:
+    """Levels that the state machine of a session reads in one tick."""
+
+    def __init__(self) -> None: ...
+
+    @property
+    def power(self) -> bool:
+        """Power is requested, and the arms have it."""
+
+    @power.setter
+    def power(self, arg: bool, /) -> None: ...
+
+    @property
+    def home(self) -> bool:
+        """Homing is requested."""
+
+    @home.setter
+    def home(self, arg: bool, /) -> None: ...
+
+    @property
+    def at_home(self) -> bool:
+        """Both arms report that they are homed."""
+
+    @at_home.setter
+    def at_home(self, arg: bool, /) -> None: ...
+
+    @property
+    def follow(self) -> bool:
+        """Teleoperation is requested, and an operator is at the console."""
+
+    @follow.setter
+    def follow(self, arg: bool, /) -> None: ...
+
+    @property
+    def aligned(self) -> bool:
+        """Handle and tool have the same orientation."""
+
+    @aligned.setter
+    def aligned(self, arg: bool, /) -> None: ...
+
+    @property
+    def clutch(self) -> bool:
+        """The clutch pedal is pressed."""
+
+    @clutch.setter
+    def clutch(self, arg: bool, /) -> None: ...
+
+    @property
+    def camera(self) -> bool:
+        """The camera pedal is pressed."""
+
+    @camera.setter
+    def camera(self, arg: bool, /) -> None: ...
+
+    @property
+    def hold(self) -> bool:
+        """A hold is requested."""
+
+    @hold.setter
+    def hold(self, arg: bool, /) -> None: ...
+
+    @property
+    def fault(self) -> bool:
+        """A state of an arm is missing or wrong."""
+
+    @fault.setter
+    def fault(self, arg: bool, /) -> None: ...
+
+    @property
+    def recover(self) -> bool:
+        """A fault may be left once its cause is gone."""
+
+    @recover.setter
+    def recover(self, arg: bool, /) -> None: ...
+
+    @property
+    def settled(self) -> bool:
+        """No fault for the time that the loop demands."""
+
+    @settled.setter
+    def settled(self, arg: bool, /) -> None: ...
+
+class SessionMachine:
+    """The state machine of a session, which every loop runs in its cycle."""
+
+    def __init__(self) -> None: ...
+
+    def step(self, levels: SessionInput) -> str:
+        """
+        Takes all transitions that the levels allow; returns the name of the new state.
+        """
+
+    @property
+    def state(self) -> str:
+        """Name of the present state."""
 
 class RealTimeOptions:
     """What the real-time thread may request from the operating system."""
@@ -4050,6 +4264,13 @@ class CrtkGates:
 
     @clutch.setter
     def clutch(self, arg: bool, /) -> None: ...
+
+    @property
+    def camera(self) -> bool:
+        """The camera pedal is pressed."""
+
+    @camera.setter
+    def camera(self, arg: bool, /) -> None: ...
 
     @property
     def leader_enabled(self) -> bool:

@@ -24,7 +24,9 @@ from palpate.record.writer import Recorder
 from palpate.scene.rig import Rig
 from palpate.sensing import sensing as sensing_module
 from palpate.sensing.source import Clouds, as_sources
+from palpate.session import machine
 from palpate.session.controls import Controls
+from palpate.session.faults import how_to_leave
 from palpate.session.loop import Loop
 from palpate.session.recorded_frames import RecordedFrames
 from palpate.session.run_folder import keep_scene, new_folder, require_writable
@@ -77,6 +79,7 @@ class LiveSession:
         self._dropped = 0
         self._taken = 0  # ticks of all records
         self._lock = threading.RLock()  # only one thread at a time writes to the recorder
+        self._requests = threading.Lock()  # one thread at a time changes the controls by a request
         self._pump: threading.Thread | None = None
         self._stop_pump = threading.Event()
         self._interrupted = threading.Event()
@@ -152,6 +155,23 @@ class LiveSession:
     @controls.setter
     def controls(self, value: _core.Controls) -> None:
         self._loop.controls = value
+
+    def request(self, request: str) -> None:
+        """Ask for a change of the session's state, e.g. ``follow``, ``clutch`` or ``hold`` (docs/session.md).
+
+        The loop takes it with its next tick; a session that does not run takes it when it runs.
+
+        Raises:
+            StateError: the request is unknown, or has no effect in the present state; the message says what has.
+        """
+        with self._requests:
+            tick = self.latest()
+            state = machine.name_of(float(tick["session_state"]))
+            why = how_to_leave(int(tick["status"])) if state == "fault" else ""
+            machine.require(state, request, why)
+            controls = self._loop.controls
+            machine.apply(controls, request)
+            self._loop.controls = controls
 
     @property
     def fixtures(self) -> tuple[Fixture, ...]:

@@ -27,6 +27,13 @@ void check(const Controls& controls) {
   if (!(controls.guidance >= 0.0 && controls.guidance <= 1.0)) {
     throw std::invalid_argument("controls: guidance = " + std::to_string(controls.guidance) + " must lie in 0..1");
   }
+  if (!(controls.scale >= 0.0 && controls.scale <= 10.0)) {
+    throw std::invalid_argument("controls: scale = " + std::to_string(controls.scale) +
+                                " must be above 0 and at most 10, or 0 for that of the scene");
+  }
+  if (!controls.quat_WL.isZero() && !(std::abs(controls.quat_WL.norm() - 1.0) < 1e-6)) {
+    throw std::invalid_argument("controls: quat_WL must be a unit quaternion w x y z, or zero for that of the scene");
+  }
   if (!(controls.stiffness_scale >= 0.0 && std::isfinite(controls.stiffness_scale)) ||
       !(controls.damping_scale >= 0.0 && std::isfinite(controls.damping_scale)) ||
       !controls.p_hand_offset_W.allFinite()) {

@@ -81,6 +81,7 @@ SIGNAL(tracking, Reals<3 * kMaxLive>, tracked_p, "m", "W",
 SIGNAL(tracking, Reals<4 * kMaxLive>, tracked_quat, "1", "W", "its orientation, w x y z", true)
 SIGNAL(tracking, Reals<kMaxLive>, tracked_age, "s", "", "age of this pose; infinite before the first", true)
 SIGNAL(tracking, Reals<kMaxLive>, tracked_status, "1", "", "0: not seen yet, 1: tracked, 2: lost", true)
+SIGNAL(loop, double, session_state, "1", "", "state of the session, by its number in docs/session.md", true)
 SIGNAL(loop, double, cycle_us, "us", "", "compute time of the haptic cycle", false)
 SIGNAL(loop, double, lateness_us, "us", "", "start of the tick after its deadline", false)
 // clang-format on

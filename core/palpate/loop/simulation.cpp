@@ -135,6 +135,7 @@ void Simulation::take(bool stopping) noexcept {
     in_.controls.following = false;
     in_.controls.paused = false;
   }
+  turn_hand();
   const bool other = front_.take_scene(now());
   in_.scene = &front_.scene();
   if (other) {
@@ -142,6 +143,14 @@ void Simulation::take(bool stopping) noexcept {
     if (tool_contact_) tool_contact_->reset();
   }
   if (front_.take_fixtures()) cycle_.take(front_.fixtures());
+}
+
+// The simulated hand sees the picture: it moves in the axes in which the mapping reads it.
+void Simulation::turn_hand() noexcept {
+  const Eigen::Vector4d& q = in_.controls.quat_WL;
+  if (q == quat_WL_) return;
+  quat_WL_ = q;
+  hand_.turn(q.isZero() ? options_.X_WL.R : Mat3(Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized()));
 }
 
 void Simulation::tick(double lateness_us) noexcept {

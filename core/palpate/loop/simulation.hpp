@@ -77,6 +77,7 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): a singl
   /// Time of the next tick [s].
   [[nodiscard]] double now() const noexcept { return static_cast<double>(k_) / options_.rate; }
   void take(bool stopping) noexcept;
+  void turn_hand() noexcept;
   void tick(double lateness_us) noexcept;
   void plant() noexcept;
   Wrench touch(double t) noexcept;
@@ -89,6 +90,7 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): a singl
   std::unique_ptr<contact::Tool> tool_contact_;  ///< contact of a driven follower; null otherwise
   Vec3 F_touch_W_ = Vec3::Zero();
   HandMotion hand_;
+  Eigen::Vector4d quat_WL_ = Eigen::Vector4d::Zero();  ///< Controls::quat_WL of the last tick
   int substeps_;
   double plant_dt_;
   std::uint64_t k_ = 0;  ///< ticks since the start; t = k / rate does not accumulate rounding errors

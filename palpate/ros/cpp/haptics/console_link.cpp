@@ -110,6 +110,7 @@ loop::CrtkGates ConsoleLink::gates() noexcept {
   gates.following = (g & kFollowing) != 0;
   gates.operator_present = (g & kOperator) != 0;
   gates.clutch = (g & (kClutch | kCamera)) != 0;
+  gates.camera = (g & kCamera) != 0;
   gates.leader_enabled = (g & kLeader) != 0;
   gates.follower_enabled = (g & kFollower) != 0;
   gates.second_writer = (g & kWriter) != 0;
