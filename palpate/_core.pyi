@@ -3470,7 +3470,7 @@ def cartesian(
     cartesian_place.
     """
 
-TICK_BYTES: int = 3392
+TICK_BYTES: int = 3456
 
 def signals() -> list[tuple[str, int, int, str, str, str, bool, str]]:
     """
@@ -3794,6 +3794,12 @@ class BareLoop:
         Punctuality so far: lateness_us, slack_us, ticks, missed_ticks, scheduler.
         """
 
+class ToolCapsule:
+    """A capsule of an instrument, between two points of its links."""
+
+    def __init__(self, a: ToolSphere, b: ToolSphere, radius: float) -> None:
+        """a, b: ends of its axis; radius [m]."""
+
 class CycleOptions:
     """Options of the haptic cycle and its stages."""
 
@@ -4090,6 +4096,11 @@ class Simulation:
         Measures each stage of the cycle from now on; timing()['stages'][name] has p50, p99, p999 and max [us].
         """
 
+    def stall(self, seconds: float) -> None:
+        """
+        For tests of isolation: the real-time loop sleeps once in its next tick [s].
+        """
+
     def timing(self) -> dict[str, Any]:
         """
         Timing so far: cycle_us and lateness_us {p50, p99, p999, max}, slack_us {p50, p01, p001}, ticks, missed_ticks,
@@ -4100,6 +4111,34 @@ class Simulation:
         """
         Description of the first fault, with the last states; None without a fault.
         """
+
+MAX_INSTRUMENTS: int = 8
+
+MAX_CAPSULES: int = 8
+
+def join_instruments(
+    simulations: Sequence[Simulation],
+    capsules: Sequence[Sequence[ToolCapsule]],
+    stiffness: float,
+    damping: float,
+) -> None:
+    """
+    Puts the instruments of several simulations into one world, in which they push each other apart with a stiffness
+    [N/m] and a damping [N s/m]. capsules: a list for each simulation.
+    """
+
+def run_in_turns(simulations: Sequence[Simulation], n_ticks: int) -> list[Annotated[NDArray[numpy.float64], "(:, :)"]]:
+    """
+    Runs several simulations in lockstep, tick by tick, in this thread; returns the rows of each.
+    """
+
+def nearest_points(
+    p0: Annotated[NDArray[numpy.float64], "(3,)"],
+    p1: Annotated[NDArray[numpy.float64], "(3,)"],
+    q0: Annotated[NDArray[numpy.float64], "(3,)"],
+    q1: Annotated[NDArray[numpy.float64], "(3,)"],
+) -> tuple[Annotated[NDArray[numpy.float64], "(3,)"], Annotated[NDArray[numpy.float64], "(3,)"]]:
+    """Nearest points (3,) [m] of the segments p0-p1 and q0-q1."""
 
 class WatchOptions:
     """Limits within which a stream of stamped messages is trusted."""

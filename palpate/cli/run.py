@@ -75,6 +75,10 @@ class Command:
             require_viewer()
         require_writable(self.json)
         scene = Scene.load(self.scene)
+        if scene.pairs:
+            from palpate.cli._pairs import run_pairs
+
+            return run_pairs(self, scene, viewer)
         if scene.arms.leader.driver is not None:
             return self._run_device(scene)
         if viewer:

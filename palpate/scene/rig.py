@@ -190,6 +190,10 @@ def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | Non
     Raises:
         SceneError, MeshError, SurfaceError: the scene is invalid; the message states where, why, and the correction.
     """
+    if scene.pairs:
+        what = f"the scene has several pairs: {', '.join(scene.pairs)}"
+        mend = "choose one: scene.pair(NAME) in Python; palpate run, check, certify and ros haptics take them all"
+        raise SceneError(what, where=scene.where("pairs"), mend=mend)
     gains.check_stiffness(scene)
     force_source.check_presence(scene)
     scene.mapping.require_device(scene.arms.leader.driver is not None, scene.where("mapping"))

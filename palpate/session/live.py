@@ -53,6 +53,9 @@ class LiveSession:
         OutputError: `out` cannot be written. SceneError: an object has no source.
     """
 
+    paired = False
+    """True if the record holds the signals of contact with other pairs."""
+
     def __init__(
         self,
         rig: Rig,
@@ -322,7 +325,7 @@ class LiveSession:
             self.notes = []
             self._recorder, self.record = None, None
             if self._out is not None and self.recording:
-                folder = new_folder(self._out, self.scene.title)
+                folder = self._new_folder()
                 self.record = folder / "record.mcap"
                 self.notes += keep_scene(folder, self.rig.resolved_yaml(absolute=True))
                 now = datetime.now().astimezone()
@@ -336,8 +339,14 @@ class LiveSession:
                     started=now - timedelta(seconds=float(self.latest()["t"])),
                     every=self.scene.record.every(self.rate),
                     tracked=self.tracking is not None,
+                    paired=self.paired,
                     extra=RecordedFrames(self.rig) if self.scene.record.frames else None,
                 )
+
+    def _new_folder(self) -> Path:
+        """Make the folder of a run."""
+        assert self._out is not None
+        return new_folder(self._out, self.scene.title)
 
     def _faults(self) -> list[str]:
         fault = self._loop.fault()

@@ -115,15 +115,15 @@ ToolForce Haptics::contact_force(const HapticsInput& in) const noexcept {
     case force::Source::both:
       return {{out_.force.F + F_estimate_W, out_.force.torque}};
     default:
-      return {{out_.force.F, out_.force.torque},
-              stability::stiffness_along(out_.force.F, *out_.contacts, in.controls.stiffness_scale)};
+      return {Wrench{out_.force.F, out_.force.torque} + in.tool.F_others_W,
+              stability::stiffness_along(out_.force.F, *out_.contacts, in.controls.stiffness_scale) + in.tool.K_others};
   }
 }
 
 stability::Output Haptics::stabilise(const HapticsInput& in) noexcept {
   const Vec3 F_T_W = out_.force.F + out_.guided.on_tool.F.f;
-  const double K =
-      stability::stiffness_along(F_T_W, *out_.contacts, in.controls.stiffness_scale) + guidance_.stiffness_along(F_T_W);
+  const double K = stability::stiffness_along(F_T_W, *out_.contacts, in.controls.stiffness_scale) +
+                   guidance_.stiffness_along(F_T_W) + in.tool.K_others;
   return stability_.step({out_.commanded, in.t, in.handle, in.tool, feels(in), mapping_.stiffness_on_hand(K),
                           mapping_.energy_ratio() * out_.guided.credit});
 }

@@ -82,6 +82,11 @@ SIGNAL(tracking, Reals<4 * kMaxLive>, tracked_quat, "1", "W", "its orientation, 
 SIGNAL(tracking, Reals<kMaxLive>, tracked_age, "s", "", "age of this pose; infinite before the first", true)
 SIGNAL(tracking, Reals<kMaxLive>, tracked_status, "1", "", "0: not seen yet, 1: tracked, 2: lost", true)
 SIGNAL(loop, double, session_state, "1", "", "state of the session, by its number in docs/session.md", true)
+SIGNAL(pairs, Reals<3>, F_instrument_W, "N", "W", "force of other instruments on the tool", true)
+SIGNAL(pairs, Reals<3>, t_instrument_W, "N m", "W", "torque of other instruments about the tool tip", true)
+SIGNAL(pairs, double, instrument_gap, "m", "",
+       "smallest distance to another instrument, negative in contact", true)
+SIGNAL(pairs, double, handle_gap, "m", "", "smallest distance to the handle of another leader", true)
 SIGNAL(loop, double, cycle_us, "us", "", "compute time of the haptic cycle", false)
 SIGNAL(loop, double, lateness_us, "us", "", "start of the tick after its deadline", false)
 // clang-format on

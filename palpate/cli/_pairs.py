@@ -1,0 +1,84 @@
+"""`palpate run` of a scene with several pairs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from palpate.console import INTERRUPTED
+from palpate.console.output import console_for, say, write_json
+from palpate.errors import PalpateError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rich.console import Console
+
+    from palpate.cli.run import Command
+    from palpate.scene import Scene
+    from palpate.session import PairsSession
+    from palpate.session.pairs_summary import PairsSummary
+
+
+def run_pairs(command: Command, scene: Scene, viewer: bool) -> int:
+    """Run all pairs of a scene, print their summaries and write the JSON; returns the exit code."""
+    console = console_for(command.json)
+    if command.openigtlink is not None:
+        what = "--openigtlink sends the frames of one pair, and the scene has several"
+        raise PalpateError(what, where=scene.where("pairs"), mend="leave it out, or run one pair as a scene of its own")
+    for name, one in scene.each_pair().items():
+        if one.arms.leader.driver is not None:
+            what = f"pair {name} is felt on a device, and palpate run simulates the arms of several pairs"
+            mend = "leave the drivers out, or use palpate ros haptics for arms on ROS 2"
+            raise PalpateError(what, where=one.where("arms", "leader", "driver"), mend=mend)
+    session = _session(command, scene, lambda line: None)
+    realtime = command.realtime or (viewer and not command.fast)
+    summary = _report(console, scene, _run(command, console, session, realtime=realtime))
+    write_json(command.json, summary)
+    return INTERRUPTED if summary.interrupted else 0
+
+
+def _session(command: Command, scene: Scene, say_progress: Callable[[str], None]) -> PairsSession:
+    from palpate.certificate.scene import warn_outside
+    from palpate.session import PairsSession
+
+    say_progress("reading surfaces, placing arms and planning the paths")
+    session = PairsSession(scene, out=command.out or Path(scene.record.folder), seed=command.seed)
+    say_progress("computing the stability certificates")
+    for rig in session.rigs.values():
+        warn_outside(rig)
+    return session
+
+
+def _run(command: Command, console: Console, session: PairsSession, realtime: bool) -> PairsSummary:
+    from palpate.console.pairs import PairsProgress
+
+    duration = session.scene.duration if command.duration is None else command.duration
+    mode = "real time" if realtime else "lockstep, as fast as possible"
+    with PairsProgress(console, duration, mode) as progress:
+        return session.run(duration, realtime=realtime, on_progress=progress)
+
+
+def _report(console: Console, scene: Scene, summary: PairsSummary) -> PairsSummary:
+    """Write the reports of all pairs and print their summaries."""
+    from palpate.console import outcome
+    from palpate.console.pairs import pairs_table
+
+    each = scene.each_pair()
+    pairs = {name: outcome.with_report(one, each[name]) for name, one in summary.pairs.items()}
+    faults = tuple(f"{name}: {fault}" for name, one in pairs.items() for fault in one.faults)
+    interrupted = summary.interrupted or any(one.interrupted for one in pairs.values())
+    summary = replace(summary, pairs=pairs, faults=faults, interrupted=interrupted)
+    console.print(pairs_table(summary))
+    if summary.interrupted:
+        say(console, "stopped by Ctrl-C; the records are complete up to this moment")
+    for name, one in pairs.items():
+        if one.scheduler:
+            say(console, f"scheduling of {name}: {one.scheduler}")
+    for fault in summary.faults:
+        say(console, fault, "fault:", "red")
+    for label, path in (("records", summary.record), ("report", summary.report)):
+        if path is not None:
+            say(console, f"{label}: {path}")
+    return summary

@@ -1,0 +1,252 @@
+"""A session of several pairs in one scene: one loop, record and ledger a pair."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+
+from palpate import _core
+from palpate.errors import PalpateError
+from palpate.record.ticks import Ticks, as_ticks
+from palpate.scene.rig import Rig
+from palpate.scene.scene import Scene
+from palpate.scene.together import build_pairs, capsules
+from palpate.session import signals
+from palpate.session.live import DRAIN
+from palpate.session.pairs_summary import Met, PairsSummary, meeting
+from palpate.session.run_folder import keep_scene, new_folder, require_writable
+from palpate.session.session import BATCH, Session
+from palpate.session.state import State
+from palpate.trackers.tracking import PERIOD
+
+States = Mapping[str, State]
+"""State of each pair at its newest tick, by name."""
+
+_GRACE = 2.0  # real time after the end of a run in which late pairs may still finish [s]
+
+
+class PairSession(Session):
+    """The session of one pair. Its record lies in a folder with the pair's name, in the folder of the run."""
+
+    paired = True
+
+    def __init__(self, name: str, rig: Rig, seed: int, out: Path | None, run: PairsSession) -> None:
+        self.name, self._run = name, run
+        self.met = run.new_met()  #: how the pair met the others since its record began
+        super().__init__(rig.scene, out, seed, rig=rig)
+
+    def _simulation(self, rig: Rig, seed: int) -> _core.Simulation:
+        options = rig.options(seed)
+        shared = _core.RealTimeOptions()  # loops that share the cores neither spin nor claim one
+        shared.allow_affinity, shared.spin_us = False, 0.0
+        options.realtime = shared
+        return rig.simulation(options=options)
+
+    def prepare(self) -> None:
+        """Open the record of a run in real time, so that all pairs can start together."""
+        self._begin(realtime=True)
+
+    @property
+    def taken(self) -> int:
+        """Number of ticks of all records."""
+        return self._taken
+
+    @property
+    def stopped(self) -> threading.Event:
+        """Set: the run ends early."""
+        return self._interrupted
+
+    def take(self, ticks: Ticks) -> None:
+        """Add ticks of a lockstep run to the summary and the record."""
+        self._take(ticks)
+
+    def _take(self, ticks: Ticks, realtime: bool = False) -> None:
+        super()._take(ticks, realtime)
+        self.met.add(ticks)
+
+    def require_own_clock(self) -> None:
+        """Refuse a lockstep run with a tracker that sends poses in real time."""
+        self._require_own_clock()
+
+    def _new_folder(self) -> Path:
+        folder = self._run.run_folder() / self.name
+        folder.mkdir()
+        return folder
+
+
+class PairsSession:
+    """Runs all pairs of a scene.
+
+        session = palpate.session.PairsSession(palpate.Scene.load("scenes/two_hands.yaml"), out="runs")
+        summary = session.run(5.0)
+        summary.pairs["left"].peak_force_N
+
+    In lockstep all pairs advance tick by tick in one thread. In real time each pair has its own loop, thread, watchdog
+    and record, and no pair waits for another: a pair that stalls leaves its instrument where it was last seen.
+
+    Args:
+        scene: a scene with the section `pairs`.
+        out: folder for records, in which each run gets a folder with one record per pair; None: nothing is recorded.
+        seed: seed of all random numbers; the scene's when left out. The hands have different tremors.
+
+    Raises:
+        SceneError, MeshError: the scene cannot run. OutputError: `out` cannot be written.
+    """
+
+    def __init__(self, scene: Scene, out: str | os.PathLike[str] | None = None, seed: int | None = None) -> None:
+        self.scene, self.seed = scene, scene.seed if seed is None else seed
+        self._out = None if out is None else Path(out)
+        if self._out is not None:
+            require_writable(self._out)
+        self.folder: Path | None = None  #: folder of the newest run
+        self.rigs = build_pairs(scene)
+        self.pairs = {  #: session of each pair by name
+            name: PairSession(name, rig, (self.seed + i) % 2**64, self._out, self)
+            for i, (name, rig) in enumerate(self.rigs.items())
+        }
+        self._loops = [session.simulation for session in self.pairs.values()]
+        law = scene.instruments
+        if law.stiffness > 0.0:
+            _core.join_instruments(self._loops, [capsules(r) for r in self.rigs.values()], law.stiffness, law.damping)
+        self._ticks_to_tracking = 0
+
+    # -- running ---------------------------------------------------------------------------------------------------
+
+    def run(
+        self,
+        duration: float | None = None,
+        realtime: bool = False,
+        on_progress: Callable[[States], None] | None = None,
+    ) -> PairsSummary:
+        """Run all pairs for a duration, then close the records; as `Session.run`, with the states of all pairs."""
+        rate = self.scene.rates.haptic
+        n = max(1, round((self.scene.duration if duration is None else duration) * rate))
+        self._require_idle()
+        stopped = next(iter(self.pairs.values())).stopped
+        with signals.deferred(stopped):
+            try:
+                (self._run_realtime if realtime else self._run_lockstep)(n, on_progress)
+            except BaseException:
+                self.close(interrupted=True)  # the records are complete after any exception
+                raise
+            return self.close(interrupted=stopped.is_set())
+
+    def start(self) -> None:
+        """Start every pair in real time, each in its own threads; no effect on a pair that runs."""
+        for session in self.pairs.values():
+            session.prepare()
+        for session in self.pairs.values():
+            session.start()
+
+    def stop(self) -> None:
+        """Stop every pair with its force at zero."""
+        for session in self.pairs.values():
+            session.stop()
+
+    def step(self, n: int = 1) -> States:
+        """Run `n` ticks of every pair in lockstep; the records stay open."""
+        self._require_idle()
+        self._take(self._advance(n))
+        return self.states
+
+    def close(self, interrupted: bool = False) -> PairsSummary:
+        """Stop all pairs, close their records and return the summary."""
+        self.stop()
+        found = {name: session.close(interrupted) for name, session in self.pairs.items()}
+        met = meeting([session.met for session in self.pairs.values()])
+        folder, self.folder = self.folder, None
+        for session in self.pairs.values():
+            session.met = self.new_met()
+        return PairsSummary.of(found, met, None if folder is None else str(folder))
+
+    # -- observation -----------------------------------------------------------------------------------------------
+
+    @property
+    def running(self) -> bool:
+        """True while a pair runs in real time."""
+        return any(session.running for session in self.pairs.values())
+
+    @property
+    def states(self) -> States:
+        """State of each pair at its newest tick."""
+        return {name: session.state for name, session in self.pairs.items()}
+
+    def interrupt(self) -> None:
+        """End `run` before its duration is over; the records are complete."""
+        next(iter(self.pairs.values())).interrupt()
+
+    # -- inside ----------------------------------------------------------------------------------------------------
+
+    def new_met(self) -> Met:
+        """An empty account of meetings."""
+        return Met(self.scene.rates.haptic, self.scene.instruments.handle_distance)
+
+    def run_folder(self) -> Path:
+        """Folder of the present run, made when the first pair begins to record."""
+        if self.folder is None:
+            assert self._out is not None
+            self.folder = new_folder(self._out, self.scene.title)
+            keep_scene(self.folder, self.scene.to_yaml())
+        return self.folder
+
+    def _require_idle(self) -> None:
+        if self.running:
+            raise PalpateError("the session runs in real time already", mend="call stop() first")
+
+    def _advance(self, n: int) -> list[np.ndarray]:
+        """Run `n` ticks of all pairs in turns; trackers and sensors are read every `PERIOD`."""
+        beside = [p for s in self.pairs.values() for p in (s.tracking, s.sensing) if p is not None]
+        if not beside:
+            return list(_core.run_in_turns(self._loops, n))
+        size, done = max(1, round(PERIOD * self.scene.rates.haptic)), []
+        while n > 0:
+            if self._ticks_to_tracking == 0:
+                for part in beside:
+                    part.step(float(next(iter(self.pairs.values())).latest()["t"]))
+                self._ticks_to_tracking = size
+            some = min(self._ticks_to_tracking, n)
+            done.append(_core.run_in_turns(self._loops, some))
+            n, self._ticks_to_tracking = n - some, self._ticks_to_tracking - some
+        return [np.concatenate(rows) for rows in zip(*done, strict=True)]
+
+    def _take(self, rows: list[np.ndarray]) -> None:
+        for session, one in zip(self.pairs.values(), rows, strict=True):
+            session.take(as_ticks(one))
+
+    def _run_lockstep(self, n: int, on_progress: Callable[[States], None] | None) -> None:
+        for session in self.pairs.values():
+            session.require_own_clock()
+        batch = max(1, round(BATCH * self.scene.rates.haptic))
+        stopped = next(iter(self.pairs.values())).stopped
+        while n > 0 and not stopped.is_set():
+            rows = self._advance(min(batch, n))
+            if not len(rows[0]):  # paused: simulated time stops
+                time.sleep(DRAIN)
+                continue
+            n -= len(rows[0])
+            self._take(rows)
+            if on_progress is not None:
+                on_progress(self.states)
+
+    def _run_realtime(self, n: int, on_progress: Callable[[States], None] | None) -> None:
+        goals = {name: session.taken + n for name, session in self.pairs.items()}
+        stopped = next(iter(self.pairs.values())).stopped
+        self.start()
+        latest = None
+        try:
+            while not stopped.is_set():
+                late = [name for name, session in self.pairs.items() if session.taken < goals[name]]
+                if not late or (latest is not None and time.monotonic() > latest):
+                    break
+                if len(late) < len(goals) and latest is None:
+                    latest = time.monotonic() + _GRACE  # a pair that stalls does not keep the others running
+                time.sleep(2 * DRAIN)
+                if on_progress is not None:
+                    on_progress(self.states)
+        finally:
+            self.stop()
