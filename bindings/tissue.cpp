@@ -12,6 +12,7 @@
 
 #include "bindings.hpp"
 #include "palpate/tissue/body.hpp"
+#include "palpate/tissue/soft_surface.hpp"
 #include "types.hpp"
 
 namespace nb = nanobind;
@@ -87,9 +88,7 @@ void set_state(Body& body, const Points& positions, const Points& velocities) {
   body.set_state(u, {velocities.data(), velocities.size()});
 }
 
-}  // namespace
-
-void bind_tissue(nb::module_& m) {
+void bind_body(nb::module_& m) {
   nb::class_<Body>(
       m, "TissueBody",
       "A soft body of linear tetrahedra, stepped explicitly; all in the object's frame O. Energy per volume: "
@@ -151,6 +150,28 @@ void bind_tissue(nb::module_& m) {
                    "Smallest det F at the beginning of the last step; zero or less: inverted [-].")
       .def_prop_ro_static(
           "has_avx2", [](nb::handle) { return tissue::has_avx2(); }, "True if the AVX2 kernels are used.");
+}
+
+}  // namespace
+
+void bind_tissue(nb::module_& m) {
+  bind_body(m);
+  using tissue::SoftSurface;
+  nb::class_<SoftSurface, scene::Surface>(
+      m, "TissueSurface", "The surface of a soft body, for contact. Each loop and each rendering uses a copy at rest.")
+      .def(
+          "__init__",
+          [](SoftSurface* self, const Body& body, double width) {
+            const nb::gil_scoped_release release;
+            new (self) SoftSurface(body.data(), width);
+          },
+          nb::arg("body"), nb::arg("width") = 0.0,
+          "body: gives the mesh, the material and the step; its state is not used. width: standard deviation of the "
+          "spread contact force [m], 0: the mean edge; at least .6 of the largest sphere's radius. Raises ValueError "
+          "if "
+          "the body has no surface.")
+      .def_prop_ro("edge", &SoftSurface::edge, "Mean length of the edges of the surface [m].")
+      .def_prop_ro("width", &SoftSurface::width, "Standard deviation of the spread contact force [m].");
 }
 
 }  // namespace palpate::bindings

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 #include "palpate/types/denormals.hpp"
 #include "palpate/types/index.hpp"
@@ -66,15 +65,16 @@ void Body::find_forces() noexcept {
   kernel_.add_forces(elements_);
 }
 
-void Body::step() noexcept {
+void Body::step(int parts) noexcept {
   const DenormalsAreZero scope;
+  elements_.viscosity = viscosity_[parts > 1 ? 1 : 0];
   find_forces();
-  integrate();
+  integrate(data_.step / (parts > 1 ? 2 : 1));
 }
 
 // Symplectic Euler steps of the nodes, with the damping implicit.
-void Body::integrate() noexcept {
-  const double dt = data_.step, keep = 1.0 / (1.0 + dt * data_.damping);
+void Body::integrate(double dt) noexcept {
+  const double keep = 1.0 / (1.0 + dt * data_.damping);
   double fastest2 = 0.0;
   for (std::size_t i = 0; i < mass_.size(); ++i) {
     const double scale = dt * inverse_mass_[i], spring = data_.spring.empty() ? 0.0 : data_.spring[i];
@@ -94,9 +94,8 @@ void Body::integrate() noexcept {
 }
 
 void Body::internal_forces(std::span<double> out) noexcept {
-  Viscosity kept = std::exchange(elements_.viscosity, Viscosity{});
+  elements_.viscosity = Viscosity{};
   find_forces();
-  elements_.viscosity = kept;
   for (std::size_t i = 0; i < out.size(); ++i) out[i] = static_cast<double>(force_[i / 3].x[i % 3]);
 }
 

@@ -49,8 +49,8 @@ class Body {
   /// Throws std::invalid_argument naming an invalid value, with its index.
   explicit Body(BodyData data);
 
-  /// Advances by one time step: strain, springs, damping and loads().
-  void step() noexcept;
+  /// Advances by a time step, or by its half if parts = 2: strain, springs, damping and loads.
+  void step(int parts = 1) noexcept;
   /// Returns to rest.
   void reset() noexcept;
   /// Adds a force on a node for the following steps until clear_loads(). force: in O [N].
@@ -97,7 +97,7 @@ class Body {
   void choose_step(const std::vector<double>& frequency2);
   void bind() noexcept;
   void find_forces() noexcept;
-  void integrate() noexcept;
+  void integrate(double dt) noexcept;
 
   BodyData data_;
   std::vector<ElementBlock> blocks_;
@@ -114,6 +114,7 @@ class Body {
   std::vector<std::int32_t> loaded_;             ///< nodes with a load
   std::size_t loaded_count_ = 0;
   ElementArrays elements_;
+  Viscosity viscosity_[2];  ///< of a whole and of half a step
   Kernel kernel_;
   double stable_step_ = 0.0, added_mass_ = 0.0, fastest_ = 0.0, least_height_ = 0.0, node_energy_ = 0.0;
   int steps_ = 1;

@@ -80,12 +80,13 @@ Body::Body(BodyData data)
   dilatation_.assign(n, 0.0F);
   pressure_ = dilatation_;
   make_blocks();
-  const double dt = data_.step;
-  for (const PronyTerm& term : data_.prony) {
-    const auto k = elements_.viscosity.terms++;
-    elements_.viscosity.share[k] = static_cast<float>(term.g);
-    elements_.viscosity.recover[k] = static_cast<float>(-std::expm1(-dt / term.tau));
-  }
+  for (int parts = 1; parts <= 2; ++parts)
+    for (const PronyTerm& term : data_.prony) {
+      Viscosity& viscosity = viscosity_[parts - 1];
+      const auto k = viscosity.terms++;
+      viscosity.share[k] = static_cast<float>(term.g);
+      viscosity.recover[k] = static_cast<float>(-std::expm1(-data_.step / (parts * term.tau)));
+    }
   history_.assign(blocks_.size() * data_.prony.size(), HistoryBlock{});
   reset();
 }
