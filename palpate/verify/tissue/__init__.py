@@ -1,0 +1,2 @@
+"""References for soft tissue that share no code with the product: a fine axisymmetric finite element model."""
+
