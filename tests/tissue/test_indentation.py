@@ -33,23 +33,32 @@ def _radius_by_bisection(depth):
     return 0.5 * (low + high)
 
 
-def test_a_thick_layer_is_a_half_space():
-    np.testing.assert_allclose(
-        indentation.layer(R, DEPTHS, E, NU, h=1e3 * R), indentation.hertz(R, DEPTHS, E, NU), rtol=2e-3
-    )
+@pytest.mark.parametrize(("law", "half_space"), [("layer", "sneddon"), ("dimitriadis", "hertz")])
+def test_a_thick_layer_is_a_half_space(law, half_space):
+    force = getattr(indentation, law)(R, DEPTHS, E, NU, h=1e3 * R)
+    np.testing.assert_allclose(force, getattr(indentation, half_space)(R, DEPTHS, E, NU), rtol=2e-3)
 
 
-def test_a_thin_layer_is_stiffer():
-    force = [indentation.layer(R, DEPTHS, E, NU, h) for h in (1.0, 0.05, 0.02, 0.01)]
+@pytest.mark.parametrize("law", [indentation.layer, indentation.dimitriadis])
+def test_a_thin_layer_is_stiffer(law):
+    force = [law(R, DEPTHS, E, NU, h) for h in (1.0, 0.05, 0.02, 0.01)]
     assert np.all(np.diff(force, axis=0) > 0)
 
 
-def test_incompressible_layer_has_the_coefficients_of_the_paper():
-    """Equation 13 of Dimitriadis 2002: 1.133, 1.283, .769 at nu = .5; only the last one is small."""
-    chi = np.array([0.02, 0.2, 0.5])
-    d = (chi * 0.01) ** 2 / R
-    ratio = indentation.layer(R, d, E, 0.5, h=0.01) / indentation.hertz(R, d, E, 0.5)
-    np.testing.assert_allclose(ratio, 1 + 1.133 * chi + 1.283 * chi**2 + 0.769 * chi**3, rtol=5e-3)
+@pytest.mark.parametrize("nu", [0.3, 0.45, 0.5])
+def test_polynomial_is_the_layer_while_the_contact_is_small(nu):
+    chi = np.array([0.02, 0.05, 0.1])
+    d = (chi * 1e-3) ** 2 / R  # so thin that the sphere is a paraboloid
+    polynomial, exact = (law(R, d, E, nu, 1e-3) for law in (indentation.dimitriadis, indentation.layer))
+    np.testing.assert_allclose(polynomial, exact, rtol=2e-3)
+
+
+def test_incompressible_layer_agrees_with_the_longer_polynomial():
+    """1 + 1.133 chi + 1.497 chi^2 + 1.469 chi^3 + .755 chi^4 (Garcia and Garcia 2018, Biophys. J. 114, nu = .5)."""
+    chi = np.array([0.05, 0.2, 0.4])
+    d = (chi * 1e-3) ** 2 / R
+    ratio = indentation.layer(R, d, E, 0.5, h=1e-3) / indentation.hertz(R, d, E, 0.5)
+    np.testing.assert_allclose(ratio, np.polynomial.polynomial.polyval(chi, [1, 1.133, 1.497, 1.469, 0.755]), rtol=5e-3)
 
 
 @pytest.mark.parametrize("law", [indentation.hertz, indentation.sneddon])

@@ -17,7 +17,7 @@ from palpate.verify.tissue.solid import GAUSS, Solid, lagrange
 
 _PENALTY = 120.0  # stiffness of the contact, in units of E over the length of an element
 _PRESSURE = 3.0  # bound of the pressure in the stiffness of the contact, in units of E
-_STEP = 0.0125  # largest step of depth, in units of R
+_STEP = 0.025  # largest step of depth, in units of R
 _GROWTH = 1.3  # of elements away from the contact
 
 
