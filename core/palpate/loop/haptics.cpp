@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "palpate/loop/soft_objects.hpp"
+
 namespace palpate::loop {
 namespace {
 
@@ -44,6 +46,8 @@ const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
   tool_force_ = contact_force(in);
   out_.commanded = mapping_.damped_wrench_on_hand({tool_force_.F_T_W + out_.guided.on_tool.F, out_.guided.on_tool.B});
   if (in.controls.lock_rotation) out_.commanded.F.t.setZero();  // a moment that turns no tool could feed the hand
+  advance_soft(*in.scene, contact_, *out_.contacts, out_.force, in.t, 1.0 / options_.rate);
+  soft_ = soft_state(*in.scene);
   mark(Stage::force);
   out_.rendered = stabilise(in);
   mark(Stage::stability);

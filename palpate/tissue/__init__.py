@@ -1,0 +1,1 @@
+"""Soft tissue: materials, tetrahedral meshes, and closed forms of indentation and viscosity."""
