@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from datetime import datetime, timedelta
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from palpate.scene.rig import Rig
 from palpate.sensing import sensing as sensing_module
 from palpate.sensing.source import Clouds, as_sources
 from palpate.session import machine
+from palpate.session.console import Console
 from palpate.session.controls import Controls
 from palpate.session.faults import how_to_leave
 from palpate.session.loop import Loop
@@ -82,6 +83,7 @@ class LiveSession:
         self._dropped = 0
         self._taken = 0  # ticks of all records
         self._lock = threading.RLock()  # only one thread at a time writes to the recorder
+        self.console = Console([weakref.proxy(self)])  #: pedals, presence, locks and scale
         self._requests = threading.Lock()  # one thread at a time changes the controls by a request
         self._pump: threading.Thread | None = None
         self._stop_pump = threading.Event()
@@ -158,6 +160,18 @@ class LiveSession:
     @controls.setter
     def controls(self, value: _core.Controls) -> None:
         self._loop.controls = value
+
+    def change(self, **values: Any) -> None:
+        """Assign some controls, e.g. ``session.change(clutch=True)``, and leave the others as they are.
+
+        Raises:
+            PalpateError: there is no such control, or the value has another type.
+        """
+        with self._requests:
+            controls = self.controls
+            for name, value in values.items():
+                setattr(controls, name, value)
+            self.controls = controls
 
     def request(self, request: str) -> None:
         """Ask for a change of the session's state, e.g. ``follow``, ``clutch`` or ``hold`` (docs/session.md).
