@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -45,9 +46,16 @@ def run_pairs(command: Options, scene: Scene, viewer: bool) -> int:
             what = f"pair {name} is felt on a device, and palpate run simulates the arms of several pairs"
             mend = "leave the drivers out, or use palpate ros haptics for arms on ROS 2"
             raise PalpateError(what, where=one.where("arms", "leader", "driver"), mend=mend)
-    session = _session(command, scene, lambda line: None)
-    realtime = command.realtime or (viewer and not command.fast)
-    summary = _report(console, scene, _run(command, console, session, realtime=realtime))
+    if viewer:
+        from palpate.console.view import live_pairs, open_page
+
+        page = open_page(scene.title, command.port, console, command.host)
+        begin = partial(_session, command, scene, page.say)
+        run = partial(_run, command, console, realtime=not command.fast)
+        summary = live_pairs(begin, run, partial(_report, console, scene), page, console)
+    else:
+        session = _session(command, scene, lambda line: None)
+        summary = _report(console, scene, _run(command, console, session, realtime=command.realtime))
     write_json(command.json, summary)
     return INTERRUPTED if summary.interrupted else 0
 
