@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from palpate.console import INTERRUPTED
 from palpate.console.output import console_for, say, write_json
@@ -15,13 +16,26 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from palpate.cli.run import Command
     from palpate.scene import Scene
     from palpate.session import PairsSession
     from palpate.session.pairs_summary import PairsSummary
 
 
-def run_pairs(command: Command, scene: Scene, viewer: bool) -> int:
+class Options(Protocol):
+    """The options of `palpate run`."""
+
+    duration: float | None
+    realtime: bool
+    fast: bool
+    seed: int | None
+    out: Path | None
+    json: Path | None
+    openigtlink: int | None
+    port: int
+    host: str
+
+
+def run_pairs(command: Options, scene: Scene, viewer: bool) -> int:
     """Run all pairs of a scene, print their summaries and write the JSON; returns the exit code."""
     console = console_for(command.json)
     if command.openigtlink is not None:
@@ -32,14 +46,21 @@ def run_pairs(command: Command, scene: Scene, viewer: bool) -> int:
             what = f"pair {name} is felt on a device, and palpate run simulates the arms of several pairs"
             mend = "leave the drivers out, or use palpate ros haptics for arms on ROS 2"
             raise PalpateError(what, where=one.where("arms", "leader", "driver"), mend=mend)
-    session = _session(command, scene, lambda line: None)
-    realtime = command.realtime or (viewer and not command.fast)
-    summary = _report(console, scene, _run(command, console, session, realtime=realtime))
+    if viewer:
+        from palpate.console.view import live_pairs, open_page
+
+        page = open_page(scene.title, command.port, console, command.host)
+        begin = partial(_session, command, scene, page.say)
+        run = partial(_run, command, console, realtime=not command.fast)
+        summary = live_pairs(begin, run, partial(_report, console, scene), page, console)
+    else:
+        session = _session(command, scene, lambda line: None)
+        summary = _report(console, scene, _run(command, console, session, realtime=command.realtime))
     write_json(command.json, summary)
     return INTERRUPTED if summary.interrupted else 0
 
 
-def _session(command: Command, scene: Scene, say_progress: Callable[[str], None]) -> PairsSession:
+def _session(command: Options, scene: Scene, say_progress: Callable[[str], None]) -> PairsSession:
     from palpate.certificate.scene import warn_outside
     from palpate.session import PairsSession
 
@@ -51,7 +72,7 @@ def _session(command: Command, scene: Scene, say_progress: Callable[[str], None]
     return session
 
 
-def _run(command: Command, console: Console, session: PairsSession, realtime: bool) -> PairsSummary:
+def _run(command: Options, console: Console, session: PairsSession, realtime: bool) -> PairsSummary:
     from palpate.console.pairs import PairsProgress
 
     duration = session.scene.duration if command.duration is None else command.duration

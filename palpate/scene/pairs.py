@@ -5,24 +5,19 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from itertools import combinations
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from palpate.arrays.plain import Content
-from palpate.errors import SceneError, ValueAtError
+from palpate.errors import ValueAtError
 from palpate.guidance.fixture import Fixture
-from palpate.scene import explain
 from palpate.scene.force import ForceSection
 from palpate.scene.mapping import MappingSection
 from palpate.scene.model import ArmsSection, ContactSection, TorqueSection
 from palpate.scene.operator import OperatorSection
 from palpate.scene.stability import StabilitySection
 from palpate.values import NotNegative, Positive, Section
-
-if TYPE_CHECKING:
-    from palpate.scene.scene import Scene
 
 MOST = 8
 """Largest number of pairs in a scene."""
@@ -104,28 +99,7 @@ def _identities(a: PairSection, b: PairSection) -> list[tuple[str, str | None, s
     return found
 
 
-def one(scene: Scene, name: str) -> Scene:
-    """The scene of one pair alone: the scene's sections, overridden by those of the pair, without `pairs`.
-
-    Messages about it name the lines of the pair in the file.
-
-    Raises:
-        SceneError: there is no such pair, or its values contradict those of the scene.
-    """
-    if name not in scene.pairs:
-        mend = f"name one of {', '.join(scene.pairs)}" if scene.pairs else "the scene has one pair, without a name"
-        raise SceneError(f"there is no pair {name!r}", where=scene.where("pairs"), mend=mend)
-    data = scene.model_dump(mode="json", exclude_unset=True, exclude={"pairs"})
-    own = scene.pairs[name].model_dump(mode="json", exclude_unset=True, exclude={"devices"})
-    lines = scene.lines | {at[2:]: line for at, line in scene.lines.items() if at[:2] == ("pairs", name) and at[2:]}
-    try:
-        made = type(scene).model_validate(_merged(data, own), context={"folder": Path(scene.file).parent})
-    except ValidationError as error:
-        raise explain.scene_error(error, type(scene), scene.file or f"pair {name}", lines) from None
-    return made.with_origin(scene.file, lines)
-
-
-def _merged(data: Content, own: Content) -> Content:
+def merged(data: Content, own: Content) -> Content:
     """Sections of a pair over those of the scene, key by key; arms one level deeper."""
     out = dict(data)
     for section, values in own.items():

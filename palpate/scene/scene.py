@@ -132,18 +132,24 @@ class Scene(Section):
         self._file, self._lines = file, lines
         return self
 
-    @property
-    def lines(self) -> dict[Place, int]:
-        """Line of each value in the scene's file; empty for a scene made in Python."""
-        return self._lines
-
     def pair(self, name: str) -> Scene:
         """The scene of one pair alone: the values of the scene, overridden by those of the pair.
 
         Raises:
             SceneError: there is no such pair, or its values contradict those of the scene.
         """
-        return pairs_module.one(self, name)
+        if name not in self.pairs:
+            mend = f"name one of {', '.join(self.pairs)}" if self.pairs else "the scene has one pair, without a name"
+            raise SceneError(f"there is no pair {name!r}", where=self.where("pairs"), mend=mend)
+        data = self.model_dump(mode="json", exclude_unset=True, exclude={"pairs"})
+        own = self.pairs[name].model_dump(mode="json", exclude_unset=True, exclude={"devices"})
+        lines = self._lines | {at[2:]: n for at, n in self._lines.items() if at[:2] == ("pairs", name) and at[2:]}
+        try:
+            context = {"folder": Path(self._file).parent}
+            made = Scene.model_validate(pairs_module.merged(data, own), context=context)
+        except ValidationError as error:
+            raise explain.scene_error(error, Scene, self._file or f"pair {name}", lines) from None
+        return made.with_origin(self._file, lines)
 
     def each_pair(self) -> dict[str, Scene]:
         """The scenes of all pairs by name; the scene itself under the empty name if it has no section `pairs`."""

@@ -17,6 +17,7 @@ from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
 from palpate.scene.together import build_pairs, capsules
 from palpate.session import signals
+from palpate.session.controls import Controls
 from palpate.session.live import DRAIN
 from palpate.session.pairs_summary import Met, PairsSummary, meeting
 from palpate.session.run_folder import keep_scene, new_folder, require_writable
@@ -175,6 +176,33 @@ class PairsSession:
     def states(self) -> States:
         """State of each pair at its newest tick."""
         return {name: session.state for name, session in self.pairs.items()}
+
+    def latest(self) -> Ticks:
+        """The newest tick of the first pair."""
+        return next(iter(self.pairs.values())).latest()
+
+    @property
+    def controls(self) -> Controls:
+        """Controls of the first pair, as a copy. Assigned controls set the pause of all pairs, and nothing else."""
+        return next(iter(self.pairs.values())).controls
+
+    @controls.setter
+    def controls(self, value: _core.Controls) -> None:
+        for session in self.pairs.values():
+            own = session.controls
+            own.paused = value.paused
+            session.controls = own
+
+    @property
+    def recording(self) -> bool:
+        """False: no new records are begun."""
+        return next(iter(self.pairs.values())).recording
+
+    def set_recording(self, on: bool) -> None:
+        """End the present records, also while the pairs run; True begins new ones with the next tick."""
+        for session in self.pairs.values():
+            session.set_recording(on)
+        self.folder = None
 
     def interrupt(self) -> None:
         """End `run` before its duration is over; the records are complete."""

@@ -111,7 +111,7 @@ def test_instruments_apart_or_not_joined_feel_nothing():
 
 
 def test_instruments_do_not_pass_through_each_other(met):
-    a, b = met[1]
+    a = met[1][0]
     _, free = crossing(joined=False)
     assert free[0]["p_WT"][-1, 0] > free[1]["p_WT"][-1, 0]  # free hands carry them past each other
     normal = a["F_instrument_W"][np.linalg.norm(a["F_instrument_W"], axis=1) > 0.1]

@@ -11,7 +11,8 @@ from palpate.scene.together import build_pairs
 
 ORGAN = "objects: [{shape: organ, triangles: 2000, stiffness: 300}]\n"
 RIGHT = "{follower: {base: {xyz: [-0.12, -0.06, 0.155], rpy_deg: [0, 0, 205]}}}"
-LEFT = "{leader: {model: mtm_left, base: {xyz: [-0.3, 0.2, 0.2]}}, follower: {base: {xyz: [0.06, -0.06, 0.155], rpy_deg: [0, 0, 155]}}}"
+LEADER = "{model: mtm_left, base: {xyz: [-0.3, 0.2, 0.2]}}"
+LEFT = f"{{leader: {LEADER}, follower: {{base: {{xyz: [0.06, -0.06, 0.155], rpy_deg: [0, 0, 155]}}}}}}"
 
 MANY = ", ".join(f"p{i}: {{}}" for i in range(9))
 
