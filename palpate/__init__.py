@@ -10,6 +10,7 @@ from palpate.renamed import NAMES, RENAMED, install, missing_name
 if TYPE_CHECKING:
     from palpate import contact as contact
     from palpate import guidance as guidance
+    from palpate import planning as planning
     from palpate import registration as registration
     from palpate import shapes as shapes
     from palpate import surfaces as surfaces
@@ -44,6 +45,7 @@ __all__ = [
     "certify",
     "contact",
     "guidance",
+    "planning",
     "registration",
     "shapes",
     "simulate",
@@ -80,7 +82,7 @@ def __getattr__(name: str) -> Any:
         return import_module("palpate._core")
     if name in _MODULE_OF:
         return getattr(import_module(_MODULE_OF[name]), name)
-    if name in ("contact", "guidance", "registration", "shapes", "surfaces"):
+    if name in ("contact", "guidance", "planning", "registration", "shapes", "surfaces"):
         return import_module(f"palpate.{name}")
     if f"palpate.{name}" in RENAMED:
         raise AttributeError(f"palpate.{name} is now {RENAMED[f'palpate.{name}']}")

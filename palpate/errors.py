@@ -17,6 +17,7 @@ __all__ = [
     "OutputError",
     "PalpateError",
     "PalpateWarning",
+    "PlanningError",
     "PortError",
     "RecordError",
     "RecordingError",
@@ -101,6 +102,10 @@ class RecordError(PalpateError):
 
 class RecordingError(PalpateError):
     """Nothing can be identified from a recording, or a model file does not belong to the arm."""
+
+
+class PlanningError(PalpateError, ValueError):
+    """No motion can be planned: the start or the goal is in collision, or the plan does not belong to the scene."""
 
 
 class RegistrationError(PalpateError, ValueError):

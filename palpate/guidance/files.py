@@ -12,6 +12,7 @@ from palpate.arrays.so3 import matrices, quaternions
 from palpate.errors import GuidanceError, OutputError
 from palpate.values.units import FILE_UNITS
 
+_PLAN_SPACING = 2e-3  # of the places taken from a plan [m]
 HEADER = "x_m,y_m,z_m,qw,qx,qy,qz"
 
 
@@ -21,9 +22,13 @@ def read_rows(path: Path, unit: str = "mm") -> tuple[Array, Array | None]:
     Columns are separated by commas, semicolons or white space; lines that begin with # are skipped. A header line
     may name the unit (``x_m``, ``x_mm``, ``x_cm``, ``x_in``); otherwise the unit is ``unit``.
 
+    A plan of `palpate plan` (.yaml) gives the poses of its tip.
+
     Raises:
         GuidanceError: the file is missing, empty, or a line is invalid; the message names the line.
     """
+    if path.suffix.lower() in (".yaml", ".yml"):
+        return _tip_of_plan(path)
     named, rows = unit, []
     for number, line in enumerate(_lines(path), start=1):
         words = line.replace(",", " ").replace(";", " ").split()
@@ -80,6 +85,28 @@ def _lines(path: Path) -> list[str]:
         raise GuidanceError(
             "cannot be read as text", where=str(path), why=str(error), mend="give a text file with rows of x, y, z"
         ) from None
+
+
+def _tip_of_plan(path: Path) -> tuple[Array, Array]:
+    """Places (n, 3) [m] and rotations (n, 3, 3) of the tip along a plan, thinned to one every 2 mm."""
+    import yaml
+
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    try:
+        data = yaml.load("\n".join(_lines(path)), loader)
+        places, turns = (np.array(data[key], dtype=np.float64) for key in ("tip_xyz_m", "tip_wxyz"))
+    except (yaml.YAMLError, KeyError, TypeError, ValueError) as error:
+        why = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+        mend = "palpate plan SCENE --to GOAL --out plan.yaml writes one"
+        raise GuidanceError("the file is not a plan", where=str(path), why=why, mend=mend) from None
+    if places.ndim != 2 or places.shape[1:] != (3,) or turns.shape != (len(places), 4) or not len(places):
+        raise GuidanceError("the plan has no path of the tip", where=str(path), mend="plan again")
+    if not np.isfinite(places).all() or not np.isfinite(turns).all():
+        raise GuidanceError("a number of the plan is not finite", where=str(path), mend="plan again")
+    along = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(places, axis=0), axis=1))]
+    kept = np.unique(np.searchsorted(along, np.linspace(0.0, along[-1], 1 + max(1, round(along[-1] / _PLAN_SPACING)))))
+    kept = kept[kept < len(places)]
+    return places[kept], _rotations(np.hstack([places, turns])[kept], path)
 
 
 def _unit_of(first: str, unit: str, where: str) -> str:

@@ -73,6 +73,14 @@ def _margin(value: Content) -> Content:
 
 
 def _follow(value: Content) -> Content:
+    followed = value["follow"]
+    if isinstance(followed, dict) and set(followed) == {"plan"}:
+        file = str(followed["plan"])
+        return {
+            "name": Path(file).stem,
+            "geometry": {"path": {"file": file, "crossing": 0.0}},
+            "role": {"name": "guide"},
+        }
     return {**target(value["follow"]), "role": {"name": "guide"}}
 
 
@@ -96,7 +104,7 @@ KEYS = tuple(_LINES)
 WORDS = {
     "margin": "in one line: a hard forbidden region with this margin: a length, or `3 mm around vessel.stl`",
     "around": "geometry inside the margin: a file, an object of the scene, or a shape such as sphere(target, 1 cm)",
-    "follow": "in one line: a path that guides the tool: a file or an object",
+    "follow": "in one line: a path that guides the tool: a file, an object, or {plan: FILE} of `palpate plan`",
     "stay-in": "in one line: a hard region to stay in: cone(entry, target), tube(path.csv, 2 mm), a closed mesh",
     "keep-rcm": "in one line: the shaft passes through this place; the follower's remote centre when left empty",
     "unit": "unit of the numbers in the file that the line names: mm, cm, m, in",

@@ -30,6 +30,7 @@ from palpate.scene.model import (
 )
 from palpate.scene.operator import OperatorSection
 from palpate.scene.pairs import InstrumentsSection, PairSection
+from palpate.scene.planning import PlanningSection
 from palpate.scene.registration import RegistrationSection
 from palpate.scene.sensors import SensorSection, with_topics
 from palpate.scene.stability import StabilitySection
@@ -88,6 +89,8 @@ class Scene(Section):
     """random delay in addition to loop_delay, uniform from 0 to this for each cycle's force; the order is kept [s]"""
     operator: OperatorSection = OperatorSection()
     """the simulated hand"""
+    planning: PlanningSection = PlanningSection()
+    """motion plans of the follower (docs/planning.md)"""
     seed: Annotated[int, Field(strict=True, ge=0, lt=2**64)] = _C.seed
     """seed of all random numbers"""
     duration: Positive = 20.0

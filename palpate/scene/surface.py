@@ -143,7 +143,7 @@ def _body(scene: Scene, index: int) -> Mesh | surfaces.Surface:
         return made
     from palpate import shapes
 
-    make = {"organ": shapes.organ, "gallbladder": shapes.gallbladder}[obj.shape]
+    make = {"organ": shapes.organ, "gallbladder": shapes.gallbladder, "duodenum": shapes.duodenum}[obj.shape]
     try:
         return Mesh(*make(obj.triangles), name=obj.name)
     except ValueError as error:

@@ -1,0 +1,271 @@
+"""Distances between an instrument and its world, and proofs that a whole motion keeps clear of it.
+
+A motion is checked by bisection: at the middle of a stretch every pair must be farther apart than the clearance plus
+the farthest that any point of the body can move within the stretch (`Robot.reach`). Otherwise the stretch is divided.
+The proof has no step size, so nothing thin is jumped over. Source: Schwarzer, Saha and Latombe, "Adaptive dynamic
+collision checking for single and multiple articulated robots in complex environments", IEEE T-RO 21(3), 2005.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.arrays import Array
+from palpate.planning import geometry
+from palpate.planning.allowed import checked_pairs, segment_distance
+from palpate.planning.curves import Curve, line
+from palpate.planning.robot import Placed, Robot
+from palpate.planning.world import World
+
+_RESOLUTION = 5e-5  # a stretch whose points move less than this is refused if it cannot be proved free [m]
+_FARTHEST = (
+    8e-3  # Coal is asked for separations up to the clearance plus this: larger ones cost more than a division [m]
+)
+_PIECES = 4  # stretches that a motion is divided into first
+_MOST = 20_000  # stretches of one motion
+
+
+@dataclass(frozen=True)
+class Nearest:
+    """Two parts, their distance (negative: depth) [m], and the nearest points (3,) in W [m]."""
+
+    pair: tuple[str, str]
+    distance: float
+    p_robot_W: Array
+    p_world_W: Array
+
+
+@dataclass(frozen=True)
+class Blocked:
+    """Why a motion is refused: the pair, and the place s in 0..1 along the motion."""
+
+    pair: tuple[str, str]
+    s: float
+
+
+class Checker:
+    """Checks one robot in one world.
+
+    Args:
+        robot: the instrument that moves.
+        world: obstacles, at rest.
+    """
+
+    def __init__(self, robot: Robot, world: World) -> None:
+        import coal
+
+        self.robot, self.world = robot, world
+        self.checks = 0  #: configurations examined so far
+        bodies, obstacles = robot.bodies, world.obstacles
+        self._solids: list[tuple[Any, Array]] = []  # geometry and its pose (4, 4) in the carrier's frame
+        for body in bodies:
+            solid, X = (geometry.mesh(*body.mesh), np.eye(4)) if body.mesh else geometry.capsule(body.capsule)
+            self._solids.append((solid.coal, X))
+        self._bounds = np.array([o.bounds_W for o in obstacles]).reshape(-1, 2, 3)
+        free = [not self._may_touch(b.name, b.link, o.name) for b in bodies for o in obstacles]
+        self.pairs = np.array(free, dtype=bool).reshape(len(bodies), len(obstacles))
+        """(B, O): True where a body must not touch an obstacle."""
+        self.own_pairs = checked_pairs(robot)
+        self._collide: dict[tuple[int, int], Any] = {}
+        self._distance: dict[tuple[int, int], Any] = {}
+        self._request, self._result = coal.CollisionRequest(), coal.CollisionResult()
+        self._ask, self._answer = coal.DistanceRequest(), coal.DistanceResult()
+        self._closed = [k for k, o in enumerate(obstacles) if o.inside is not None]
+
+    def _may_touch(self, body: str, link: str, obstacle: str) -> bool:
+        owner = obstacle.partition("/")[0]
+        names = {frozenset((x, y)) for x in (body, link, self.robot.name) for y in (obstacle, owner)}
+        return bool(names & self.world.allowed)
+
+    # -- single configurations ---------------------------------------------------------------------------------------
+
+    def nearest(self, q: Array, within: float = np.inf) -> list[Nearest]:
+        """Pairs nearer than `within` [m] at q (n,), the nearest first; without `within`, only the nearest.
+
+        Pairs of the robot's own bodies are checked for contact only, and are not among them.
+        """
+        placed = self.robot.placed(q[None])
+        return self._nearest(placed, np.where(self.pairs, self._lower_bounds(placed)[0], np.inf), within)
+
+    def _nearest(self, placed: Placed, low: Array, within: float) -> list[Nearest]:
+        """As `nearest`, with lower bounds (B, O) of the distances; infinite where contact is allowed."""
+        found: list[Nearest] = []
+        best = within
+        for index in np.argsort(low, axis=None):
+            i, o = divmod(int(index), low.shape[1])
+            if low[i, o] > best or not self.pairs[i, o]:
+                break
+            if best < _FARTHEST and self._touches(placed, 0, i, o, best) is None:
+                continue  # a question that is answered much faster than the distance
+            one = self._nearest_pair(placed, i, o)
+            if one.distance <= best:
+                found.append(one)
+                best = one.distance if np.isinf(within) else within
+        found.sort(key=lambda one: one.distance)
+        return found if np.isfinite(within) else found[:1]
+
+    def refusal(self, q: Array, clearance: float) -> Nearest | None:
+        """The worst pair if q (n,) is nearer than `clearance` [m] to an obstacle, or inside one; None if q is free."""
+        inside = self._inside(q)
+        if inside is not None:
+            return inside
+        placed = self.robot.placed(q[None])
+        low = self._lower_bounds(placed)[0]
+        for i, o in np.argwhere(self.pairs & (low <= clearance)):
+            if self._touches(placed, 0, int(i), int(o), clearance) is not None:
+                return self.nearest(q, clearance + 1e-6)[0]
+        for i, j, apart in self._own(placed, 0):
+            if apart <= 0.0:
+                a, b = placed.ends_W[0, i].mean(axis=0), placed.ends_W[0, j].mean(axis=0)
+                return Nearest((self.robot.bodies[i].name, self.robot.bodies[j].name), apart, a, b)
+        return None
+
+    def _inside(self, q: Array) -> Nearest | None:
+        """The deepest body whose capsule's axis lies inside of a closed obstacle."""
+        worst: Nearest | None = None
+        placed = self.robot.placed(q[None])
+        centres, chunks = placed.spheres()
+        for k in self._closed:
+            obstacle = self.world.obstacles[k]
+            X, (low, high) = obstacle.X_WO, obstacle.bounds_W
+            p = centres[0]
+            near = np.nonzero(((p > low) & (p < high)).all(axis=1) & self.pairs[chunks.body, k])[0]
+            if not len(near) or obstacle.inside is None:
+                continue
+            signed = obstacle.inside((p[near] - X[:3, 3]) @ X[:3, :3])
+            deep = signed - self.robot.radii[chunks.body[near]]
+            deepest = int(np.argmin(deep))
+            if signed[deepest] < 0.0 and (worst is None or deep[deepest] < worst.distance):
+                names = (self.robot.bodies[chunks.body[near[deepest]]].name, obstacle.name)
+                worst = Nearest(names, float(deep[deepest]), p[near[deepest]], p[near[deepest]])
+        return worst
+
+    # -- motions -----------------------------------------------------------------------------------------------------
+
+    def free_line(self, a: Array, b: Array, clearance: float) -> bool:
+        """True if the straight motion of the joints from a to b (n,) is proved to keep the clearance [m]."""
+        return self.blocked(line(a, b), clearance) is None
+
+    def blocked(self, curve: Curve, clearance: float) -> Blocked | None:
+        """None if the whole motion is proved to keep the clearance [m]; otherwise where it cannot be proved."""
+        bodies, todo = self._active(curve, clearance)
+        left = np.broadcast_to(self.pairs[bodies], (len(todo), len(bodies), self.pairs.shape[1]))
+        while len(todo):
+            middle, half = todo[:, 0], todo[:, 1]
+            self.checks += len(middle)
+            placed = self.robot.placed(curve.at(middle), bodies)
+            reach = self.robot.reach(placed, curve.rate, half)
+            uncertain = left & (self._lower_bounds(placed) <= clearance + reach[:, :, None])
+            parts: list[Array] = []
+            masks: list[Array] = []
+            for k in np.argsort(-half, kind="stable"):
+                answer = self._stretch(placed, int(k), reach[k], uncertain[k], clearance)
+                if isinstance(answer, tuple):
+                    return Blocked(answer, float(middle[k]))
+                if answer is not None:
+                    pieces = int(np.clip(np.ceil(reach[k].max() / _FARTHEST), 2, 8))
+                    parts.append(_divided(middle[k], half[k], pieces))
+                    masks += [answer] * pieces
+            if len(masks) > _MOST:
+                return Blocked(("motion", "too long to prove"), float(middle[0]))
+            todo, left = (np.concatenate(parts), np.array(masks)) if parts else (todo[:0], left[:0])
+        return None
+
+    def _active(self, curve: Curve, clearance: float) -> tuple[NDArray[np.int64], Array]:
+        """Bodies that the motion could bring near an obstacle, and the first stretches (k, 2): middle and half."""
+        whole = np.array([[0.5, 0.5]])
+        placed = self.robot.placed(curve.at(whole[:, 0]))
+        reach = self.robot.reach(placed, curve.rate, whole[:, 1])
+        near = self.pairs & (self._lower_bounds(placed)[0] <= clearance + reach[0][:, None])
+        active = near.any(axis=1)
+        for i, j in self.own_pairs:
+            active[[i, j]] = True
+        bodies = np.nonzero(active)[0]
+        return bodies, _divided(0.5, 0.5, _PIECES) if len(bodies) else whole[:0]
+
+    def _stretch(
+        self, placed: Placed, k: int, reach: Array, uncertain: Array, clearance: float
+    ) -> tuple[str, str] | Array | None:
+        """None if a stretch is free, the names of the pair that blocks it, or the pairs that need smaller stretches."""
+        undecided = np.zeros_like(uncertain)
+        for i, o in np.argwhere(uncertain):
+            extra = min(float(reach[i]), _FARTHEST)
+            found = self._touches(placed, k, int(i), int(o), clearance + extra)
+            if found is None and extra == reach[i]:
+                continue
+            names = (self.robot.bodies[placed.bodies[i]].name, self.world.obstacles[o].name)
+            if found is not None and (found < clearance or reach[i] <= _RESOLUTION):
+                return names
+            if found is not None and self._touches(placed, k, int(i), int(o), clearance) is not None:
+                return names
+            undecided[i, o] = True
+        divide = bool(undecided.any())
+        for i, j, apart in self._own(placed, k):
+            both = float(reach[i] + reach[j])
+            if apart <= 0.0 or (apart <= both and both <= _RESOLUTION):
+                bodies = self.robot.bodies
+                return bodies[placed.bodies[i]].name, bodies[placed.bodies[j]].name
+            divide = divide or apart <= both
+        return undecided if divide else None
+
+    # -- inside ------------------------------------------------------------------------------------------------------
+
+    def _lower_bounds(self, placed: Placed) -> Array:
+        """Lower bounds (K, B, O) of all distances, from bounding spheres and boxes [m]."""
+        centres, chunks = placed.spheres()
+        c = centres[:, :, None]
+        outside = np.maximum(np.maximum(self._bounds[:, 0] - c, c - self._bounds[:, 1]), 0.0)
+        apart = np.sqrt(np.einsum("kcoi,kcoi->kco", outside, outside)) - chunks.radius[:, None]
+        return np.asarray(np.minimum.reduceat(apart, chunks.first, axis=1))
+
+    def _own(self, placed: Placed, k: int) -> list[tuple[int, int, float]]:
+        """Pairs of bodies of the robot itself, as places in `placed`, with their distances [m]."""
+        if not self.own_pairs:
+            return []
+        place = {int(body): i for i, body in enumerate(placed.bodies)}
+        pairs = [(place[i], place[j]) for i, j in self.own_pairs]
+        one, two = (placed.ends_W[k, [pair[side] for pair in pairs]] for side in (0, 1))
+        radii = self.robot.radii[placed.bodies]
+        apart = segment_distance(one, two)
+        return [(i, j, float(d - radii[i] - radii[j])) for (i, j), d in zip(pairs, apart, strict=True)]
+
+    def _transform(self, placed: Placed, k: int, i: int) -> Any:
+        X = placed.X_W[k, i] @ self._solids[placed.bodies[i]][1]
+        return geometry.transform(X[:3, :3], X[:3, 3])
+
+    def _touches(self, placed: Placed, k: int, i: int, o: int, margin: float) -> float | None:
+        """None if body i is farther than `margin` [m] from obstacle o; otherwise an upper bound of their distance."""
+        import coal
+
+        obstacle, body = self.world.obstacles[o], int(placed.bodies[i])
+        query = self._collide.get((body, o))
+        if query is None:
+            query = self._collide[body, o] = coal.ComputeCollision(self._solids[body][0], obstacle.solid.coal)
+        self._request.security_margin = margin + obstacle.solid.inflation
+        self._result.clear()
+        if query(self._transform(placed, k, i), obstacle.transform, self._request, self._result) == 0:
+            return None
+        return float(self._result.getContact(0).penetration_depth) - obstacle.solid.inflation
+
+    def _nearest_pair(self, placed: Placed, i: int, o: int) -> Nearest:
+        import coal
+
+        obstacle, body = self.world.obstacles[o], int(placed.bodies[i])
+        query = self._distance.get((body, o))
+        if query is None:
+            query = self._distance[body, o] = coal.ComputeDistance(self._solids[body][0], obstacle.solid.coal)
+        self._answer.clear()
+        value = query(self._transform(placed, 0, i), obstacle.transform, self._ask, self._answer)
+        names = (self.robot.bodies[body].name, obstacle.name)
+        p, w = self._answer.getNearestPoint1().copy(), self._answer.getNearestPoint2().copy()
+        return Nearest(names, float(value) - obstacle.solid.inflation, p, w)
+
+
+def _divided(middle: float, half: float, pieces: int) -> Array:
+    """Equal stretches (pieces, 2) of a stretch, as middle and half."""
+    width = half / pieces
+    return np.stack([middle - half + (2.0 * np.arange(pieces) + 1.0) * width, np.full(pieces, width)], axis=1)

@@ -1,0 +1,145 @@
+"""OMPL's planners on the checker's proofs: no edge enters a tree unless the whole motion is proved free."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from palpate.arm import Arm
+from palpate.arrays import Array
+from palpate.errors import PlanningError
+from palpate.planning.checker import Checker
+from palpate.planning.curves import line
+
+#: Planners of OMPL that can be chosen; the first is the default. docs/planning.md shows the measurement.
+PLANNERS = ("RRTConnect", "LBKPIECE1", "BKPIECE1", "KPIECE1", "RRT", "BITstar")
+STRAIGHT = "straight line"
+_RANGE = 0.06  # longest edge of a tree, as motion of the tip [m]
+_LEAST = 0.02  # lever of a joint whose axis passes through the tip [m]
+
+
+@dataclass
+class Search:
+    """Result of a search: way points (k, n), or None; the planner; and how often each pair blocked an edge."""
+
+    waypoints: Array | None
+    planner: str
+    blocked: Counter[tuple[str, str]] = field(default_factory=Counter)
+    edges: int = 0
+
+    @property
+    def blocker(self) -> tuple[str, str]:
+        """The pair that blocked most edges."""
+        return self.blocked.most_common(1)[0][0] if self.blocked else ("", "")
+
+
+def levers(arm: Arm) -> Array:
+    """Motion of the tip per motion of each joint (n,) [m/rad, 1]: the metric of all paths."""
+    kin = [arm.jacobian(q)[:3] for q in (arm.home, 0.5 * (arm.home + arm.q_max))]
+    return np.asarray(np.maximum(np.abs([np.linalg.norm(J, axis=0) for J in kin]).max(axis=0), _LEAST))
+
+
+def search(
+    checker: Checker,
+    start: Array,
+    goals: Sequence[Array],
+    clearance: float,
+    seed: int,
+    deadline: float,
+    planner: str = PLANNERS[0],
+) -> Search:
+    """Way points of a free motion from `start` (n,) to one of `goals`, each step a straight line of the joints.
+
+    deadline: time.monotonic() at which the search gives up [s]. The same seed gives the same way points.
+
+    Raises:
+        PlanningError: there is no such planner.
+    """
+    if planner not in PLANNERS:
+        raise PlanningError(f"there is no planner {planner!r}", mend=f"the planners are {', '.join(PLANNERS)}")
+    blocked: Counter[tuple[str, str]] = Counter()
+    for goal in goals:
+        found = checker.blocked(line(start, goal), clearance)
+        if found is None:
+            return Search(np.stack([start, goal]), STRAIGHT, blocked, 1)
+        blocked[found.pair] += 1
+        if time.monotonic() > deadline:
+            return Search(None, STRAIGHT, blocked, 1)
+    return _with_ompl(checker, start, goals, clearance, seed, deadline, planner, blocked)
+
+
+def _with_ompl(
+    checker: Checker,
+    start: Array,
+    goals: Sequence[Array],
+    clearance: float,
+    seed: int,
+    deadline: float,
+    planner: str,
+    blocked: Counter[tuple[str, str]],
+) -> Search:
+    import ompl.base as ob
+    import ompl.geometric as og
+    from ompl import util
+
+    arm = checker.robot.arm
+    scale, n = levers(arm), arm.n
+    edges = 0
+
+    def joints(state: object) -> Array:
+        return np.array([state[i] for i in range(n)]) / scale  # type: ignore[index]
+
+    class Validator(ob.MotionValidator):  # type: ignore[misc]
+        def checkMotion(self, a: object, b: object, *_: object) -> bool:
+            nonlocal edges
+            if time.monotonic() > deadline:
+                return False
+            edges += 1
+            found = checker.blocked(line(joints(a), joints(b)), clearance)
+            if found is not None:
+                blocked[found.pair] += 1
+            return found is None
+
+    util.noOutputHandler()  # the seed is set before each search, of which OMPL warns
+    util.RNG.setSeed(seed + 1)
+    space = ob.RealVectorStateSpace(n)
+    bounds = ob.RealVectorBounds(n)
+    for i in range(n):
+        bounds.setLow(i, float(scale[i] * arm.q_min[i]))
+        bounds.setHigh(i, float(scale[i] * arm.q_max[i]))
+    space.setBounds(bounds)
+    info = ob.SpaceInformation(space)
+    info.setStateValidityChecker(lambda state: True)  # edges prove their ends, too
+    validator = Validator(info)
+    info.setMotionValidator(validator)
+    info.setup()
+
+    def state(q: Array) -> object:
+        made = info.allocState()
+        for i in range(n):
+            made[i] = float(np.clip(q[i], arm.q_min[i], arm.q_max[i]) * scale[i])
+        return made
+
+    problem = ob.ProblemDefinition(info)
+    problem.addStartState(state(start))
+    targets = ob.GoalStates(info)
+    for goal in goals:
+        targets.addState(state(goal))
+    problem.setGoal(targets)
+    made = getattr(og, planner)(info)
+    if hasattr(made, "setRange"):
+        made.setRange(_RANGE)
+    made.setProblemDefinition(problem)
+    made.setup()
+    made.solve(ob.PlannerTerminationCondition(lambda: time.monotonic() > deadline or problem.hasExactSolution()))
+    if not problem.hasExactSolution():
+        return Search(None, planner, blocked, edges)
+    path = problem.getSolutionPath()
+    waypoints = np.array([joints(path.getState(i)) for i in range(path.getStateCount())])
+    waypoints[0] = start
+    waypoints[-1] = min(goals, key=lambda goal: float(np.abs(goal - waypoints[-1]).max()))
+    return Search(waypoints, planner, blocked, edges)

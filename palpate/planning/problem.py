@@ -1,0 +1,234 @@
+"""A scene as a planning problem: the instrument, its world, its named states."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from palpate.arm import NAMES, Arm, models_folder
+from palpate.arrays import Array, rigid
+from palpate.errors import ArmError, PlanningError, SceneError
+from palpate.planning import clearance as clearances
+from palpate.planning import geometry, goals, planners, shorten
+from palpate.planning.checker import Checker, Nearest
+from palpate.planning.curves import Curve
+from palpate.planning.result import Plan
+from palpate.planning.robot import Attached, Robot
+from palpate.planning.timing import Limits, Trajectory
+from palpate.planning.world import World, instrument, obstacle
+
+if TYPE_CHECKING:
+    from palpate.scene import Scene
+    from palpate.scene.rig import Rig
+
+_SHARE = 0.8  # of the timeout that the search for a path may use; the rest shortens it
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One instrument in one world."""
+
+    robot: Robot
+    world: World
+    states: dict[str, Array]  # named joint positions, with home and current
+    limits: Limits
+    clearance: float  # default clearance [m]
+
+    @classmethod
+    def of(cls, scene: Scene, arm: str | None = None, rig: Rig | None = None) -> Problem:
+        """The problem of a scene.
+
+        Args:
+            scene: the scene, with its section `planning`.
+            arm: name of the arm; the scene's when left out.
+            rig: the scene as it was built, if it was.
+
+        Raises:
+            SceneError: no arm has this name, or the scene is invalid. MissingExtraError: a package is missing.
+        """
+        from palpate.scene.rig import build
+
+        geometry.require()
+        section = scene.planning
+        if arm is not None and arm not in (section.arm, "follower"):
+            others = ", ".join(one.name for one in section.instruments)
+            why = f"{others} only stand in the scene" if others else ""
+            raise SceneError(f"no arm named {arm!r} can be planned", where=scene.where("planning"), why=why,
+                             mend=f"the scene's arm is {section.arm}")  # fmt: skip
+        rig = rig or build(scene)
+        follower, X_WB, q = rig.arms.follower, rig.arms.X_WB, rig.arms.q_follower0
+        robot = Robot(section.arm, follower, X_WB, section.jaw)
+        held = [_attached(scene, rig, robot, q, i) for i in range(len(section.attached))]
+        robot = replace(robot, attached=tuple(held))
+        names = {one.name for one in held}
+        obstacles = [
+            obstacle(obj.name, placed.body, placed.X_WO)
+            for obj, placed in zip(scene.objects, rig.surfaces, strict=True) if obj.name not in names
+        ]  # fmt: skip
+        for i in range(len(section.instruments)):
+            obstacles += _instrument(scene, i)
+        allowed = frozenset(frozenset(pair) for pair in section.allowed)
+        states = {"home": follower.home, "current": q}
+        for name, joints in section.states.items():
+            states[name] = goals.read(joints, follower, {}, f"state {name!r} of the scene")
+        limits = Limits.of(follower, section.speed)
+        return cls(robot, World(tuple(obstacles), allowed), states, limits, section.clearance)
+
+    def with_world(self, world: World) -> Problem:
+        """The same problem in a changed world."""
+        return replace(self, world=world)
+
+    def plan(
+        self,
+        start: Any = "current",
+        goal: Any = "home",
+        clearance: float | None = None,
+        seed: int = 0,
+        timeout: float = 5.0,
+        planner: str = planners.PLANNERS[0],
+        checker: Checker | None = None,
+    ) -> Plan:
+        """A motion from `start` to `goal` (see `goals.read`) that keeps the clearance [m] from everything.
+
+        The same seed gives the same plan, unless the timeout [s] ends the search.
+
+        Raises:
+            PlanningError: start or goal cannot be understood, or is in collision; the message names the pair and the
+                depth, and for a start the nearest free joint positions.
+        """
+        begin = time.monotonic()
+        clearance = _require_number(self.clearance if clearance is None else clearance, "clearance", 0.0)
+        timeout = _require_number(timeout, "timeout", 1e-3)
+        deadline = begin + timeout
+        arm = self.robot.arm
+        checker = checker or Checker(self.robot, self.world)
+        scale = planners.levers(arm)
+        base = Plan(False, "", self.robot.name, 0.0, clearance, seed, planner, self.world.version,
+                    tuple(arm.joint_names), scale=scale, limits=self.limits, geometry=self.robot.geometry,
+                    notes=tuple(self.world.notes), X_WB=self.robot.X_WB)  # fmt: skip
+        q0 = self._start(start, checker, clearance, seed)
+        targets = self._targets(goal, q0, checker, clearance, seed)
+        if isinstance(targets, goals.Unreachable):
+            return replace(base, reason=targets.reason, time_s=time.monotonic() - begin)
+        search_end = begin + _SHARE * timeout
+        found = planners.search(checker, q0, targets, clearance, seed, search_end, planner)
+        if found.waypoints is None:
+            names = " and ".join(found.blocker)
+            reason = f"no path found within {timeout:g} s; {names} block most motions"
+            return replace(base, reason=reason, blocker=found.blocker, time_s=time.monotonic() - begin)
+        waypoints = found.waypoints
+        if found.planner != planners.STRAIGHT:
+            waypoints = shorten.shortened(checker, waypoints, scale, clearance, seed, deadline)
+        curves = shorten.rounded(checker, waypoints, scale, clearance, deadline)
+        return self._finished(replace(base, planner=found.planner), checker, curves, begin)
+
+    def _finished(self, base: Plan, checker: Checker, curves: list[Curve], begin: float) -> Plan:
+        trajectory = Trajectory(curves, base.scale, self.limits)
+        found = clearances.along(checker, trajectory)
+        time_s = time.monotonic() - begin
+        return replace(base, success=True, curves=tuple(curves), clearance=found, time_s=time_s)
+
+    def _start(self, start: Any, checker: Checker, clearance: float, seed: int) -> Array:
+        q = goals.read(start, self.robot.arm, self.states, "start")
+        if q.shape == (4, 4):
+            found = goals.solutions(self.robot.arm, rigid.inverse(self.robot.X_WB) @ q, self.states["current"], seed)
+            if isinstance(found, goals.Unreachable):
+                raise PlanningError(f"the start is {found.reason}", mend="choose another start")
+            q = found[0]
+        refusal = checker.refusal(q, clearance)
+        if refusal is not None:
+            raise PlanningError(
+                f"the start is {_words(refusal, clearance)}",
+                mend=f"{_free_words(nearest_free(checker, q, clearance))}, or a smaller clearance",
+            )
+        return q
+
+    def _targets(
+        self, goal: Any, q0: Array, checker: Checker, clearance: float, seed: int
+    ) -> list[Array] | goals.Unreachable:
+        q = goals.read(goal, self.robot.arm, self.states, "goal")
+        candidates = [q]
+        if q.shape == (4, 4):
+            found = goals.solutions(self.robot.arm, rigid.inverse(self.robot.X_WB) @ q, q0, seed)
+            if isinstance(found, goals.Unreachable):
+                return found
+            candidates = found
+        refusals = [checker.refusal(one, clearance) for one in candidates]
+        free = [one for one, refusal in zip(candidates, refusals, strict=True) if refusal is None]
+        if not free:
+            assert refusals[0] is not None
+            worst = max((r for r in refusals if r is not None), key=lambda r: r.distance)
+            raise PlanningError(
+                f"the goal is {_words(worst, clearance)}", mend="move the goal, or reduce the clearance"
+            )
+        return free
+
+
+def nearest_free(checker: Checker, q: Array, clearance: float, samples: int = 400) -> Array | None:
+    """Free joint positions (n,) near q (n,): the first found in growing regions around q; None if there are none."""
+    arm, rng = checker.robot.arm, np.random.default_rng(0)
+    scale = planners.levers(arm)
+    for k in range(samples):
+        size = 0.08 * (k + 1) / samples  # [m]
+        other = np.clip(q + rng.normal(size=arm.n) * size / scale, arm.q_min, arm.q_max)
+        if checker.refusal(other, clearance) is None:
+            return other
+    return None
+
+
+def _free_words(q: Array | None) -> str:
+    if q is None:
+        return "move the instrument by hand"
+    return f"start from joints:{','.join(f'{x:.4f}' for x in q)}, which is free"
+
+
+def _words(refusal: Nearest, clearance: float) -> str:
+    one, two = refusal.pair
+    if refusal.distance < 0.0:
+        return f"in collision: {one} is {-1e3 * refusal.distance:.2f} mm deep in {two}"
+    return f"nearer than the clearance: {one} is {1e3 * refusal.distance:.2f} mm from {two}, not {1e3 * clearance:g} mm"
+
+
+def _require_number(value: float, name: str, least: float) -> float:
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        number = float("nan")
+    if not (np.isfinite(number) and number >= least):
+        raise PlanningError(f"the {name} must be a number of {least:g} or more. Got: {value!r:.60}", mend="e.g. 0.003")
+    return number
+
+
+def _attached(scene: Scene, rig: Rig, robot: Robot, q: Array, index: int) -> Attached:
+    section = scene.planning.attached[index]
+    where = scene.where("planning", "attached", index)
+    names = [obj.name for obj in scene.objects]
+    if section.object not in names:
+        raise SceneError(f"there is no object {section.object!r}", where=where, mend=f"name one of {', '.join(names)}")
+    links = robot.kinematics.mount
+    if section.link not in links:
+        raise SceneError(
+            f"{robot.arm.name} has no link {section.link!r}", where=where, mend=f"one of {', '.join(links)}"
+        )
+    placed = rig.surfaces[names.index(section.object)]
+    X_WLink = robot.X_WB @ robot.arm.link_poses(q, robot.jaw)[section.link]
+    X = rigid.inverse(X_WLink) @ placed.X_WO
+    vertices = np.asarray(placed.body.vertices) @ X[:3, :3].T + X[:3, 3]
+    return Attached(section.object, section.link, vertices, np.asarray(placed.body.triangles))
+
+
+def _instrument(scene: Scene, index: int) -> list[Any]:
+    section = scene.planning.instruments[index]
+    where = scene.where("planning", "instruments", index)
+    shipped = models_folder() / f"{section.model}.yaml"
+    try:
+        path: Path = shipped if section.model in NAMES or shipped.is_file() else scene.path_to(section.model, where)
+        arm = Arm.load(path)
+    except ArmError as error:
+        raise SceneError(error.what, where=where, why=error.why or error.where, mend=error.mend) from None
+    q = arm.home if section.joints is None else goals.read(section.joints, arm, {}, f"instrument {section.name}")
+    return instrument(Robot(section.name, arm, section.base.matrix(), section.jaw), q)

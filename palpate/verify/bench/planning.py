@@ -1,0 +1,144 @@
+"""`palpate bench planning`: random queries in three scenes, each plan checked densely by other means."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from palpate import Arm, Mesh, surfaces
+from palpate.arrays import Array
+from palpate.planning.checker import Checker
+from palpate.planning.kinematics import pose_of
+from palpate.planning.planners import PLANNERS
+from palpate.planning.problem import Problem
+from palpate.planning.robot import Robot
+from palpate.planning.timing import Limits
+from palpate.planning.verify import verify
+from palpate.planning.world import World, instrument, obstacle
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+CLEARANCE = 3e-3
+TIMEOUT = 5.0
+_BASE = pose_of(np.array([-0.100, -0.090, 0.120]), np.radians([0.0, 0.0, 270.0]))
+_WINDOW, _BAR = 0.012, 0.006  # width of the cage's window, thickness of its bars [m]
+_CAGE_CLEARANCE = 5e-4  # the shaft of 8.4 mm leaves 1.8 mm on each side of the window [m]
+
+
+def organs() -> tuple[Problem, Array, Array]:
+    """Liver, gallbladder and duodenum; goals lie around them."""
+    from palpate import shapes
+
+    parts = (
+        ("liver", shapes.organ(), (0.0, 0.0, 0.0)),
+        ("gallbladder", shapes.gallbladder(), (-0.012, -0.085, -0.022)),
+        ("duodenum", shapes.duodenum(), (0.045, -0.140, -0.058)),
+    )
+    found = [obstacle(name, Mesh(*made, name=name), _at(place)) for name, made, place in parts]
+    return _problem(World(tuple(found)), CLEARANCE), np.array([-0.10, -0.17, -0.05]), np.array([0.06, 0.03, 0.08])
+
+
+def cage() -> tuple[Problem, Array, Array]:
+    """A cage of bars with windows of 12 mm, through which the instrument reaches targets behind it."""
+    pitch = _WINDOW + _BAR
+    bars = []
+    for k in range(-3, 4):
+        for axis, size in (("x", [_BAR, 0.13, _BAR]), ("y", [0.13, _BAR, _BAR])):
+            place = (k * pitch - 0.09, -0.09, 0.0) if axis == "x" else (-0.09, k * pitch - 0.09, 0.0)
+            bars.append(obstacle(f"bar {axis}{k}", surfaces.Box(size), _at(place)))
+    return (
+        _problem(World(tuple(bars)), _CAGE_CLEARANCE),
+        np.array([-0.14, -0.14, -0.055]),
+        np.array([-0.04, -0.04, 0.05]),
+    )
+
+
+def crossing() -> tuple[Problem, Array, Array]:
+    """A second instrument whose shaft crosses the workspace of the first."""
+    other = Robot("PSM2", Arm.psm(), pose_of(np.array([0.080, -0.090, 0.120]), np.radians([0.0, 0.0, 90.0])))
+    world = World(tuple(instrument(other, np.array([0.0, -0.75, 0.20, 0.0, 0.0, 0.0]))))
+    return _problem(world, CLEARANCE), np.array([-0.12, -0.17, -0.06]), np.array([0.04, 0.01, 0.07])
+
+
+SCENES: dict[str, Callable[[], tuple[Problem, Array, Array]]] = {
+    "liver-gallbladder-duodenum": organs, "cage-window": cage, "crossing": crossing,
+}  # fmt: skip
+
+
+def _problem(world: World, clearance: float) -> Problem:
+    robot = Robot("PSM1", Arm.psm(), _BASE)
+    home = np.array([0.0, 0.0, 0.05, 0.0, 0.0, 0.0])
+    return Problem(robot, world, {"home": home, "current": home}, Limits.of(robot.arm, 0.2), clearance)
+
+
+def _at(place: tuple[float, float, float]) -> Array:
+    return pose_of(np.array(place), np.zeros(3))
+
+
+def queries(problem: Problem, low: Array, high: Array, count: int, seed: int = 0) -> Iterator[tuple[Array, Array]]:
+    """Random pairs of free joint positions whose tips lie in a box of W, at least 40 mm apart."""
+    rng, checker, arm = np.random.default_rng(seed), Checker(problem.robot, problem.world), problem.robot.arm
+    previous: Array | None = None
+    while count > 0:
+        q = rng.uniform(np.maximum(arm.q_min, -1.2), np.minimum(arm.q_max, 1.2))
+        tip = (problem.robot.X_WB @ arm.fk(q))[:3, 3]
+        if (tip < low).any() or (tip > high).any() or checker.refusal(q, problem.clearance + 5e-4) is not None:
+            continue
+        if previous is None:
+            previous = q
+        elif np.linalg.norm(tip - (problem.robot.X_WB @ arm.fk(previous))[:3, 3]) > 0.04:
+            yield previous, q
+            previous, count = None, count - 1
+
+
+def run(
+    count: int = 100,
+    planner: str = PLANNERS[0],
+    check: bool = True,
+    on_progress: Callable[[str], None] = lambda _: None,
+) -> list[dict[str, Any]]:
+    """A row per scene: how often and how fast a plan was found, and what the dense check found."""
+    rows = []
+    for name, make in SCENES.items():
+        problem, low, high = make()
+        begin = time.perf_counter()
+        checker = Checker(problem.robot, problem.world)
+        setup = time.perf_counter() - begin
+        plans, wall, cpu = [], [], []
+        for k, (start, goal) in enumerate(queries(problem, low, high, count)):
+            used = time.process_time()
+            plan = problem.plan(start, goal, seed=k, timeout=TIMEOUT, planner=planner, checker=checker)
+            plans.append(plan)
+            wall.append(plan.time_s)
+            cpu.append(time.process_time() - used)
+        good = [plan for plan in plans if plan.success]
+        verdicts = [verify(problem, plan) for plan in good] if check else []
+        rows.append({
+            "scene": name, "planner": planner, "queries": count, "success_rate": len(good) / count,
+            "median_s": float(np.median(wall)), "p95_s": float(np.percentile(wall, 95)),
+            "median_cpu_s": float(np.median(cpu)), "setup_s": setup, "clearance_asked_m": problem.clearance,
+            "straight": sum(plan.planner == "straight line" for plan in good),
+            "violations": sum(v.violations for v in verdicts) if check else None,
+            "checked_samples": sum(v.samples for v in verdicts),
+            "largest_step_m": max((v.largest_step for v in verdicts), default=0.0),
+            "worst_rate": max((v.worst_rate for v in verdicts), default=0.0),
+            "smallest_clearance_m": min((p.clearance_m for p in good if p.clearance_m is not None), default=None),
+        })  # fmt: skip
+        on_progress(f"{name}: {len(good)} of {count} found, median {rows[-1]['median_s']:.3f} s")
+    return rows
+
+
+def table(rows: list[dict[str, Any]]) -> Table:
+    """The rows as a table."""
+    from rich.table import Table
+
+    made = Table("scene", "found", "median [s]", "p95 [s]", "CPU [s]", "violations", "samples", "of limits")
+    for row in rows:
+        found, times = f"{100 * row['success_rate']:.0f} %", (row["median_s"], row["p95_s"], row["median_cpu_s"])
+        checked = (str(row["violations"]), f"{row['checked_samples']:,}", f"{row['worst_rate']:.3f}")
+        made.add_row(row["scene"], found, *(f"{x:.3f}" for x in times), *checked)
+    return made
