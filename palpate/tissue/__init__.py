@@ -1,1 +1,5 @@
-"""Soft tissue: materials, tetrahedral meshes, and closed forms of indentation and viscosity."""
+"""Soft tissue: bodies to touch, materials, tetrahedral meshes, and closed forms of indentation and viscosity."""
+
+from palpate.tissue.body import Tissue
+
+__all__ = ["Tissue"]
