@@ -89,7 +89,7 @@ class Scene(Section):
     """random delay in addition to loop_delay, uniform from 0 to this for each cycle's force; the order is kept [s]"""
     operator: OperatorSection = OperatorSection()
     """the simulated hand"""
-    planning: PlanningSection = PlanningSection()
+    planning: PlanningSection = Field(default=PlanningSection(), exclude_if=lambda s: not s.model_fields_set)
     """motion plans of the follower (docs/planning.md)"""
     seed: Annotated[int, Field(strict=True, ge=0, lt=2**64)] = _C.seed
     """seed of all random numbers"""
