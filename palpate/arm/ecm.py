@@ -1,7 +1,7 @@
 """The endoscope arm (ECM): pose of its camera, and joints for a pose in closed form.
 
-Frames: B base of the arm at its remote centre of motion, E end of the endoscope with z along its axis, C camera with x to
-the right and y down in the picture and z into it. An endoscope with a tilt looks up in its picture by this angle.
+Frames: B base of the arm at its remote centre of motion, E end of the endoscope with z along its axis, C camera with x
+to the right and y down in the picture and z into it. An endoscope with a tilt looks up in its picture by this angle.
 """
 
 from __future__ import annotations
@@ -20,6 +20,20 @@ TILTS = (-30.0, 0.0, 30.0)
 """Tilts of the endoscopes of a da Vinci [deg]: down, straight, up."""
 TOLERANCE = (1e-6, 1e-6)
 """Errors up to which a pose counts as reached [m, rad]."""
+
+R_DL = np.array([[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
+"""Orientation (3, 3) of the base L of an MTM (x left, y towards the operator, z up) in the display D."""
+R_CD = np.diag([1.0, -1.0, -1.0])
+"""Orientation (3, 3) of the display D (x right, y up, z towards the operator) in the camera C (x right, y down)."""
+
+
+def follows_picture(R_WC: Array) -> Array:
+    """Orientation R_WL (3, 3) of an MTM's base for which motions of the hand follow the picture of a camera.
+
+    R_WC: orientation (3, 3) of the camera. A motion to the right, up, or towards the operator moves the tool to the
+    right, up, or out of the picture.
+    """
+    return np.asarray(R_WC @ R_CD @ R_DL)
 
 
 def _angle(R: Array) -> float:
@@ -57,8 +71,8 @@ class Ecm:
     def inverse(self, X_BC: ArrayLike) -> Array:
         """Joints q (4,) at which the camera has the pose X_BC (4, 4).
 
-        The axis of the endoscope goes through the remote centre, so the position fixes yaw, pitch and insertion, and the
-        rotation about the axis fixes the roll.
+        The axis of the endoscope goes through the remote centre, so the position fixes yaw, pitch and insertion, and
+        the rotation about the axis fixes the roll.
 
         Raises:
             ArmError: the pose is beyond the joint limits, or the camera does not look along a line that the remote
@@ -74,13 +88,13 @@ class Ecm:
         p = ", ".join(f"{1e3 * x:.1f}" for x in X[:3, 3])
         raise ArmError(
             f"the endoscope arm cannot bring its camera to ({p}) mm in its base frame with this direction of view",
-            why=f"the nearest pose is {1e3 * far:.2f} mm and {math.degrees(turned):.2f} degrees away: the endoscope pivots "
-            "about its remote centre, and its joints have limits",
+            why=f"the nearest pose is {1e3 * far:.2f} mm and {math.degrees(turned):.2f} degrees away: the endoscope "
+            "pivots about its remote centre, and its joints have limits",
             mend="move the base of the arm, or give a view along a line through the remote centre",
         )
 
     def nearest(self, X_BC: ArrayLike) -> Array:
-        """Joints q (4,) within the limits by the position of X_BC (4, 4) and its rotation about the endoscope's axis."""
+        """Joints q (4,) within the limits, by the position of X_BC (4, 4) and its rotation about the axis."""
         X = np.asarray(X_BC, dtype=float)
         R_BE, p = X[:3, :3] @ self.R_EC.T, X[:3, 3]
         length = float(np.linalg.norm(p))

@@ -18,6 +18,7 @@ from palpate.guidance.fixture import Fixture
 from palpate.guidance.lists import with_unique_names
 from palpate.scene import explain, presets, shipped, text
 from palpate.scene import pairs as pairs_module
+from palpate.scene.ecm import EcmSection
 from palpate.scene.force import ForceSection
 from palpate.scene.mapping import MappingSection
 from palpate.scene.model import (
@@ -59,6 +60,8 @@ class Scene(Section):
     (docs/pairs.md)"""
     instruments: InstrumentsSection = Field(default=InstrumentsSection(), exclude_if=lambda s: not s.model_fields_set)
     """contact between the instruments of several pairs"""
+    ecm: EcmSection | None = None
+    """the endoscope arm: the surgeon's view, and the axes of the hands (docs/ecm.md)"""
     frames: Annotated[tuple[FrameSection, ...], Field(max_length=128)] = ()
     """frames of cameras, trackers, markers and anatomy, in which objects and arms are placed (docs/frames.md)"""
     trackers: dict[str, TrackerSection] = Field(default_factory=dict)

@@ -20,20 +20,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from palpate.arrays import Array
-
 REACH = 0.4
 """Distance from the eye to the middle between the hands when the pedal is pressed, unless the eye is given [m]."""
 APART = 0.01
 """Distance between the hands below which they define no direction [m]."""
-R_DL = np.array([[-1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0]])
-"""Orientation (3, 3) of the base L of an MTM (x left, y towards the operator, z up) in the display D."""
-R_CD = np.diag([1.0, -1.0, -1.0])
-"""Orientation (3, 3) of the display D (x right, y up, z towards the operator) in the camera (x right, y down)."""
 
 
 class PictureMotion(NamedTuple):
-    """Motion of the picture: pan to the right, tilt up, roll counter-clockwise [rad], insertion towards the scene [m]."""
+    """Motion of the picture: pan to the right, tilt up, roll counter-clockwise [rad], insertion to the scene [m]."""
 
     pan: float = 0.0
     tilt: float = 0.0
@@ -55,7 +49,7 @@ def picture_motion(hands0: ArrayLike, hands: ArrayLike, eye: ArrayLike | None = 
         eye: position (3,) of the eye in D [m]; `REACH` in front of the middle of the hands at the start when left out.
     """
     first, now = np.atleast_2d(np.asarray(hands0, dtype=float)), np.atleast_2d(np.asarray(hands, dtype=float))
-    p_eye = first.mean(axis=0) + [0.0, 0.0, REACH] if eye is None else np.asarray(eye, dtype=float)
+    p_eye = first.mean(axis=0) + np.array([0.0, 0.0, REACH]) if eye is None else np.asarray(eye, dtype=float)
     C0, C = first.mean(axis=0) - p_eye, now.mean(axis=0) - p_eye
     roll = 0.0
     if len(first) == 2 and min(np.linalg.norm(pair[1] - pair[0]) for pair in (first, now)) > APART:
@@ -71,12 +65,3 @@ def picture_motion(hands0: ArrayLike, hands: ArrayLike, eye: ArrayLike | None = 
 
 def _wrapped(angle: float) -> float:
     return math.remainder(angle, math.tau)
-
-
-def follows_picture(R_WC: Array) -> Array:
-    """Orientation R_WL (3, 3) of the leader's base for which motions of the hand follow the picture of a camera.
-
-    R_WC: orientation (3, 3) of the camera. A motion to the right, up, or towards the operator moves the tool to the right,
-    up, or out of the picture.
-    """
-    return np.asarray(R_WC @ R_CD @ R_DL)

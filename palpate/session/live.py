@@ -25,6 +25,7 @@ from palpate.scene.rig import Rig
 from palpate.sensing import sensing as sensing_module
 from palpate.sensing.source import Clouds, as_sources
 from palpate.session import machine
+from palpate.session.camera import CameraArm
 from palpate.session.console import Console
 from palpate.session.controls import Controls
 from palpate.session.faults import how_to_leave
@@ -84,6 +85,11 @@ class LiveSession:
         self._taken = 0  # ticks of all records
         self._lock = threading.RLock()  # only one thread at a time writes to the recorder
         self.console = Console([weakref.proxy(self)])  #: pedals, presence, locks and scale
+        self.camera: CameraArm | None = None  #: the endoscope arm of the scene
+        if rig.ecm is not None:
+            change = weakref.WeakMethod(self.change)
+            self.camera = CameraArm(rig.ecm, rig.arms.X_WL[:3, :3], [lambda **values: _call(change, values)])
+        self._camera_thread: threading.Thread | None = None
         self._requests = threading.Lock()  # one thread at a time changes the controls by a request
         self._pump: threading.Thread | None = None
         self._stop_pump = threading.Event()
@@ -114,6 +120,9 @@ class LiveSession:
         if self.tracking is not None:
             self._tracker_thread = threading.Thread(target=self._keep_tracking, name="palpate-tracking", daemon=True)
             self._tracker_thread.start()
+        if self.camera is not None:
+            self._camera_thread = threading.Thread(target=self._keep_steering, name="palpate-camera", daemon=True)
+            self._camera_thread.start()
         if self.sensing is not None:
             self._sensing_thread = threading.Thread(target=self._keep_sensing, name="palpate-sensing", daemon=True)
             self._sensing_thread.start()
@@ -126,6 +135,9 @@ class LiveSession:
         if self._tracker_thread is not None:
             self._tracker_thread.join()  # objects rest before the loop stops
             self._tracker_thread = None
+        if self._camera_thread is not None:
+            self._camera_thread.join()
+            self._camera_thread = None
         if self._sensing_thread is not None:
             self._sensing_thread.join()
             self._sensing_thread = None
@@ -301,6 +313,17 @@ class LiveSession:
         finally:
             tracking.hold(float(self.latest()["t"]))
 
+    def _keep_steering(self) -> None:
+        while not self._stop_pump.wait(PERIOD):
+            self._steer_camera()
+
+    def _steer_camera(self) -> None:
+        """Let the hand move the camera for one `PERIOD` while the camera pedal is pressed."""
+        tick = self.latest()
+        if self.camera is not None:
+            pressed = machine.name_of(float(tick["session_state"])) == "camera"
+            self.camera.step(pressed, tick["p_LH"], PERIOD)
+
     def _keep_sensing(self) -> None:
         sensing = self.sensing
         assert sensing is not None
@@ -367,6 +390,13 @@ class LiveSession:
         lost = self._loop.dropped - self._dropped
         faults = [fault] if fault else []
         return [*faults, f"{lost} ticks are missing in the record: the disk was too slow"] if lost > 0 else faults
+
+
+def _call(method: weakref.WeakMethod[Any], values: dict[str, Any]) -> None:
+    """Call a method of a session that may be gone."""
+    alive = method()
+    if alive is not None:
+        alive(**values)
 
 
 def _sensing(rig: Rig, loop: Loop, clouds: Clouds | None) -> sensing_module.Sensing | None:

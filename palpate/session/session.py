@@ -113,7 +113,7 @@ class Session(LiveSession):
 
     def _advance(self, n: int) -> Rows:
         """Run `n` ticks; trackers and sensors are read every `PERIOD`."""
-        if self.tracking is None and self.sensing is None:
+        if self.tracking is None and self.sensing is None and self.camera is None:
             return self._sim.run(n)
         size, done = max(1, round(PERIOD * self.rate)), []
         while n > 0:
@@ -121,6 +121,7 @@ class Session(LiveSession):
                 for part in (self.tracking, self.sensing):
                     if part is not None:
                         part.step(float(self.latest()["t"]))
+                self._steer_camera()
                 self._ticks_to_tracking = size
             some = min(self._ticks_to_tracking, n)
             done.append(self._sim.run(some))

@@ -16,7 +16,9 @@ def by_table(q):
         theta = np.radians(offset) + (0.0 if k == 2 else q[k])
         z = d + (q[k] if k == 2 else 0.0)
         ca, sa, ct, st = np.cos(np.radians(alpha)), np.sin(np.radians(alpha)), np.cos(theta), np.sin(theta)
-        X = X @ np.array([[ct, -st, 0, 0], [st * ca, ct * ca, -sa, -z * sa], [st * sa, ct * sa, ca, z * ca], [0, 0, 0, 1]])
+        X = X @ np.array(
+            [[ct, -st, 0, 0], [st * ca, ct * ca, -sa, -z * sa], [st * sa, ct * sa, ca, z * ca], [0, 0, 0, 1]]
+        )
     return X @ np.array([[0, -1, 0, 0], [1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1.0]])
 
 

@@ -1,9 +1,11 @@
-"""The law by which hands move the picture: by what one sees, and against the camera teleoperation of the simulated dVRK."""
+"""The law by which hands move the picture: by what one sees, and against the simulated dVRK."""
+# ruff: noqa: RUF005  (the sums are of arrays)
 
 import numpy as np
 import pytest
 
-from palpate.session.camera_hands import R_CD, R_DL, REACH, follows_picture, picture_motion
+from palpate.arm.ecm import R_CD, R_DL, follows_picture
+from palpate.session.camera_hands import REACH, picture_motion
 
 LEFT, RIGHT = np.array([-0.1, 0.0, 0.0]), np.array([0.1, 0.0, 0.0])
 HANDS = np.array([LEFT, RIGHT])
@@ -52,7 +54,7 @@ def test_the_tool_moves_in_the_picture_as_the_hand_in_the_display(roll):
 
 
 def test_angles_are_those_of_the_simulated_dvrk():
-    """Its camera teleoperation reads measured poses, whose axes are x left, y up, z away, and whose origin is the eye."""
+    """Its camera teleoperation reads measured poses: x left, y up, z away, and the eye at the origin."""
     from palpate.simulators import dvrk
 
     apart = {"MTMR": np.eye(4), "MTML": np.eye(4)}
