@@ -113,6 +113,10 @@ def _report(console: Console, scene: Scene, summary: PairsSummary) -> PairsSumma
     for name, one in pairs.items():
         if one.scheduler:
             say(console, f"scheduling of {name}: {one.scheduler}")
+    if summary.instruments.handles_close_s > 0.0:
+        least = f"closer than {1e3 * scene.instruments.handle_distance:g} mm"
+        words = f"the handles of two leaders were {least} for {summary.instruments.handles_close_s:.2f} s"
+        say(console, words, "warning:", "yellow")
     for fault in summary.faults:
         say(console, fault, "fault:", "red")
     for label, path in (("records", summary.record), ("report", summary.report)):
