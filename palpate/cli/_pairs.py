@@ -81,6 +81,21 @@ def _run(command: Options, console: Console, session: PairsSession, realtime: bo
         return session.run(duration, realtime=realtime, on_progress=progress)
 
 
+def _with_page(summary: PairsSummary) -> PairsSummary:
+    """Write the page of all pairs; a failure is added to the faults, or printed if an extra is missing."""
+    from palpate.errors import MissingExtraError
+    from palpate.report.pairs import write_pairs_report
+
+    if summary.record is None:
+        return summary
+    try:
+        return replace(summary, report=str(write_pairs_report(Path(summary.record), each=False)))
+    except MissingExtraError:
+        return summary  # said once for each pair
+    except (PalpateError, OSError) as error:
+        return replace(summary, faults=(*summary.faults, f"no report: {error}"))
+
+
 def _report(console: Console, scene: Scene, summary: PairsSummary) -> PairsSummary:
     """Write the reports of all pairs and print their summaries."""
     from palpate.console import outcome
@@ -91,12 +106,17 @@ def _report(console: Console, scene: Scene, summary: PairsSummary) -> PairsSumma
     faults = tuple(f"{name}: {fault}" for name, one in pairs.items() for fault in one.faults)
     interrupted = summary.interrupted or any(one.interrupted for one in pairs.values())
     summary = replace(summary, pairs=pairs, faults=faults, interrupted=interrupted)
+    summary = _with_page(summary) if scene.record.report else summary
     console.print(pairs_table(summary))
     if summary.interrupted:
         say(console, "stopped by Ctrl-C; the records are complete up to this moment")
     for name, one in pairs.items():
         if one.scheduler:
             say(console, f"scheduling of {name}: {one.scheduler}")
+    if summary.instruments.handles_close_s > 0.0:
+        least = f"closer than {1e3 * scene.instruments.handle_distance:g} mm"
+        words = f"the handles of two leaders were {least} for {summary.instruments.handles_close_s:.2f} s"
+        say(console, words, "warning:", "yellow")
     for fault in summary.faults:
         say(console, fault, "fault:", "red")
     for label, path in (("records", summary.record), ("report", summary.report)):

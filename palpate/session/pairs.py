@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 
@@ -106,15 +107,40 @@ class PairsSession:
             require_writable(self._out)
         self.folder: Path | None = None  #: folder of the newest run
         self.rigs = build_pairs(scene)
-        self.pairs = {  #: session of each pair by name
+        self._pairs = {
             name: PairSession(name, rig, (self.seed + i) % 2**64, self._out, self)
             for i, (name, rig) in enumerate(self.rigs.items())
         }
-        self._loops = [session.simulation for session in self.pairs.values()]
-        law = scene.instruments
-        if law.stiffness > 0.0:
-            _core.join_instruments(self._loops, [capsules(r) for r in self.rigs.values()], law.stiffness, law.damping)
+        self._join()
         self._ticks_to_tracking = 0
+
+    @property
+    def pairs(self) -> Mapping[str, PairSession]:
+        """Session of each pair by name; `remove` takes one out."""
+        return MappingProxyType(self._pairs)
+
+    def remove(self, name: str) -> None:
+        """Take a pair out of a session that does not run; its record is closed.
+
+        Raises:
+            PalpateError: the session runs, there is no such pair, or it is the last.
+        """
+        if name not in self._pairs:
+            raise PalpateError(f"there is no pair {name!r}", mend=f"the pairs are {', '.join(self._pairs)}")
+        if self.running:
+            why = "its instrument would vanish from the hands of the others"
+            raise PalpateError(f"pair {name!r} cannot be removed while it runs", why=why, mend="call stop() first")
+        if len(self._pairs) == 1:
+            raise PalpateError(f"{name!r} is the last pair of the session", mend="close the session")
+        self._pairs.pop(name).close()
+        self.rigs.pop(name)
+        self._join()
+
+    def _join(self) -> None:
+        """Put the instruments of all pairs into one world."""
+        self._loops = [session.simulation for session in self._pairs.values()]
+        law = self.scene.instruments
+        _core.join_instruments(self._loops, [capsules(r) for r in self.rigs.values()], law.stiffness, law.damping)
 
     # -- running ---------------------------------------------------------------------------------------------------
 

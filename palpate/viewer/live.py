@@ -9,6 +9,8 @@ import numpy as np
 import viser
 
 from palpate.renamed import RenamedMethod
+from palpate.session import LiveSession
+from palpate.session.rates import LiveRates
 from palpate.viewer import views
 from palpate.viewer.clouds import CloudDrawing
 from palpate.viewer.control_panel import ControlPanel
@@ -16,6 +18,7 @@ from palpate.viewer.drawing import Drawing
 from palpate.viewer.fixtures import FixturePanel
 from palpate.viewer.gauges import Gauges
 from palpate.viewer.labels import LabelPlacer
+from palpate.viewer.rates_panel import RatesPanel
 from palpate.viewer.run_buttons import Runner
 from palpate.viewer.server import close_server, open_server, url
 from palpate.viewer.source import Source
@@ -74,6 +77,10 @@ class LiveViewer:
         self.guidance = (
             None if steered is None else FixturePanel(self._server, stage.fixtures, self._drawing.fixtures, steered)
         )
+        self._rates = None
+        if isinstance(source, LiveSession):
+            with self._gauges.panel.add_tab("Rates", viser.Icon.CLOCK):
+                self._rates = RatesPanel(self._server.gui, LiveRates({"": source}).rows)
         self.inset = views.add_buttons(self._server, stage, self._drawing)
         self._labels = LabelPlacer(self._server, self._drawing.labels)
         self.stopped = self.control_panel.run.stopped
@@ -115,6 +122,8 @@ class LiveViewer:
             if frame % FRAMES_PER_READOUT == 0:
                 now = self._source.controls
                 self._gauges.show(tick, self.control_panel.pause.value, now.stiffness_scale, now.damping_scale)
+                if self._rates is not None:
+                    self._rates.show()
                 ball = self.control_panel.ball
                 self._labels.show(np.array(ball.position), float(ball.radius))
             if frame % FRAMES_PER_PLOT == 0:

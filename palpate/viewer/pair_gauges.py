@@ -1,4 +1,4 @@
-"""The left-hand panel of a viewer of several pairs: a gauge a hand, a plot of the forces, and the rates of all loops."""
+"""The left-hand panel of a viewer of several pairs: a gauge a hand, a plot of all forces, and the rates of the run."""
 
 from __future__ import annotations
 

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 import palpate
+from palpate.errors import PalpateError
 from palpate.record import Record
 from palpate.record.ticks import as_ticks
 from palpate.scene import Scene
 from palpate.session import PairsSession
+from palpate.session.rates import recorded
 
 TWO = """\
 objects: [{shape: organ, triangles: 3000, stiffness: 400, damping: 2}]
@@ -99,3 +101,33 @@ def test_a_run_can_be_interrupted_and_goes_on():
     summary = session.run(1.0, on_progress=lambda states: session.interrupt())
     assert summary.interrupted
     assert summary.duration_s < 1.0
+
+
+def test_a_pair_cannot_be_removed_while_it_runs():
+    session = PairsSession(Scene.parse(TWO))
+    session.start()
+    before = session.pairs["left"].latest()["p_WT"].copy()
+    with pytest.raises(PalpateError, match="cannot be removed while it runs"):
+        session.remove("left")
+    with pytest.raises(TypeError):
+        del session.pairs["left"]
+    assert session.running
+    session.stop()
+    np.testing.assert_allclose(session.pairs["left"].latest()["p_WT"], before, atol=0.05)
+    with pytest.raises(PalpateError, match="no pair 'middle'"):
+        session.remove("middle")
+    session.remove("left")
+    assert list(session.step(10)) == ["right"]
+    with pytest.raises(PalpateError, match="last pair"):
+        session.remove("right")
+
+
+def test_rates_of_a_record_name_every_loop_and_its_missed_ticks():
+    session = PairsSession(Scene.parse(TWO))
+    session.step(100)
+    ticks = as_ticks(session.pairs["left"].simulation.run(100))
+    lockstep = recorded("left", ticks, 1000.0, None)[0]
+    assert (lockstep.name, lockstep.asked_Hz, lockstep.missed) == ("left haptic loop", 1000.0, None)
+    assert lockstep.measured_Hz == pytest.approx(1000.0)
+    late = recorded("left", ticks, 1000.0, {"missed_ticks": 99})[0]
+    assert late.measured_Hz == pytest.approx(500.0, rel=0.01)  # half of the time was missed

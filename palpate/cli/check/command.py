@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from palpate.cli.check import grid, mesh, scene
 
-    Findings = grid.Findings | mesh.Findings | scene.Findings
+    Findings = grid.Findings | mesh.Findings | scene.Findings | scene.PairsFindings
 
 _SCENES = (".yaml", ".yml")
 _GRIDS = (".npz", ".nrrd")

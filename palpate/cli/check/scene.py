@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -23,6 +24,7 @@ from palpate.scene import Scene
 from palpate.scene.gains import felt_stiffness
 from palpate.scene.guidance import LIVE
 from palpate.scene.rig import Rig, build
+from palpate.scene.together import build_pairs, gap_at_start
 from palpate.surfaces import PointSurface
 
 
@@ -71,9 +73,20 @@ class Findings:
     device: DeviceFindings | None  # None: the leader is a simulated arm
 
 
-def inspect(path: Path, console: Console) -> Findings:
+@dataclass(frozen=True)
+class PairsFindings:
+    """What `palpate check` finds on a scene with several pairs."""
+
+    pairs: dict[str, Findings]
+    instruments_apart_m: float | None  # smallest distance between two instruments at the start
+    handles_apart_m: float | None  # smallest distance between two handles at the start
+
+
+def inspect(path: Path, console: Console) -> Findings | PairsFindings:
     """Print the objects, fixtures and initial poses of a scene, and return them."""
     scene = Scene.load(path)
+    if scene.pairs:
+        return _inspect_pairs(scene, console)
     device = None if scene.arms.leader.driver is None else inspect_device(scene)
     rig = build(scene) if device is None else device.rig
     rig.simulation()
@@ -82,6 +95,24 @@ def inspect(path: Path, console: Console) -> Findings:
     objects, fixtures = _objects(rig, console), _fixtures(rig, console)
     start = _start(rig, console, device is None)
     return Findings(objects, fixtures, start, None if device is None else device.tell(console))
+
+
+def _inspect_pairs(scene: Scene, console: Console) -> PairsFindings:
+    rigs = build_pairs(scene)
+    found = {}
+    for name, rig in rigs.items():
+        say(console, name, "pair", "bold")
+        rig.simulation()
+        warn_outside(rig)
+        objects, fixtures = _objects(rig, console), _fixtures(rig, console)
+        found[name] = Findings(objects, fixtures, _start(rig, console, True), None)
+    both = list(combinations(rigs.values(), 2))
+    apart = min((gap_at_start(a, b) for a, b in both), default=np.inf)
+    hands = [rig.arms.X_WL @ rig.arms.leader.fk(rig.arms.q_leader0)[:, 3] for rig in rigs.values()]
+    near = min((float(np.linalg.norm(a - b)) for a, b in combinations(hands, 2)), default=np.inf)
+    if both:
+        say(console, f"at the start the instruments are {1e3 * apart:.1f} mm apart, the handles {1e3 * near:.0f} mm")
+    return PairsFindings(found, finite_or_none(apart), finite_or_none(near))
 
 
 def _objects(rig: Rig, console: Console) -> list[ObjectFindings]:
