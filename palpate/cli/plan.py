@@ -11,7 +11,7 @@ from tyro.conf import Positional, arg
 from palpate.console.output import console_for, require_writable, say, write_json
 
 if TYPE_CHECKING:
-    from palpate.planning import Plan
+    from palpate.planning import Plan, Problem
 
 
 @dataclass
@@ -44,6 +44,8 @@ class Command:
     """Time after which the search gives up [s]."""
     planner: str = "RRTConnect"
     """OMPL's planner: RRTConnect, LBKPIECE1, BKPIECE1, KPIECE1, RRT or BITstar."""
+    trajectory: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Check and time a trajectory of MoveIt instead (YAML of a RobotTrajectory or JointTrajectory)."""
     out: Annotated[Path | None, arg(metavar="FILE.yaml")] = None
     """Write the plan, for execution and for guidance (follow: {plan: FILE.yaml})."""
     figure: Annotated[Path | None, arg(metavar="FILE.png")] = None
@@ -60,7 +62,7 @@ class Command:
         for file in (self.out, self.figure, self.json):
             require_writable(file)
         problem = Problem.of(Scene.load(self.scene), self.arm)
-        found = problem.plan(self.from_, self.to, _length(self.clearance), self.seed, self.timeout, self.planner)
+        found = self._found(problem)
         for note in found.notes:
             say(console, note, "note:")
         for line in _lines(found):
@@ -76,6 +78,14 @@ class Command:
                 say(console, str(self.figure), "figure:")
         write_json(self.json, found.as_json())
         return 0 if found.success else 1
+
+    def _found(self, problem: Problem) -> Plan:
+        clearance = _length(self.clearance)
+        if self.trajectory is not None:
+            from palpate.planning import moveit
+
+            return moveit.checked(problem, moveit.read(self.trajectory), clearance)
+        return problem.plan(self.from_, self.to, clearance, self.seed, self.timeout, self.planner)
 
 
 def _lines(found: Plan) -> list[str]:

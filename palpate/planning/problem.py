@@ -107,26 +107,36 @@ class Problem:
         arm = self.robot.arm
         checker = checker or Checker(self.robot, self.world)
         scale = planners.levers(arm)
-        base = Plan(False, "", self.robot.name, 0.0, clearance, seed, planner, self.world.version,
-                    tuple(arm.joint_names), scale=scale, limits=self.limits, geometry=self.robot.geometry,
-                    notes=tuple(self.world.notes), X_WB=self.robot.X_WB)  # fmt: skip
+        base = self.empty_plan(clearance, seed, planner)
         q0 = self._start(start, checker, clearance, seed)
         targets = self._targets(goal, q0, checker, clearance, seed)
         if isinstance(targets, goals.Unreachable):
-            return replace(base, reason=targets.reason, time_s=time.monotonic() - begin)
+            return self.failed(base, targets.reason, begin=begin)
         search_end = begin + _SHARE * timeout
         found = planners.search(checker, q0, targets, clearance, seed, search_end, planner)
         if found.waypoints is None:
             names = " and ".join(found.blocker)
             reason = f"no path found within {timeout:g} s; {names} block most motions"
-            return replace(base, reason=reason, blocker=found.blocker, time_s=time.monotonic() - begin)
+            return self.failed(base, reason, found.blocker, begin)
         waypoints = found.waypoints
         if found.planner != planners.STRAIGHT:
             waypoints = shorten.shortened(checker, waypoints, scale, clearance, seed, deadline)
         curves = shorten.rounded(checker, waypoints, scale, clearance, deadline)
-        return self._finished(replace(base, planner=found.planner), checker, curves, begin)
+        return self.finished(replace(base, planner=found.planner), checker, curves, begin)
 
-    def _finished(self, base: Plan, checker: Checker, curves: list[Curve], begin: float) -> Plan:
+    def empty_plan(self, clearance: float, seed: int, planner: str) -> Plan:
+        """A plan without a motion, with the values of this problem."""
+        robot = self.robot
+        return Plan(False, "", robot.name, 0.0, clearance, seed, planner, self.world.version,
+                    tuple(robot.arm.joint_names), scale=planners.levers(robot.arm), limits=self.limits,
+                    geometry=robot.geometry, notes=tuple(self.world.notes), X_WB=robot.X_WB)  # fmt: skip
+
+    def failed(self, base: Plan, reason: str, blocker: tuple[str, str] = ("", ""), begin: float = 0.0) -> Plan:
+        """A plan without success: its reason, and the pair that blocks. begin: time.monotonic() of the start [s]."""
+        return replace(base, reason=reason, blocker=blocker, time_s=time.monotonic() - begin)
+
+    def finished(self, base: Plan, checker: Checker, curves: list[Curve], begin: float) -> Plan:
+        """A plan along proved curves, with its times and its smallest clearance."""
         trajectory = Trajectory(curves, base.scale, self.limits)
         found = clearances.along(checker, trajectory)
         time_s = time.monotonic() - begin

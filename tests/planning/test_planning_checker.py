@@ -7,38 +7,12 @@ from planning_worlds import at, posts, problem, psm, reaching
 from palpate import Arm, Mesh, PointCloud, surfaces
 from palpate.mesh.mesh import quiet
 from palpate.planning import geometry, shapes
-from palpate.planning.allowed import disabled_pairs, segment_distance
+from palpate.planning.allowed import disabled_pairs
 from palpate.planning.checker import Checker
 from palpate.planning.curves import corner, line
 from palpate.planning.robot import Robot
 from palpate.planning.world import World, obstacle
-
-
-def _segment_to_triangles(a: np.ndarray, b: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Distances (K, T) of segments a, b (K, 3) from triangles (T, 3, 3): edges, end points over faces, and piercing."""
-    K, T = len(a), len(corners)
-    best = np.full((K, T), np.inf)
-    one = np.stack([np.repeat(a, T, 0), np.repeat(b, T, 0)], axis=1)
-    for i in range(3):
-        edge = np.tile(np.stack([corners[:, i], corners[:, (i + 1) % 3]], axis=1), (K, 1, 1))
-        best = np.minimum(best, segment_distance(one, edge).reshape(K, T))
-    u, v = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    n = np.cross(u, v)
-    n /= np.linalg.norm(n, axis=1, keepdims=True)
-    inverse = np.linalg.inv(np.stack([u, v, n], axis=-1))
-
-    def local(p: np.ndarray) -> np.ndarray:  # barycentric coordinates and height of points (K, T, 3)
-        return np.einsum("tij,ktj->kti", inverse, p - corners[:, 0])
-
-    ends = [local(np.repeat(p[:, None], T, 1)) for p in (a, b)]
-    for x in ends:
-        over = (x[..., 0] >= 0) & (x[..., 1] >= 0) & (x[..., 0] + x[..., 1] <= 1)
-        best = np.where(over, np.minimum(best, abs(x[..., 2])), best)
-    h0, h1 = ends[0][..., 2], ends[1][..., 2]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        x = ends[0] + (h0 / (h0 - h1))[..., None] * (ends[1] - ends[0])
-    pierced = (h0 * h1 < 0) & (x[..., 0] >= 0) & (x[..., 1] >= 0) & (x[..., 0] + x[..., 1] <= 1)
-    return np.where(pierced, 0.0, best)
+from palpate.studies.collisions.brute import to_triangles
 
 
 def test_distances_agree_with_brute_force_on_ten_thousand_poses() -> None:
@@ -55,7 +29,7 @@ def test_distances_agree_with_brute_force_on_ten_thousand_poses() -> None:
     z /= np.linalg.norm(z, axis=1, keepdims=True)
     a, b = p - 0.015 * z, p + 0.015 * z
     corners = np.asarray(ball.vertices)[ball.faces]
-    exact = np.concatenate([_segment_to_triangles(*part, corners).min(axis=1)
+    exact = np.concatenate([to_triangles(*part, corners).min(axis=1)
                             for part in zip(np.split(a, 20), np.split(b, 20), strict=True)]) - 0.002  # fmt: skip
     request, result = coal.CollisionRequest(), coal.CollisionResult()
     ask, answer = coal.DistanceRequest(), coal.DistanceResult()
