@@ -1,1 +1,21 @@
-"""Soft tissue: materials, tetrahedral meshes, and closed forms of indentation and viscosity."""
+"""Soft tissue: materials, meshes of tetrahedra, and closed forms of indentation and viscosity."""
+
+from palpate.tissue.files import load, save
+from palpate.tissue.make import tetrahedralize
+from palpate.tissue.material import TissueMaterial
+from palpate.tissue.presets import PRESETS
+from palpate.tissue.quality import Quality, quality, shapes, stable_steps
+from palpate.tissue.tetrahedra import TetMesh
+
+__all__ = [
+    "PRESETS",
+    "Quality",
+    "TetMesh",
+    "TissueMaterial",
+    "load",
+    "quality",
+    "save",
+    "shapes",
+    "stable_steps",
+    "tetrahedralize",
+]
