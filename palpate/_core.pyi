@@ -5,7 +5,7 @@ Palpate's C++ core: the stages of the haptic cycle (see ARCHITECTURE.md).
 
 from collections.abc import Mapping as _Mapping, Sequence
 import enum
-from typing import Annotated, Any, Literal, overload
+from typing import Annotated, Any, Final, Literal, overload
 
 import numpy
 import numpy.typing
@@ -645,6 +645,99 @@ class Snapshot:
     @property
     def objects(self) -> list[Object]:
         """The objects, in order."""
+
+class TissueBody:
+    """
+    A soft body of linear tetrahedra, stepped explicitly; all in the object's frame O. Energy per volume: mu/2 (w + c
+    max(w, 0)^2) + k/2 (J - 1)^2 with w = I1 - 3 - 2 (J - 1), I1 = tr F^T F, J = det F and k = bulk + mu/3: a stable
+    Neo-Hookean solid (after Smith, de Goes and Kim 2018) with the stiffening of Yeoh (1993). Prony terms are
+    quasi-linear on the second Piola-Kirchhoff stress of the terms with mu.
+    """
+
+    def __init__(
+        self,
+        *,
+        nodes: Annotated[NDArray[numpy.float64], "(:, 3)"],
+        tets: Annotated[NDArray[numpy.int32], "(:, 4)"],
+        surface: Annotated[NDArray[numpy.int32], "(:, 3)"],
+        mu: Annotated[NDArray[numpy.float64], "(:,)"],
+        bulk: Annotated[NDArray[numpy.float64], "(:,)"],
+        density: Annotated[NDArray[numpy.float64], "(:,)"],
+        yeoh: Annotated[NDArray[numpy.float64], "(:,)"],
+        prony: Sequence[tuple[float, float]],
+        fixed: Annotated[NDArray[numpy.bool_], "(:,)"],
+        spring: Annotated[NDArray[numpy.float64], "(:,)"],
+        step: float = 0.0,
+        tick: float = 0.001,
+        damping: float = 5.0,
+        mass_limit: float = 0.05,
+        portable: bool = False,
+    ) -> None:
+        """
+        nodes (n, 3) [m]; tets (m, 4), surface (k, 3) with outward winding: int32 indices of nodes; mu, bulk (m,) [Pa]:
+        shear modulus after full relaxation and bulk modulus; density (m,) [kg/m^3]; yeoh (m,): c [-]; prony: pairs (g
+        [-], tau [s]), instantaneous modulus mu (1 + sum g); fixed (n,) bool; spring (n,) [N/m] to the rest positions;
+        step [s], 0: chosen so that the added mass stays below mass_limit [-]; tick: period of the loop [s]; damping:
+        force per mass and velocity [1/s]. Raises ValueError naming the invalid value.
+        """
+
+    def step(self, n: int = 1) -> None:
+        """Advances by n time steps."""
+
+    def reset(self) -> None:
+        """Returns to rest."""
+
+    def set_loads(self, forces: Annotated[NDArray[numpy.float64], "(:, 3)"]) -> None:
+        """Sets the forces on the nodes (n, 3) [N]."""
+
+    def set_state(
+        self,
+        positions: Annotated[NDArray[numpy.float64], "(:, 3)"],
+        velocities: Annotated[NDArray[numpy.float64], "(:, 3)"],
+    ) -> None:
+        """Sets positions (n, 3) [m] and velocities (n, 3) [m/s]."""
+
+    def positions(self) -> NDArray[numpy.float64]:
+        """Positions of the nodes (n, 3) [m]."""
+
+    def velocities(self) -> NDArray[numpy.float64]:
+        """Velocities of the nodes (n, 3) [m/s]."""
+
+    def internal_forces(self) -> NDArray[numpy.float64]:
+        """
+        Elastic forces on the nodes at the present positions, without Prony terms and springs (n, 3) [N].
+        """
+
+    def masses(self) -> NDArray[numpy.float64]:
+        """Masses of the nodes, added mass included (n,) [kg]."""
+
+    def energies(self) -> tuple[float, float]:
+        """
+        (potential, kinetic) [J]; the potential is that at the beginning of the last step.
+        """
+
+    def stable_step(self) -> float:
+        """Longest stable step without added mass: a bound, at rest [s]."""
+
+    def added_mass(self) -> float:
+        """Mass added for the time step, as a share of the mass [-]."""
+
+    @property
+    def time_step(self) -> float:
+        """Time step [s]."""
+
+    @property
+    def steps_per_tick(self) -> int:
+        """Steps in a period of the loop."""
+
+    @property
+    def least_volume(self) -> float:
+        """
+        Smallest det F at the beginning of the last step; zero or less: inverted [-].
+        """
+
+    has_avx2: Final[bool] = ...
+    """True if the AVX2 kernels are used."""
 
 class ToolSphere:
     """A sphere of the tool, in addition to the SPR on its tip."""

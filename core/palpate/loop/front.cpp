@@ -39,6 +39,7 @@ Front::Front(contact::Tool& contact, std::shared_ptr<const scene::Snapshot> scen
     : contact_(contact),
       newest_scene_(present(std::move(scene))),
       scene_(std::make_shared<RenderedScene>(newest_scene_, 0)),
+      newest_rendered_(scene_.current().objects),
       fixtures_(std::make_shared<const guidance::Fixtures>()),
       ring_(static_cast<std::size_t>(kRingSeconds * rate), false) {
   contact_.check(*newest_scene_);
@@ -63,7 +64,9 @@ void Front::set_scene(std::shared_ptr<const scene::Snapshot> scene) {
   const std::lock_guard lock(callers_);
   if (!same_objects(*newest_scene_, *scene)) ++newest_epoch_;
   newest_scene_ = scene;
-  scene_.publish(std::make_shared<RenderedScene>(std::move(scene), newest_epoch_));
+  auto rendered = std::make_shared<RenderedScene>(std::move(scene), newest_epoch_, &newest_rendered_);
+  newest_rendered_ = rendered->objects;
+  scene_.publish(std::move(rendered));
 }
 
 void Front::set_live(LiveTargets targets) {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "palpate/loop/soft_objects.hpp"
+
 namespace palpate::loop {
 namespace {
 
@@ -40,6 +42,8 @@ const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
   out_.force = force::step(*out_.contacts, out_.mapped.V_WT, in.controls.stiffness_scale, in.controls.damping_scale);
   tool_force_ = contact_force(in);
   out_.commanded = mapping_.damped_wrench_on_hand({tool_force_.F_T_W + out_.guided.on_tool.F, out_.guided.on_tool.B});
+  advance_soft(*in.scene, contact_, *out_.contacts, out_.force, in.t, 1.0 / options_.rate);
+  soft_ = soft_state(*in.scene);
   mark(Stage::force);
   out_.rendered = stabilise(in);
   mark(Stage::stability);

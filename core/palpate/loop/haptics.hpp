@@ -10,6 +10,7 @@
 #include "palpate/loop/stage_clock.hpp"
 #include "palpate/loop/tick.hpp"
 #include "palpate/mapping/mapping.hpp"
+#include "palpate/scene/deformable.hpp"
 #include "palpate/scene/snapshot.hpp"
 #include "palpate/stability/ledger.hpp"
 #include "palpate/stability/stability.hpp"
@@ -109,7 +110,8 @@ class Haptics {
   stability::Ledger ledger_;
   StageClock* clock_ = nullptr;
   HapticsOutput out_;
-  ToolForce tool_force_;  ///< contact force of the previous tick
+  scene::DeformableState soft_;  ///< of the soft objects
+  ToolForce tool_force_;         ///< contact force of the previous tick
 };
 
 }  // namespace palpate::loop

@@ -62,7 +62,8 @@ stability::Energy Haptics::book(const HapticsInput& in, const Wrench& F_H_L) noe
   forces.F_source.back() = rest;
   // Energy of the contact springs, converted to the hand's port.
   const double per_hand = law ? mapping_.energy_ratio() : 0.0;
-  const double spring = per_hand * stability::spring_energy(contacts, in.controls.stiffness_scale);
+  const double spring =
+      per_hand * (stability::spring_energy(contacts, in.controls.stiffness_scale) + soft_.potential + soft_.kinetic);
   return ledger_.step(in.handle.X_LH, forces, spring, mapping_.energy_ratio() * mapping_.released());
 }
 
@@ -134,6 +135,9 @@ void Haptics::record_stability(const HapticsInput& in, const Wrench& F_H_L, cons
   tick.energy_low_pass = energy.low_pass;
   tick.energy_coupling = energy.coupling;
   std::copy(energy.source.begin(), energy.source.end(), tick.energy_source);
+  tick.tissue_potential = soft_.potential;
+  tick.tissue_kinetic = soft_.kinetic;
+  tick.tissue_status = (soft_.hurried ? 1.0 : 0.0) + (soft_.frozen ? 2.0 : 0.0);
   tick.energy_stored = stability_.passivity().stored();
   tick.energy_lent = stability_.passivity().credited();
   tick.energy_reserved = stability_.passivity().reserved();

@@ -59,7 +59,7 @@ SIGNAL(hand, Reals<3>, F_cell_L, "N", "L", "load cell: force of the arm on the h
 SIGNAL(hand, Reals<3>, p_hand_L, "m", "L", "where the hand wants to be", true)
 SIGNAL(stability, double, energy_port, "J", "",
        "energy the rendered force took from the hand; below zero it generated", true)
-SIGNAL(stability, double, energy_spring, "J", "", "stored in the contact springs", true)
+SIGNAL(stability, double, energy_spring, "J", "", "stored in the contact springs and in soft bodies", true)
 SIGNAL(stability, double, energy_damping, "J", "", "dissipated by the damping term", true)
 SIGNAL(stability, double, energy_mapping, "J", "", "released from the springs by motion of the mapping itself", true)
 SIGNAL(stability, double, energy_cut, "J", "", "withheld by the caps", true)
@@ -68,6 +68,9 @@ SIGNAL(stability, double, energy_low_pass, "J", "", "withheld by the low-pass", 
 SIGNAL(stability, double, energy_coupling, "J", "", "withheld by the virtual coupling", true)
 SIGNAL(stability, Reals<kSources>, energy_source, "J", "",
        "wanted by each object, by guidance, and last by all the rest, before the stage", true)
+SIGNAL(contact, double, tissue_potential, "J", "", "stored in soft bodies by strain", true)
+SIGNAL(contact, double, tissue_kinetic, "J", "", "kinetic energy of soft bodies", true)
+SIGNAL(contact, double, tissue_status, "1", "", "of soft bodies: +1 more time steps, +2 diverged and stands still", true)
 SIGNAL(stability, double, energy_stored, "J", "", "energy that the force may still return to the hand", true)
 SIGNAL(stability, double, energy_lent, "J", "", "credited for fixtures that were switched on where the hand was", true)
 SIGNAL(stability, double, energy_reserved, "J", "", "part of energy_stored that is kept for wrenches not yet applied", true)
