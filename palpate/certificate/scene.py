@@ -20,7 +20,7 @@ from palpate.certificate.together import groups
 from palpate.errors import PalpateError, PalpateWarning
 from palpate.hands import PRESETS
 from palpate.record.ticks import as_ticks
-from palpate.scene.model import ObjectSection
+from palpate.scene.gains import touched_stiffness
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 
@@ -56,7 +56,7 @@ def touched(rig: Rig) -> list[Touched]:
 
     They are in the order of the certificates.
     """
-    each = [_alone(surface, i) for i, surface in enumerate(rig.scene.objects)]
+    each = [_alone(rig.scene, i) for i in range(len(rig.scene.objects))]
     found = [one for parts in each for one in parts]
     for group in groups(rig):
         stiffest = [max(each[i], key=lambda part: part.K) for i in group]
@@ -66,9 +66,10 @@ def touched(rig: Rig) -> list[Touched]:
     return found + [Touched(f.name, NO_OBJECT, f.K, f.B, f.B) for f in fixture_springs(rig.fixtures.list())]
 
 
-def _alone(surface: ObjectSection, i: int) -> list[Touched]:
+def _alone(scene: Scene, i: int) -> list[Touched]:
     """An object and its regions."""
-    found = [Touched(surface.name, i, max(surface.stiffness), min(surface.damping), max(surface.damping))]
+    surface = scene.objects[i]
+    found = [Touched(surface.name, i, touched_stiffness(scene, i), min(surface.damping), max(surface.damping))]
     for region in surface.regions:
         K, B = region.stiffness or surface.stiffness, region.damping or surface.damping
         found.append(Touched(f"{surface.name}, {region.name}", i, max(K), min(B), max(B)))
