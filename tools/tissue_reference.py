@@ -2,7 +2,8 @@
 
     python tools/tissue_reference.py
 
-The forces are relative to E R^2, for a sphere of radius R on a layer of thickness h bonded to a rigid ground.
+The forces are relative to E R^2, for a sphere of radius R on a layer of thickness h bonded to a rigid ground. Their
+error is .5 %: half the size of the elements changes them by .4 %.
 """
 
 import json
@@ -30,7 +31,7 @@ CASES = [
 
 def solve(nu, yeoh, h, deepest):
     """One row of the table."""
-    depths = np.concatenate([[0.01, 0.025], np.arange(0.05, deepest + 1e-9, 0.05)])
+    depths = np.arange(0.05, deepest + 1e-9, 0.05)
     thickness = 50.0 if h is None else h
     case = Indentation(poisson=nu, yeoh=yeoh, thickness=thickness, width=50.0 if h is None else 5.0 + 3.0 * h, fine=8)
     force = case.forces(depths)

@@ -1,5 +1,23 @@
-"""Soft tissue: bodies to touch, materials, tetrahedral meshes, and closed forms of indentation and viscosity."""
+"""Soft tissue: bodies to touch, materials, meshes of tetrahedra, and closed forms of indentation and viscosity."""
 
 from palpate.tissue.body import Tissue
+from palpate.tissue.files import load, save
+from palpate.tissue.make import tetrahedralize
+from palpate.tissue.material import TissueMaterial
+from palpate.tissue.presets import PRESETS
+from palpate.tissue.quality import Quality, quality, shapes, stable_steps
+from palpate.tissue.tetrahedra import TetMesh
 
-__all__ = ["Tissue"]
+__all__ = [
+    "PRESETS",
+    "Quality",
+    "TetMesh",
+    "Tissue",
+    "TissueMaterial",
+    "load",
+    "quality",
+    "save",
+    "shapes",
+    "stable_steps",
+    "tetrahedralize",
+]

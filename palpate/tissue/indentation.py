@@ -39,20 +39,22 @@ def layer(R: float, d: npt.ArrayLike, E: float, nu: float, h: float) -> Array:
     the transform phi of the pressure satisfies phi(x) + 2/pi integral_0^a phi(t) k(x, t) dt = E*/pi (d - g(x)), with
     g the transform of the sphere's shape and phi(a) = 0 at the edge `a` of the circle of contact.
     """
+    from scipy.interpolate import PchipInterpolator
+
     depth = np.maximum(np.asarray(d, dtype=np.float64), 0.0)
-    deepest = float(np.max(depth, initial=0.0)) / R
-    edge = float(_contact_radius(np.array(deepest)))  # a half-space has a larger circle of contact than a layer ...
-    circles = np.linspace(0.0, 1.0, 41)[1:] * min(1.3 * edge, 0.5 * (1.0 + edge))  # ... of up to 1.3 of its size
-    pairs = np.array([(0.0, 1.0)] + [_layer_force(a, nu, h / R) for a in circles])  # depth, force over Sneddon's
-    force: Array = np.interp(np.sqrt(depth / R), np.sqrt(pairs[:, 0]), pairs[:, 1]) * sneddon(R, depth, E, nu)
+    # A bonded layer has up to twice the circle of contact of a half-space: that of four times its depth.
+    widest = float(_contact_radius(np.array(4.2 * np.max(depth, initial=1e-12) / R)))
+    pairs = np.array([(0.0, 1.0), *(_layer_force(a, nu, h / R) for a in np.linspace(0.0, widest, 31)[1:])])
+    ratio = PchipInterpolator(np.sqrt(pairs[:, 0]), pairs[:, 1])(np.sqrt(depth / R))
+    force: Array = ratio * sneddon(R, depth, E, nu)
     return force
 
 
 def dimitriadis(R: float, d: npt.ArrayLike, E: float, nu: float, h: float) -> Array:
     """Polynomial approximation of `layer` (Dimitriadis and others 2002, Biophys. J. 82, 2798-2810, equation 12).
 
-    Hertz times a polynomial in chi = sqrt(R d)/h. It lies below the exact force: by 6 % at chi = .5 and 14 to 18 % at
-    chi = 1. At nu = .5 the equation gives -.0975 chi^4, where the form printed for that case has +.0975.
+    Hertz times a polynomial in chi = sqrt(R d)/h. It lies below the exact force of thin layers, for nu from .3 to .5
+    by 4 to 8 % at chi = .5 and by 11 to 20 % at chi = 1. At nu = .5 the equation gives -.0975 chi^4, where the form printed for that case has +.0975.
     """
     depth = np.maximum(np.asarray(d, dtype=np.float64), 0.0)
     alpha = -(1.2876 - 1.4678 * nu + 1.3442 * nu**2) / (1.0 - nu)

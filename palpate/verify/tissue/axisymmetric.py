@@ -9,11 +9,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from palpate.arrays import Array
 from palpate.verify.tissue.solid import GAUSS, Solid, lagrange
+
+Index = npt.NDArray[np.signedinteger]
 
 _PENALTY = 120.0  # stiffness of the contact, in units of E over the length of an element
 _PRESSURE = 3.0  # bound of the pressure in the stiffness of the contact, in units of E
@@ -72,7 +75,7 @@ class _Contact:
     """Penalty between the surface and a unit sphere whose centre is at height `centre` on the axis."""
 
     nodes: Array  # (n, 2)
-    top: Array  # nodes of the surface, from the axis outward: two for each element, and one more
+    top: Index  # nodes of the surface, from the axis outward: two for each element, and one more
     penalty: float  # [Pa/m]
     centre: float
 
@@ -97,12 +100,12 @@ class _Contact:
         size = self.nodes.size
         rows, columns = np.repeat(dof, 6, axis=1).ravel(), np.tile(dof, (1, 6)).ravel()
         matrix = sparse.csc_matrix((stiff.ravel(), (rows, columns)), shape=(size, size))
-        total = np.bincount(dof.ravel(), force.ravel(), size)
+        total = np.bincount(dof.ravel(), force.ravel(), size).astype(np.float64)
         on_sphere = -float(np.sum(weight * gap * n[..., 1] * -1.0))
         return float(0.5 * np.sum(weight * gap**2)), total, on_sphere, matrix
 
 
-def _solve(solid: Solid, contact: _Contact, start: Array, free: Array) -> Array:
+def _solve(solid: Solid, contact: _Contact, start: Array, free: Index) -> Array:
     """Displacements (n, 2) in equilibrium, by Newton's method with steps halved until the energy falls.
 
     Rounding of the energy hides changes below 1e-9 E R^3, and Newton's steps are then taken whole.

@@ -52,7 +52,7 @@ class Solid:
         force = Bw @ P.reshape(m, -1, 1)
         stiff = Bw @ (A @ B).reshape(m, -1, size)
         dof = (2 * where[:, :, None] + np.arange(2)).reshape(m, size)
-        total = np.bincount(dof.ravel(), force.ravel(), 2 * len(self.nodes))
+        total = np.bincount(dof.ravel(), force.ravel(), 2 * len(self.nodes)).astype(np.float64)
         rows, columns = np.repeat(dof, size, axis=1).ravel(), np.tile(dof, (1, size)).ravel()
         n = 2 * len(self.nodes)
         return float(np.sum(volume * W)), total, sparse.csc_matrix((stiff.ravel(), (rows, columns)), shape=(n, n))
