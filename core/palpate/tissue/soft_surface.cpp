@@ -12,6 +12,7 @@
 namespace palpate::tissue {
 namespace {
 
+constexpr double kWidth = 0.7;               // [edge] of the spread force
 constexpr double kFast = 0.05;               // [edge] displacement in a step beyond which steps are halved
 constexpr double kTooFast = 0.5;             // [edge] displacement in a step that is a divergence
 constexpr double kStill = 0.1, kRamp = 0.3;  // [s] after a divergence: standing still, then a ramp of the loads
@@ -82,7 +83,7 @@ std::vector<double> plane_moduli(const scene::Mesh& mesh, const BodyData& data, 
 SoftSurface::SoftSurface(BodyData data, double width)
     : body_(std::move(data)), mesh_(mesh_of(body_.data())), edge_(mean_edge(*mesh_)) {
   auto tables = std::make_shared<Tables>();
-  tables->spreading = Spreading(mesh_->vertices(), mesh_->triangles(), width > 0.0 ? width : edge_);
+  tables->spreading = Spreading(mesh_->vertices(), mesh_->triangles(), width > 0.0 ? width : kWidth * edge_);
   tables->node = nodes_of(*mesh_, body_.data());
   tables->plane_modulus = plane_moduli(*mesh_, body_.data(), tables->node);
   tables_ = tables;
@@ -118,17 +119,8 @@ scene::SurfacePoint SoftSurface::locate(const Vec3& p_O) const noexcept {
 }
 
 LocalLaw SoftSurface::law_at(const scene::SurfacePoint& at, double radius) const noexcept {
-  const double b[3] = {at.u(), at.v, at.w}, width = tables_->spreading.width();
-  Vec3 corner[3];
-  for (int k = 0; k < 3; ++k) {
-    const std::int32_t vertex = mesh_->triangles()[to_index(3 * at.triangle + k)];
-    corner[k] = Vec3(&body_.data().nodes[3 * to_index(tables_->node[to_index(vertex)])]);
-  }
-  double yield = 0.0;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) yield += b[i] * b[j] * mutual_yield(width, (corner[i] - corner[j]).norm());
-  const double modulus = tables_->plane_modulus[to_index(at.triangle)];
-  return {modulus, radius, yield / modulus};
+  const double b[3] = {at.u(), at.v, at.w}, modulus = tables_->plane_modulus[to_index(at.triangle)];
+  return {modulus, radius, tables_->spreading.yield(at.triangle, b) / modulus};
 }
 
 /// Mean of a quantity of the nodes under the spread load of a contact point.

@@ -20,9 +20,9 @@ namespace palpate::tissue {
 /// A soft body with its surface.
 class SoftSurface final : public scene::Surface, public scene::Deformable {
  public:
-  /// width: standard deviation of the spread contact force [m]; 0: the mean length of the surface's edges. It should be
-  /// at least .6 of the largest sphere's radius, or else deep contacts are too stiff. Throws std::invalid_argument if
-  /// the body has no surface.
+  /// width: standard deviation of the spread contact force [m]; 0: .7 of the mean length of the surface's edges. It
+  /// should be at least .45 of the largest sphere's radius, or else deep contacts are too stiff. Throws
+  /// std::invalid_argument if the body has no surface.
   explicit SoftSurface(BodyData data, double width = 0.0);
 
   [[nodiscard]] scene::Nearest nearest(const Vec3& p) const noexcept override { return mesh_->nearest(p); }
