@@ -747,8 +747,8 @@ class TissueSurface(Surface):
     def __init__(self, body: TissueBody, width: float = 0.0) -> None:
         """
         body: gives the mesh, the material and the step; its state is not used. width: standard deviation of the spread
-        contact force [m], 0: the mean edge; at least .6 of the largest sphere's radius. Raises ValueError if the body
-        has no surface.
+        contact force [m], 0: .7 of the mean edge; at least .45 of the largest sphere's radius. Raises ValueError if the
+        body has no surface.
         """
 
     @property
