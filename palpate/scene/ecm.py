@@ -39,7 +39,7 @@ class EcmSection(Section):
     base: Pose | None = None
     """X_WB: pose of its base, which is its remote centre; when left out, the camera sees the start of the path"""
     joints: tuple[Number, Number, Number, Number] | None = None
-    """yaw, pitch [rad], insertion [m] and roll [rad] at the start; the arm's home when left out"""
+    """yaw, pitch, insertion and roll at the start; the arm's home when left out [rad, m]"""
     camera: Pose | None = None
     """instead of joints: X_WC, pose of the camera at the start, x right and y down in its picture; needs base"""
     endoscope: EndoscopeSection = EndoscopeSection()

@@ -8,9 +8,11 @@ import numpy as np
 import viser
 from viser.transforms import SE3
 
+from palpate.arm.ecm import Ecm
 from palpate.arm.shapes import Visual
 from palpate.arrays import Array
 from palpate.record.ticks import Ticks
+from palpate.scene.ecm import PlacedEcm
 from palpate.viewer.cue import ForceCue
 from palpate.viewer.fixtures import FixtureDrawing
 from palpate.viewer.frames import FrameDrawing
@@ -132,6 +134,7 @@ class Drawing:
         shared = stage.objects if world else []
         self._organs = [OrganDrawing(scene, t, TISSUE[k % len(TISSUE)]) for k, t in enumerate(shared)]
         self._leader, self._follower = ArmDrawing(scene, stage.leader, tint), ArmDrawing(scene, stage.follower, tint)
+        self._ecm = None if stage.ecm is None or not world else ArmDrawing(scene, _ecm_place(stage.ecm))
         self._tool = ToolDrawing(scene, stage)
         self.cue = ForceCue(scene, stage)
         self.fixtures = [FixtureDrawing(scene, mark) for mark in stage.fixtures]
@@ -153,6 +156,11 @@ class Drawing:
         """Shows or hides the frames of the scene."""
         for frame in self._frames:
             frame.node.visible = shown
+
+    def show_ecm(self, q: Array) -> None:
+        """Moves the endoscope arm to its joints q (4,) [rad, m]."""
+        if self._ecm is not None:
+            self._ecm.show(q, 0.0)
 
     @property
     def p_WT(self) -> Array:
@@ -191,6 +199,13 @@ class Drawing:
         self.force_spatial.show(p_WH, FORCE_SCALE * (X_WL[:3, :3] @ tick["F_H_L"]))
         self.force_body.show(p_WH, FORCE_SCALE * (X_WL[:3, :3] @ tick["F_H_H"]))
         return presses
+
+
+def _ecm_place(placed: PlacedEcm) -> ArmPlace:
+    """The endoscope arm with an instance of its own, at its joints at the start."""
+    arm = Ecm(placed.ecm.tilt_deg).arm
+    arm.home = placed.q0
+    return ArmPlace("ecm", arm, placed.X_WB)
 
 
 def _light(scene: viser.SceneApi) -> None:

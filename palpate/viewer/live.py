@@ -23,6 +23,7 @@ from palpate.viewer.run_buttons import Runner
 from palpate.viewer.server import close_server, open_server, url
 from palpate.viewer.source import Source
 from palpate.viewer.stage import Stage
+from palpate.viewer.surgeon import SurgeonView
 
 FRAME_RATE = 30.0
 """Update rate of poses and arrows [Hz]."""
@@ -82,6 +83,11 @@ class LiveViewer:
             with self._gauges.panel.add_tab("Rates", viser.Icon.CLOCK):
                 self._rates = RatesPanel(self._server.gui, LiveRates({"": source}).rows)
         self.inset = views.add_buttons(self._server, stage, self._drawing)
+        camera = getattr(source, "camera", None)
+        self._camera = camera
+        self.surgeon = None
+        if camera is not None and stage.ecm is not None:
+            self.surgeon = SurgeonView(self._server, camera.placed, lambda: np.asarray(camera.q), source.latest)
         self._labels = LabelPlacer(self._server, self._drawing.labels)
         self.stopped = self.control_panel.run.stopped
         self._stop = threading.Event()
@@ -92,6 +98,8 @@ class LiveViewer:
         """Stops drawing and closes the port; the session continues."""
         self._stop.set()
         self.inset.close()
+        if self.surgeon is not None:
+            self.surgeon.close()
         self._thread.join(timeout=2.0)
         close_server(self._server)
 
@@ -114,6 +122,8 @@ class LiveViewer:
         tick = self._source.latest()
         with self._server.atomic():
             self._drawing.show(tick)
+            if self._camera is not None:
+                self._drawing.show_ecm(self._camera.q)
             if self._clouds is not None:
                 self._clouds.show(float(tick["t"]))
             self.control_panel.show(tick)

@@ -69,6 +69,7 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
         spheres=tuple(rig.spheres),
         frames=placed_frames(rig),
         targets=target_marks(rig),
+        ecm=rig.ecm,
         fixtures=tuple(fixture_mark(fixture, rig.context) for fixture in scene.guidance),
         extent=float(np.linalg.norm(middle - p_WH[:3]) + 0.5 * np.ptp(bounds, axis=(0, 1)).max()),
     )
