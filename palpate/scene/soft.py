@@ -54,6 +54,15 @@ class SpotSection(Section):
         return np.asarray((np.abs(away) <= 0.5 * np.array(self.box)).all(axis=1))
 
 
+class PronySection(Section):
+    """One term of the viscosity: a part of the shear modulus that relaxes."""
+
+    g: NotNegative
+    """relaxing shear modulus over the shear modulus at rest [-]"""
+    tau: Positive
+    """time constant [s]"""
+
+
 class PartSection(SpotSection):
     """A part of the tissue with other moduli, such as a tumour or a vessel."""
 
@@ -78,8 +87,8 @@ class TissueSection(Section):
     """density [kg/m^3]"""
     yeoh: NotNegative | None = None
     """stiffening with strain: 0 for a Neo-Hookean solid [-]"""
-    prony: Annotated[tuple[tuple[NotNegative, Positive], ...], Field(max_length=MOST_TERMS)] | None = None
-    """viscosity: pairs of a relaxing modulus, over the modulus at rest, and its time constant in seconds"""
+    prony: Annotated[tuple[PronySection, ...], Field(max_length=MOST_TERMS)] | None = None
+    """viscosity: parts of the shear modulus that relax"""
     resolution: Positive = 0.012
     """length of the edges of the tetrahedra that fill the object [m]"""
     volume: str | None = None
@@ -97,9 +106,10 @@ class TissueSection(Section):
     def material(self) -> TissueMaterial:
         """The material of the tissue outside of its parts."""
         base = PRESETS[self.preset]
-        given = {key: getattr(self, key) for key in (*_MATERIAL, "prony") if getattr(self, key) is not None}
-        values = {key: getattr(base, key) for key in (*_MATERIAL, "prony")} | given
-        return TissueMaterial(**values, source=base.source)
+        given = {key: getattr(self, key) for key in _MATERIAL if getattr(self, key) is not None}
+        values = {key: getattr(base, key) for key in _MATERIAL} | given
+        prony = base.prony if self.prony is None else tuple((term.g, term.tau) for term in self.prony)
+        return TissueMaterial(**values, prony=prony, source=base.source)
 
     def materials(self) -> list[TissueMaterial]:
         """The material of the tissue, and that of each part."""

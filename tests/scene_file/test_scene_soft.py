@@ -39,9 +39,10 @@ def test_left_out_values_are_those_of_the_preset():
 
 def test_a_tissue_survives_a_round_trip():
     scene = Scene.parse(
-        OBJECT.format(f"prony: [[0.5, 0.1]], {FIXED}, parts: [{{at: [0, 0, 0], radius: 0.01, young: 5e4}}]")
+        OBJECT.format(f"prony: [{{g: 0.5, tau: 100 ms}}], {FIXED}, parts: [{{at: [0, 0, 0], radius: 0.01, young: 5e4}}]")
     )
     assert Scene.parse(scene.to_yaml()).model_dump() == scene.model_dump()
+    assert scene.objects[0].tissue.material.prony == ((0.5, 0.1),)
 
 
 def test_parts_and_fixed_nodes_reach_the_body(scene_with):
@@ -100,8 +101,8 @@ def test_tissue_that_nothing_holds_is_told(scene_with):
         ("young: -5e3", "young"),
         ("density: 0", "density"),
         ("preset: brain", "there is no tissue 'brain'"),
-        ("prony: [[0.5, 0]]", "prony"),
-        ("prony: [[1, 1], [1, 1], [1, 1], [1, 1], [1, 1]]", "prony"),
+        ("prony: [{g: 0.5, tau: 0}]", "tau"),
+        ("prony: [" + ", ".join(["{g: 1, tau: 1}"] * 5) + "]", "prony"),
         ("fixed: [{at: [0, 0, 0]}]", "a ball or a box is needed"),
         ("parts: [{at: [0, 0, 0], radius: 0.01}]", "young"),
         ("resolution: 0", "resolution"),
