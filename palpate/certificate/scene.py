@@ -19,6 +19,7 @@ from palpate.certificate.guidance import NO_OBJECT, entry_summary, fixture_sprin
 from palpate.errors import PalpateError, PalpateWarning
 from palpate.hands import PRESETS
 from palpate.record.ticks import as_ticks
+from palpate.scene.gains import touched_stiffness
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 
@@ -51,7 +52,7 @@ def touched(rig: Rig) -> list[Touched]:
     """Objects, their regions with own parameters, and guidance fixtures, in the order of the certificates."""
     scene, found = rig.scene, []
     for i, surface in enumerate(scene.objects):
-        found.append(Touched(surface.name, i, max(surface.stiffness), min(surface.damping), max(surface.damping)))
+        found.append(Touched(surface.name, i, touched_stiffness(scene, i), min(surface.damping), max(surface.damping)))
         for region in surface.regions:
             K, B = region.stiffness or surface.stiffness, region.damping or surface.damping
             found.append(Touched(f"{surface.name}, {region.name}", i, max(K), min(B), max(B)))

@@ -10,6 +10,7 @@ from palpate import _core
 from palpate.scene.clouds import CloudSection
 from palpate.scene.force import Presence
 from palpate.scene.leader import ArmName, LeaderSection
+from palpate.scene.soft import TissueSection
 from palpate.scene.solids import (
     SOLIDS,
     BoxSection,
@@ -53,6 +54,7 @@ class ArmsSection(Section):
 
 
 _SOURCES = ("mesh", "cloud", "sdf", "shape", *SOLIDS)
+_FILLED = ("mesh", "shape", "sphere", "box", "cylinder", "capsule", "implicit")  # objects that tissue can fill
 
 
 class ObjectSection(Section):
@@ -98,6 +100,8 @@ class ObjectSection(Section):
     """one number, or one number per axis of W [N/m]"""
     damping: Diagonal = (_M.B[0], _M.B[1], _M.B[2])
     """one number, or one number per axis of W [N s/m]"""
+    tissue: TissueSection | None = None
+    """instead of stiffness and damping: soft tissue that deforms (docs/tissue.md)"""
     friction: NotNegative = _M.mu
     """Coulomb friction coefficient while the tool slips [-]"""
     static_friction: NotNegative | None = None
@@ -127,9 +131,24 @@ class ObjectSection(Section):
             raise ValueError(f"an object is one of {', '.join(_SOURCES)}; {count} | {mend}")
         if self.label is not None and self.threshold is not None:
             raise ValueError("label and threshold are given | keep one of them")
+        if self.tissue is not None:
+            self._check_tissue()
         if self.mesh is None and (self.label is not None or self.threshold is not None):
             raise ValueError("label and threshold select a part of a volume | name it: mesh: segmentation.nrrd")
         return self
+
+    def _check_tissue(self) -> None:
+        other = sorted({"stiffness", "damping", "regions"} & self.model_fields_set)
+        if other and any(getattr(self, key) != type(self).model_fields[key].default for key in other):
+            raise ValueError(f"tissue and {' and '.join(other)} are given | keep tissue; regions become tissue.parts")
+        if self.source not in _FILLED:
+            raise ValueError(
+                f"a {self.source} has no closed surface to fill | tissue needs one of {', '.join(_FILLED)}"
+            )
+        if self.presence != "both":
+            raise ValueError(
+                "tissue is virtual: the simulated force sensor knows rigid objects only | leave presence out"
+            )
 
     @property
     def source(self) -> str:

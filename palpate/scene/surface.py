@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+import warnings
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +13,7 @@ import numpy as np
 
 from palpate import _core, surfaces
 from palpate.arrays import Array
-from palpate.errors import CloudError, MeshError, SceneError, SurfaceError
+from palpate.errors import CloudError, MeshError, PalpateWarning, SceneError, SurfaceError
 from palpate.mesh import Mesh
 from palpate.scene import materials, placing
 from palpate.scene.clouds import CloudSection
@@ -69,7 +71,8 @@ def placed(scene: Scene, bodies: Bodies | None = None) -> list[PlacedSurface]:
     for i, X_WO in enumerate(placing.object_poses(scene)):
         key = _surface_key(scene, i)
         if key not in shared:
-            shared[key] = _body(scene, i)
+            body = _body(scene, i)
+            shared[key] = body if scene.objects[i].tissue is None else _filled(scene, i, body)
         found.append(PlacedSurface(shared[key], X_WO))
     return found
 
@@ -84,7 +87,7 @@ def _surface_key(scene: Scene, index: int) -> str:
             state = path.stat()
             file = (str(path.resolve()), state.st_size, state.st_mtime_ns)
     selected = (obj.unit, obj.label, obj.threshold)
-    return repr((obj.name, obj.source, getattr(obj, obj.source), file, selected, obj.triangles))
+    return repr((obj.name, obj.source, getattr(obj, obj.source), file, selected, obj.triangles, obj.tissue))
 
 
 def snapshot(scene: Scene, surfaces_W: list[PlacedSurface]) -> _core.Snapshot:
@@ -147,6 +150,28 @@ def _body(scene: Scene, index: int) -> Mesh | surfaces.Surface:
         return Mesh(*make(obj.triangles), name=obj.name)
     except ValueError as error:
         raise SceneError(str(error), where=scene.where("objects", index), mend="change triangles") from None
+
+
+def _filled(scene: Scene, index: int, body: Mesh | surfaces.Surface) -> surfaces.Surface:
+    """The soft body that fills a closed surface."""
+    obj, where = scene.objects[index], scene.where("objects", index, "tissue")
+    section = obj.tissue
+    assert section is not None
+    mesh = body if isinstance(body, Mesh) else Mesh(body.vertices, body.triangles, name=obj.name)
+    path = None if section.volume is None else scene.path_to(section.volume, where)
+    try:
+        volume = section.tetrahedra(mesh, path, obj.unit or "mm", lambda line: print(line, file=sys.stderr))
+        made = section.make(volume, obj.name)
+    except (MeshError, SurfaceError) as error:
+        why = "; ".join(part for part in (error.where, error.why) if part)
+        raise type(error)(error.what, where=where, why=why, mend=error.mend) from None
+    if not section.fixed and section.springs == 0.0:
+        mend = "tissue.fixed: balls or boxes that hold it; or tissue.springs"
+        warnings.warn(
+            PalpateWarning(f"nothing holds {obj.name!r}: it floats away when pushed", where=where, mend=mend),
+            stacklevel=3,
+        )
+    return made
 
 
 def _from_file(scene: Scene, index: int) -> Mesh | surfaces.Surface:

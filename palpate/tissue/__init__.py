@@ -5,7 +5,7 @@ from palpate.tissue.files import load, save
 from palpate.tissue.make import tetrahedralize
 from palpate.tissue.material import TissueMaterial
 from palpate.tissue.presets import PRESETS
-from palpate.tissue.quality import Quality, quality, shapes, stable_steps
+from palpate.tissue.quality import Quality, edge_lengths, quality, shapes, stable_steps
 from palpate.tissue.tetrahedra import TetMesh
 
 __all__ = [
@@ -14,6 +14,7 @@ __all__ = [
     "TetMesh",
     "Tissue",
     "TissueMaterial",
+    "edge_lengths",
     "load",
     "quality",
     "save",

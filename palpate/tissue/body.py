@@ -160,7 +160,9 @@ def _flags(fixed: npt.ArrayLike | None, n: int) -> npt.NDArray[np.bool_]:
     if fixed is not None:
         chosen = np.asarray(fixed)
         if chosen.dtype == bool and chosen.shape != (n,):
-            raise SurfaceError(f"fixed must have one flag for each of the {n} nodes, got {chosen.shape}", mend="see mesh")
+            raise SurfaceError(
+                f"fixed must have one flag for each of the {n} nodes, got {chosen.shape}", mend="see mesh"
+            )
         if chosen.size:
             try:
                 out[chosen] = True

@@ -54,7 +54,8 @@ def dimitriadis(R: float, d: npt.ArrayLike, E: float, nu: float, h: float) -> Ar
     """Polynomial approximation of `layer` (Dimitriadis and others 2002, Biophys. J. 82, 2798-2810, equation 12).
 
     Hertz times a polynomial in chi = sqrt(R d)/h. It lies below the exact force of thin layers, for nu from .3 to .5
-    by 4 to 8 % at chi = .5 and by 11 to 20 % at chi = 1. At nu = .5 the equation gives -.0975 chi^4, where the form printed for that case has +.0975.
+    by 4 to 8 % at chi = .5 and by 11 to 20 % at chi = 1. At nu = .5 the equation gives -.0975 chi^4, where the form
+    printed for that case has +.0975.
     """
     depth = np.maximum(np.asarray(d, dtype=np.float64), 0.0)
     alpha = -(1.2876 - 1.4678 * nu + 1.3442 * nu**2) / (1.0 - nu)

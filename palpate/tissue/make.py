@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+import tempfile
+import time
 from collections.abc import Callable
 from hashlib import sha256
 from importlib import metadata
+from pathlib import Path
 
 import numpy as np
 
@@ -12,10 +17,13 @@ from palpate import cache
 from palpate.arrays.checks import positive
 from palpate.errors import MeshError, MissingExtraError
 from palpate.mesh import Mesh
-from palpate.tissue.tetrahedra import MOST, TetMesh
+from palpate.tissue.tetrahedra import MOST, TetMesh, signed_volumes
 
 ENVELOPE = 1e-3
 """Largest distance of the filled volume from the surface, over the diagonal of the surface's box [-]."""
+
+PERIOD = 10.0
+"""Period of the lines that tell that the mesher still runs [s]."""
 
 
 def tetrahedralize(mesh: Mesh, edge: float, *, tell: Callable[[str], None] | None = None) -> TetMesh:
@@ -24,7 +32,7 @@ def tetrahedralize(mesh: Mesh, edge: float, *, tell: Callable[[str], None] | Non
     Args:
         mesh: the closed surface.
         edge: length of the tetrahedra's edges [m].
-        tell: called with a line before a long computation and after it.
+        tell: called with a line before and after the computation; not if the result is in the cache.
 
     Raises:
         MeshError: the surface is open or has no volume, or the edge is too short or too long for it.
@@ -35,38 +43,57 @@ def tetrahedralize(mesh: Mesh, edge: float, *, tell: Callable[[str], None] | Non
     _require_size(mesh, edge)
     version = _version()
     inputs = (sha256(a.tobytes()).hexdigest() for a in (mesh.vertices, mesh.triangles))
-    key = cache.source_key([], version, edge, ENVELOPE, *inputs)
+    key = cache.source_key([Path(__file__).with_name("fill.py")], version, edge, ENVELOPE, *inputs)
     say = tell or (lambda _: None)
 
     def make() -> cache.Arrays:
         say(f"{mesh.name}: filling {len(mesh.triangles):,} triangles with tetrahedra of {1e3 * edge:.3g} mm ...")
-        return _fill(mesh, edge)
+        made = _fill(mesh, edge, say)
+        say(f"{mesh.name}: {len(made['tets']):,} tetrahedra, kept in the cache")
+        return made
 
     found = cache.load_or_make("tetrahedra", key, make)
     made = TetMesh(found["nodes"], found["tets"], name=mesh.name)
     _require_same_volume(mesh, made)
-    say(f"{mesh.name}: {len(made.tets):,} tetrahedra")
     return made
 
 
-def _fill(mesh: Mesh, edge: float) -> cache.Arrays:
-    from pytetwild.pytetwild import tetrahedralize as fill
-
+def _fill(mesh: Mesh, edge: float, say: Callable[[str], None]) -> cache.Arrays:
     low, high = mesh.bounds
     size = float(np.linalg.norm(high - low))
-    nodes, tets = fill(
-        (mesh.vertices - low) / size,  # fTetWild's tolerances are relative
-        np.array(mesh.triangles),  # writable, as the library demands
-        edge_length_fac=min(edge / size, 1.0),
-        epsilon=ENVELOPE,
-        num_threads=1,  # the result is then the same on every run
-        quiet=True,
-    )
-    nodes, tets = low + size * np.asarray(nodes), np.asarray(tets, dtype=np.int32)
-    p = nodes[tets]
-    flipped = np.linalg.det(p[:, 1:] - p[:, :1]) < 0
+    with tempfile.TemporaryDirectory(prefix="palpate-") as folder:
+        surface = {"vertices": (mesh.vertices - low) / size, "triangles": mesh.triangles}
+        np.savez(Path(folder) / "surface.npz", edge=min(edge / size, 1.0), envelope=ENVELOPE, **surface)
+        _run(folder, mesh.name, say)
+        with np.load(Path(folder) / "volume.npz") as volume:
+            nodes, tets = low + size * volume["nodes"], volume["tets"].astype(np.int32)
+    flipped = signed_volumes(nodes, tets) < 0
     tets[flipped] = tets[flipped][:, [0, 2, 1, 3]]
     return {"nodes": nodes, "tets": tets}
+
+
+def _run(folder: str, name: str, say: Callable[[str], None]) -> None:
+    """Run the mesher in `folder`, with a line every ten seconds.
+
+    Raises:
+        MeshError: it fails.
+    """
+    program = [sys.executable, str(Path(__file__).with_name("fill.py"))]
+    with open(Path(folder) / "messages", "w+", encoding="utf-8") as messages:
+        child = subprocess.Popen(program, cwd=folder, stdout=messages, stderr=subprocess.STDOUT)
+        try:
+            start, code = time.monotonic(), None
+            while code is None:
+                try:
+                    code = child.wait(PERIOD)
+                except subprocess.TimeoutExpired:
+                    say(f"{name}: still filling, after {time.monotonic() - start:.0f} s")
+        finally:
+            child.kill()  # an interrupt ends the mesher, too
+        if code != 0 or not (Path(folder) / "volume.npz").exists():
+            messages.seek(0)
+            why = (messages.read().strip().splitlines() or ["no message"])[-1]
+            raise MeshError(f"the mesher failed (exit {code})", where=name, why=why, mend="palpate check FILE")
 
 
 def _require_closed(mesh: Mesh) -> None:

@@ -15,12 +15,9 @@ HIGHEST_POISSON = 0.495
 
 @dataclass(frozen=True)
 class TissueMaterial:
-    """A soft tissue: a Neo-Hookean solid with Yeoh's second term and a Prony series.
+    """A soft tissue: a Neo-Hookean solid with Yeoh's stiffening term and a Prony series.
 
-    Strain energy per reference volume, with I = J^(-2/3) tr(F'F) and J = det F:
-
-        W = mu/2 [(I - 3) + yeoh (I - 3)^2] + bulk/2 (J - 1)^2
-
+    `palpate._core.TissueBody` states the strain energy.
     `young` and `shear` are the moduli at small strain and at rest (after infinite time). A fast deformation meets the
     shear modulus `shear * (1 + sum g_i)`.
 
@@ -76,5 +73,5 @@ class TissueMaterial:
         return float(np.sqrt((self.bulk + 4.0 / 3.0 * shear) / self.density))
 
 
-MOST_TERMS = 6
+MOST_TERMS = 4
 """Largest number of Prony terms."""

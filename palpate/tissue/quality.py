@@ -7,8 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.arrays import Array
+from palpate.tissue.body import Tetrahedra
 from palpate.tissue.material import TissueMaterial
-from palpate.tissue.tetrahedra import FACES, TetMesh
+from palpate.tissue.tetrahedra import FACES, TetMesh, signed_volumes
 
 POOR = 0.1
 """Quality below which a tetrahedron counts as poor; a regular one has 1."""
@@ -42,7 +43,7 @@ def quality(mesh: TetMesh, materials: list[TissueMaterial], step: float = 0.5e-3
     density = np.array([m.density for m in materials])[mesh.region]
     mass = density * mesh.volumes
     added = float(np.sum(mass * (np.maximum(step / stable, 1.0) ** 2 - 1.0)) / mass.sum())
-    edges = _edge_lengths(mesh)
+    edges = edge_lengths(mesh)
     shape = shapes(mesh)
     return Quality(
         nodes=len(mesh.nodes),
@@ -73,18 +74,19 @@ def stable_steps(mesh: TetMesh, materials: list[TissueMaterial]) -> Array:
     return steps
 
 
-def shapes(mesh: TetMesh) -> Array:
+def shapes(mesh: Tetrahedra) -> Array:
     """Quality (m,) of each tetrahedron: 12 (3 V)^(2/3) over the sum of its squared edges (mean ratio)."""
     e = mesh.nodes[mesh.tets[:, _EDGES]]
     squared = ((e[:, :, 1] - e[:, :, 0]) ** 2).sum(axis=(1, 2))
-    ratio: Array = 12.0 * (3.0 * mesh.volumes) ** (2.0 / 3.0) / squared
+    ratio: Array = 12.0 * (3.0 * signed_volumes(mesh.nodes, mesh.tets)) ** (2.0 / 3.0) / squared
     return ratio
 
 
 _EDGES = np.array([[0, 1], [0, 2], [0, 3], [1, 2], [1, 3], [2, 3]])
 
 
-def _edge_lengths(mesh: TetMesh) -> Array:
+def edge_lengths(mesh: Tetrahedra) -> Array:
+    """Lengths (k,) of all edges [m]."""
     pairs = np.unique(np.sort(mesh.tets[:, _EDGES].reshape(-1, 2), axis=1), axis=0)
     lengths: Array = np.linalg.norm(mesh.nodes[pairs[:, 1]] - mesh.nodes[pairs[:, 0]], axis=1)
     return lengths

@@ -32,7 +32,7 @@ def test_a_cube_is_filled_once_and_then_read_from_the_cache(monkeypatch):
     monkeypatch.setattr(make, "_fill", None)
     again = tetrahedralize(surface, 0.01, tell=lines.append)
     np.testing.assert_array_equal(again.tets, mesh.tets)
-    assert len(lines) == 3
+    assert len(lines) == 2
 
 
 def test_an_open_surface_is_refused_with_the_mend():
@@ -58,6 +58,16 @@ def test_a_surface_that_encloses_a_part_twice_is_refused(monkeypatch):
     with pytest.raises(MeshError, match="72 ml by its triangles, but 64 ml were filled"):
         tetrahedralize(twice, 0.04)
     assert len(tetrahedralize(Mesh(v, t), 0.04).tets) == 48  # the same filling of the outer cube alone is accepted
+
+
+@pytest.mark.usefixtures("_own_cache")
+def test_a_mesher_that_fails_is_told_with_its_last_message(monkeypatch, tmp_path):
+    pytest.importorskip("pytetwild", reason="extra tissue")
+    (tmp_path / "fill.py").write_text("print('first'); raise SystemExit('no memory')")
+    monkeypatch.setattr(make.Path, "with_name", lambda *_: tmp_path / "fill.py")
+    with pytest.raises(MeshError, match=r"the mesher failed \(exit 1\)") as error:
+        tetrahedralize(Mesh(*cube(), name="cube"), 0.01)
+    assert error.value.why == "no memory"
 
 
 @pytest.mark.parametrize("ending", ["vtk", "vtu", "msh", "mesh"])

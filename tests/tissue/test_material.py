@@ -33,7 +33,7 @@ def test_instantaneous_modulus_exceeds_the_one_at_rest_by_the_terms():
         ({"young": 5e3, "yeoh": -1.0}, "yeoh"),
         ({"young": 5e3, "prony": ((-0.1, 1.0),)}, r"prony\[0\]"),
         ({"young": 5e3, "prony": ((0.1, 1.0), (0.1, 0.0))}, r"prony\[1\]"),
-        ({"young": 5e3, "prony": ((0.1, 1.0),) * 7}, "7 terms"),
+        ({"young": 5e3, "prony": ((0.1, 1.0),) * 5}, "5 terms"),
     ],
 )
 def test_wrong_values_are_refused(values, words):

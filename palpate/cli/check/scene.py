@@ -15,15 +15,17 @@ from palpate.arrays.checks import finite_or_none
 from palpate.certificate.scene import warn_outside
 from palpate.cli.check.device import DeviceFindings, inspect_device
 from palpate.cli.check.mesh import warn_of_facets
+from palpate.cli.check.tissue import TissueFindings, inspect_tissue, tissue_words
 from palpate.console.output import say
 from palpate.contact import touchable
 from palpate.mesh import Mesh
 from palpate.mesh.check import MeshReport
 from palpate.scene import Scene
-from palpate.scene.gains import felt_stiffness
+from palpate.scene.gains import felt_stiffness, touched_stiffness
 from palpate.scene.guidance import LIVE
 from palpate.scene.rig import Rig, build
 from palpate.surfaces import PointSurface
+from palpate.tissue import Tissue
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,7 @@ class ObjectFindings:
     felt_stiffness_N_per_m: float
     surface: str
     mesh: MeshReport | None
+    tissue: TissueFindings | None = None
 
 
 @dataclass(frozen=True)
@@ -93,17 +96,22 @@ def _objects(rig: Rig, console: Console) -> list[ObjectFindings]:
     for i, (obj, surface) in enumerate(zip(rig.scene.objects, rig.surfaces, strict=True)):
         felt, body = felt_stiffness(rig.scene, i), surface.body
         mesh = body if isinstance(body, Mesh) else None
+        soft = inspect_tissue(body) if isinstance(body, Tissue) else None
         extents = " x ".join(f"{1e3 * e:.0f}" for e in np.ptp(body.vertices, axis=0))
-        kind = f"{mesh.report.triangles:,} triangles" if mesh else obj.source
+        kind = f"{mesh.report.triangles:,} triangles" if mesh else f"{soft.tets:,} tetrahedra" if soft else obj.source
         K, B = (" ".join(f"{x:g}" for x in dict.fromkeys(v)) for v in (obj.stiffness, obj.damping))
+        K, B = (K, B) if soft is None else (f"up to {touched_stiffness(rig.scene, i):.0f}", "tissue")
         table.add_row(obj.name, kind, extents, K, f"{felt:g}", B, f"{obj.friction:g}")
-        found.append(ObjectFindings(obj.name, felt, kind if mesh else str(body), mesh.report if mesh else None))
+        found.append(ObjectFindings(obj.name, felt, kind if mesh else str(body), mesh.report if mesh else None, soft))
         if mesh:
             warn_of_facets(touchable.fineness(mesh.core, max(obj.stiffness)), f"object {obj.name!r}")
     console.print(table)
     for obj, surface in zip(rig.scene.objects, rig.surfaces, strict=True):
         if isinstance(surface.body, PointSurface):
             say(console, f"{obj.name}: {surface.body}; the scene's radius is {1e3 * rig.scene.contact.radius:g} mm")
+    for one in found:
+        if one.tissue is not None:
+            say(console, f"{one.name}: {tissue_words(one.tissue)}")
     return found
 
 
