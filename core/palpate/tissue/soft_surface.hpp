@@ -49,8 +49,9 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   /// What all copies share.
   struct Tables {
     Spreading spreading;
-    std::vector<std::int32_t> node;     ///< node of the body for each vertex of the mesh
-    std::vector<double> plane_modulus;  ///< E* of the tetrahedron behind each triangle [Pa]
+    std::vector<std::int32_t> node;           ///< node of the body for each vertex of the mesh
+    std::shared_ptr<const scene::Mesh> rest;  ///< the surface at rest
+    std::vector<double> plane_modulus;        ///< E* of the tetrahedron behind each triangle [Pa]
   };
   /// A load at its place on the mesh.
   struct Touch {
@@ -62,7 +63,12 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   };
 
   SoftSurface(const SoftSurface& from, std::uint64_t id);
-  [[nodiscard]] scene::SurfacePoint locate(const Vec3& p_O) const noexcept;
+  /// Where a sphere touches, and its depth below the touched surface.
+  struct Site {
+    scene::SurfacePoint at;
+    double depth = 0.0;
+  };
+  [[nodiscard]] Site locate(const scene::SpherePlace& place) const noexcept;
   [[nodiscard]] LocalLaw law_at(const scene::SurfacePoint& at, double radius) const noexcept;
   [[nodiscard]] Vec3 spread(const scene::SurfacePoint& at, std::span<const double> nodal) const noexcept;
   [[nodiscard]] double viscous_force(int sphere, double elastic) const noexcept;
