@@ -58,7 +58,7 @@ class Command:
     openigtlink: Annotated[int | None, arg(metavar="PORT")] = None
     """Send frames and force to 3D Slicer during the run, on this port of 127.0.0.1 (docs/frames.md); e.g. 18944."""
     pedals: Annotated[str | None, arg(metavar="KIND:FILE")] = None
-    """Foot switch, keyboard or gamepad as pedals (docs/session.md), e.g. footswitch:/dev/input/event7; several by +."""
+    """Foot switches, keyboards or gamepads as pedals, several in quotes, e.g. footswitch:/dev/input/event7."""
     port: int = PORT
     """Port of the viewer; the next free one when it is taken."""
     host: str = HOST
@@ -149,7 +149,7 @@ class Command:
         from palpate.devices.pedals import PedalDevice
 
         devices = ExitStack()
-        for spec in self.pedals.split("+"):
+        for spec in self.pedals.split():
             devices.enter_context(PedalDevice(session.console, spec))
         return devices
 

@@ -15,7 +15,7 @@ from palpate.errors import PalpateWarning, RecordingError, SceneError
 from palpate.frames import FrameGraph
 from palpate.guidance.context import FixtureContext
 from palpate.hands import PRESETS
-from palpate.scene import arms, ecm_place, force_source, gains, guidance, hand, placing, surface, tool
+from palpate.scene import arms, force_source, gains, guidance, hand, placed_ecm, placing, surface, tool
 from palpate.scene.scene import Scene
 from palpate.surfaces import DistanceGrid
 
@@ -33,7 +33,7 @@ class Rig:
     context: FixtureContext  # resolves the names in the scene's fixtures
     frames: FrameGraph  # of the scene, with arms and objects; sessions update its live frames
     fixtures: _core.Fixtures  # fixtures of the scene's list `guidance`
-    ecm: ecm_place.PlacedEcm | None = None  # the endoscope arm
+    ecm: placed_ecm.PlacedEcm | None = None  # the endoscope arm
 
     def options(self, seed: int | None = None) -> _core.SimulationOptions:
         """The core's options: defaults, overridden by the values of the scene."""
@@ -213,7 +213,7 @@ def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | Non
     snapshot = surface.snapshot(scene, placed)
     check_method(scene, snapshot)
     path = hand.plan(scene, placed, until)
-    camera = ecm_place.place(scene, path)
+    camera = placed_ecm.place(scene, path)
     both = arms.place(scene, placed, path, None if camera is None else camera.R_WL)
     spheres = tool.tool_spheres(both.follower, scene.contact.spheres, scene.contact.whole_tool)
     context = guidance.fixture_context(scene, placed, both)

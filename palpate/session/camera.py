@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from palpate.arm.ecm import R_CD
 from palpate.arrays import Array, so3
 from palpate.errors import ArmError
-from palpate.scene.ecm_place import PlacedEcm
+from palpate.scene.placed_ecm import PlacedEcm
 from palpate.session.camera_hands import PictureMotion, picture_motion
 
 _DAMPING = 0.05  # of the inverse of the turning matrix near its singularity [-]

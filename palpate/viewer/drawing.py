@@ -12,7 +12,7 @@ from palpate.arm.ecm import Ecm
 from palpate.arm.shapes import Visual
 from palpate.arrays import Array
 from palpate.record.ticks import Ticks
-from palpate.scene.ecm_place import PlacedEcm
+from palpate.scene.placed_ecm import PlacedEcm
 from palpate.viewer.cue import ForceCue
 from palpate.viewer.fixtures import FixtureDrawing
 from palpate.viewer.frames import FrameDrawing

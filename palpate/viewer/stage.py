@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from palpate.arm import Arm
 from palpate.arrays import Array
 from palpate.record.ticks import Ticks
-from palpate.scene.ecm_place import PlacedEcm
+from palpate.scene.placed_ecm import PlacedEcm
 from palpate.scene.tool import LinkSphere
 
 

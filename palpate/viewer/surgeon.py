@@ -22,7 +22,7 @@ from palpate.viewer.controls import set_value
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from palpate.scene.ecm_place import PlacedEcm
+    from palpate.scene.placed_ecm import PlacedEcm
 
 Image = NDArray[np.uint8]
 SIZE = (210, 280)

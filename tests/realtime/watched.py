@@ -153,6 +153,9 @@ def realtime(method: str, rate: float, seconds: float) -> dict[str, object]:
                 sim.set_live(targets(float(as_ticks(sim.latest().reshape(1, -1))["t"][0])))
             controls = _core.Controls()
             controls.stiffness_scale = 1.0 - 0.1 * (swaps % 2)
+            controls.lock_rotation, controls.scale = swaps % 3 == 1, 0.5 - 0.05 * (swaps % 2)
+            controls.clutch, controls.camera, controls.hold_all = swaps % 7 == 4, swaps % 7 == 5, swaps % 7 == 6
+            controls.quat_WL = np.eye(4)[0] if swaps % 4 == 3 else np.zeros(4)
             sim.controls = controls
 
     start, ticks0 = {t: counts(t) for t in new}, int(sim.timing()["ticks"])

@@ -1,4 +1,4 @@
-"""Where the endoscope arm of a scene and both eyes of its endoscope are."""
+"""The endoscope arm in a scene: where it is placed, and the poses of its eyes."""
 
 from __future__ import annotations
 
