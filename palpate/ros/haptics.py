@@ -50,7 +50,7 @@ class Devices:
     """The running teleoperation component; `none`: Palpate moves the follower."""
     console: str = "console"
     pair: str = ""
-    """Name of the pair, which is the namespace of its nodes; empty: no namespace."""
+    """Name of the pair: namespace of its nodes."""
 
 
 @dataclass(frozen=True)
@@ -273,11 +273,7 @@ class HapticSession(LiveSession):
         return self._interrupted
 
     def check_node(self) -> None:
-        """Take the events of the node.
-
-        Raises:
-            PalpateError: the guardian process has died; the force is zero.
-        """
+        """Take the events of the node. Raises PalpateError if the guardian process has died; the force is zero."""
         self.events += self.loop.node.take_events()
         self.events += [note for note in self.notes if note not in self.events]
         if not self.loop.guardian.alive:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import threading
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -14,15 +13,15 @@ import numpy as np
 from palpate import _core
 from palpate.errors import PalpateError
 from palpate.record.ticks import Ticks, as_ticks
-from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
 from palpate.scene.together import build_pairs, capsules
 from palpate.session import signals
 from palpate.session.controls import Controls
 from palpate.session.live import DRAIN
+from palpate.session.pair import PairSession
 from palpate.session.pairs_summary import Met, PairsSummary, meeting
 from palpate.session.run_folder import keep_scene, new_folder, require_writable
-from palpate.session.session import BATCH, Session
+from palpate.session.session import BATCH
 from palpate.session.state import State
 from palpate.trackers.tracking import PERIOD
 
@@ -30,55 +29,6 @@ States = Mapping[str, State]
 """State of each pair at its newest tick, by name."""
 
 _GRACE = 2.0  # real time after the end of a run in which late pairs may still finish [s]
-
-
-class PairSession(Session):
-    """The session of one pair. Its record lies in a folder with the pair's name, in the folder of the run."""
-
-    paired = True
-
-    def __init__(self, name: str, rig: Rig, seed: int, out: Path | None, run: PairsSession) -> None:
-        self.name, self._run = name, run
-        self.met = run.new_met()  #: how the pair met the others since its record began
-        super().__init__(rig.scene, out, seed, rig=rig)
-
-    def _simulation(self, rig: Rig, seed: int) -> _core.Simulation:
-        options = rig.options(seed)
-        shared = _core.RealTimeOptions()  # loops that share the cores neither spin nor claim one
-        shared.allow_affinity, shared.spin_us = False, 0.0
-        options.realtime = shared
-        return rig.simulation(options=options)
-
-    def prepare(self) -> None:
-        """Open the record of a run in real time, so that all pairs can start together."""
-        self._begin(realtime=True)
-
-    @property
-    def taken(self) -> int:
-        """Number of ticks of all records."""
-        return self._taken
-
-    @property
-    def stopped(self) -> threading.Event:
-        """Set: the run ends early."""
-        return self._interrupted
-
-    def take(self, ticks: Ticks) -> None:
-        """Add ticks of a lockstep run to the summary and the record."""
-        self._take(ticks)
-
-    def _take(self, ticks: Ticks, realtime: bool = False) -> None:
-        super()._take(ticks, realtime)
-        self.met.add(ticks)
-
-    def require_own_clock(self) -> None:
-        """Refuse a lockstep run with a tracker that sends poses in real time."""
-        self._require_own_clock()
-
-    def _new_folder(self) -> Path:
-        folder = self._run.run_folder() / self.name
-        folder.mkdir()
-        return folder
 
 
 class PairsSession:

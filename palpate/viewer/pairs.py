@@ -30,7 +30,7 @@ COLORS: tuple[Color, ...] = (
 """Colour of each pair, in the order of the scene."""
 
 
-class _Within:
+class Within:
     """The interface of a scene, with all names below one node."""
 
     def __init__(self, scene: viser.SceneApi, root: str) -> None:
@@ -122,7 +122,7 @@ class PairsViewer:
         colors = dict(zip(stages, COLORS, strict=False))
         self.drawings = {
             name: Drawing(
-                cast("viser.SceneApi", _Within(self._server.scene, f"/{name}")), stage, stage is first, colors[name]
+                cast("viser.SceneApi", Within(self._server.scene, f"/{name}")), stage, stage is first, colors[name]
             )
             for name, stage in stages.items()
         }

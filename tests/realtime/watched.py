@@ -129,12 +129,19 @@ def contacts(rows: np.ndarray) -> int:
     return int((as_ticks(rows)["contacts"] > 0).sum())
 
 
+def capsule(x: float) -> _core.ToolCapsule:
+    """A capsule of 4 mm radius along the axis of the tool, displaced by x [m]."""
+    ends = (_core.ToolSphere(np.array([x, 0.0, z]), 0.004) for z in (0.0, -0.05))
+    return _core.ToolCapsule(*ends, 0.004)
+
+
 def realtime(method: str, rate: float, seconds: float) -> dict[str, object]:
     """Count calls of the loop's thread while another thread replaces scenes and changes controls."""
     live = organ_scene(20_000, live=True)
     scenes = [live, live, solids_scene(), organ_scene(3_000, lift=0.001)]
     lists = [fixtures(), fixtures(0.5)]
-    sim = simulation(method, rate, scenes[0])
+    sim, other = simulation(method, rate, scenes[0]), simulation(method, rate, scenes[0])
+    _core.join_instruments([sim, other], [[capsule(0.0)], [capsule(0.003)]], 10.0, 0.1)  # they overlap all the time
     before = threads()
     sim.set_live(targets(0.0))
     sim.start()

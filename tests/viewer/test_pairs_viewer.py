@@ -1,5 +1,7 @@
 """The viewer of several pairs: the same objects once, a gauge and a handle a hand, a warning of close handles."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -84,3 +86,21 @@ def test_pause_stops_both_pairs(shown):
     viewer.run.pause.value = True
     viewer._pause()
     assert all(one.controls.paused for one in session.pairs.values())
+
+
+def test_replay_shows_all_pairs_of_a_run_at_one_time(tmp_path):
+    from palpate.record import Record
+    from palpate.report.pairs import pair_records
+    from palpate.viewer.pairs_replay import PairsReplayViewer
+
+    summary = PairsSession(Scene.parse(TWO), out=tmp_path).run(0.4)
+    records = {name: Record.open(path) for name, path in pair_records(Path(summary.record)).items()}
+    viewer = PairsReplayViewer(records, "two", port=0)
+    try:
+        viewer._stop.set()
+        viewer._thread.join()
+        viewer.show(0.3)
+        for name, record in records.items():
+            np.testing.assert_allclose(viewer.drawings[name].p_WT, record.ticks["p_WT"][300], atol=1e-12)
+    finally:
+        viewer.close()
