@@ -18,6 +18,8 @@ from palpate.planning.curves import line
 #: Planners of OMPL that can be chosen; the first is the default. docs/planning.md shows the measurement.
 PLANNERS = ("RRTConnect", "LBKPIECE1", "BKPIECE1", "KPIECE1", "RRT", "BITstar")
 STRAIGHT = "straight line"
+RETRACT = "retract, pivot, insert"
+_DEPTHS = (0.8, 0.6, 0.4, 0.2, 0.05)  # insertions to which an instrument retracts, of the shallower of start and goal
 _RANGE = 0.06  # longest edge of a tree, as motion of the tip [m]
 _LEAST = 0.02  # lever of a joint whose axis passes through the tip [m]
 
@@ -69,7 +71,48 @@ def search(
         blocked[found.pair] += 1
         if time.monotonic() > deadline:
             return Search(None, STRAIGHT, blocked, 1)
+    for goal in goals:
+        waypoints = retracting(checker, start, goal, clearance, deadline)
+        if waypoints is not None:
+            return Search(waypoints, RETRACT, blocked, 1)
     return _with_ompl(checker, start, goals, clearance, seed, deadline, planner, blocked)
+
+
+def retracting(checker: Checker, start: Array, goal: Array, clearance: float, deadline: float) -> Array | None:
+    """Way points (k, n) that retract along the trocar's axis, pivot, and insert again; None if no depth is free.
+
+    Surgeons change places like this. A search among random joint positions hardly finds the way out of a window that
+    is little wider than the shaft, because it would have to move the insertion alone.
+    """
+    slides = retreat_joint(checker)
+    if slides is None:
+        return None
+    low = float(checker.robot.arm.q_min[slides])
+    legs: list[list[Array]] = [_straightened(checker, q, slides, clearance) for q in (start, goal)]
+    for part in _DEPTHS:
+        if time.monotonic() > deadline:
+            return None
+        out, over = legs[0][-1].copy(), legs[1][-1].copy()
+        out[slides] = over[slides] = low + part * (min(out[slides], over[slides]) - low)
+        steps = ((out, over), (legs[0][-1], out), (over, legs[1][-1]))
+        if all(checker.free_line(a, b, clearance) for a, b in steps):
+            return np.stack([*legs[0], out, over, *reversed(legs[1])])
+    return None
+
+
+def _straightened(checker: Checker, q: Array, slides: int, clearance: float) -> list[Array]:
+    """q, and q with a straight wrist if the motion there is free: a bent wrist does not pass a narrow window."""
+    straight = q.copy()
+    straight[slides + 2 :] = checker.robot.arm.home[slides + 2 :]  # behind the joint that rolls the shaft
+    return [q, straight] if np.abs(straight - q).max() > 0 and checker.free_line(q, straight, clearance) else [q]
+
+
+def retreat_joint(checker: Checker) -> int | None:
+    """The joint that moves the instrument along its trocar; None for arms without a remote centre."""
+    kin = checker.robot.kinematics
+    if not checker.robot.arm.has_remote_centre:
+        return None
+    return next((joint.source for joint in kin.joints if not joint.turns), None)
 
 
 def _with_ompl(
