@@ -14,6 +14,7 @@ from palpate.arrays import Array
 from palpate.errors import PlanningError
 from palpate.planning.checker import Checker
 from palpate.planning.curves import line
+from palpate.planning.robot import Robot
 
 #: Planners of OMPL that can be chosen; the first is the default. docs/planning.md shows the measurement.
 PLANNERS = ("RRTConnect", "LBKPIECE1", "BKPIECE1", "KPIECE1", "RRT", "BITstar")
@@ -84,7 +85,7 @@ def retracting(checker: Checker, start: Array, goal: Array, clearance: float, de
     Surgeons change places like this. A search among random joint positions hardly finds the way out of a window that
     is little wider than the shaft, because it would have to move the insertion alone.
     """
-    slides = retreat_joint(checker)
+    slides = retreat_joint(checker.robot)
     if slides is None:
         return None
     low = float(checker.robot.arm.q_min[slides])
@@ -107,12 +108,11 @@ def _straightened(checker: Checker, q: Array, slides: int, clearance: float) -> 
     return [q, straight] if np.abs(straight - q).max() > 0 and checker.free_line(q, straight, clearance) else [q]
 
 
-def retreat_joint(checker: Checker) -> int | None:
+def retreat_joint(robot: Robot) -> int | None:
     """The joint that moves the instrument along its trocar; None for arms without a remote centre."""
-    kin = checker.robot.kinematics
-    if not checker.robot.arm.has_remote_centre:
+    if not robot.arm.has_remote_centre:
         return None
-    return next((joint.source for joint in kin.joints if not joint.turns), None)
+    return next((joint.source for joint in robot.kinematics.joints if not joint.turns), None)
 
 
 def _with_ompl(

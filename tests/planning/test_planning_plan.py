@@ -87,6 +87,20 @@ def test_a_pose_is_reached_by_one_of_several_solutions() -> None:
     np.testing.assert_allclose(arm.fk(plan.joints[-1]), arm.fk(B), atol=1e-6)
 
 
+def test_a_sequence_stops_at_each_place() -> None:
+    made = problem()
+    back = made.retreat(A, 0.05)
+    plan = made.through([A, back, B], seed=1, timeout=60.0)
+    assert plan.success
+    t = np.arange(0.0, plan.duration_s, 1e-3)
+    q, v, _ = plan.trajectory.at(t)
+    passed = int(np.argmin(np.abs(q - back).max(axis=1)))
+    assert np.abs(v[passed]).max() < 0.01
+    np.testing.assert_allclose(plan.joints[[0, -1]], [A, B], atol=1e-9)
+    with pytest.raises(PlanningError, match="two places"):
+        made.through([A])
+
+
 def test_an_unreachable_pose_names_the_limit() -> None:
     X = problem().robot.arm.fk(B)
     X[2, 3] -= 0.4

@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from palpate import Arm, Mesh, shapes
+from palpate import shapes
+from palpate.arm import Arm
 from palpate.arrays import Array
+from palpate.mesh import Mesh
 from palpate.planning import geometry
 from palpate.planning.checker import Checker
 from palpate.planning.kinematics import pose_of

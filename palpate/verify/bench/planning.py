@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from palpate import Arm, Mesh, surfaces
+from palpate import surfaces
+from palpate.arm import Arm
 from palpate.arrays import Array
+from palpate.mesh import Mesh
 from palpate.planning.checker import Checker
 from palpate.planning.kinematics import pose_of
 from palpate.planning.planners import PLANNERS, RETRACT, STRAIGHT
