@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from palpate.planning.execute import Execution
 from palpate.planning.problem import Problem
 from palpate.planning.result import Plan, load
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
 
     from palpate.scene import Scene
 
-__all__ = ["Plan", "Problem", "load", "plan"]
+__all__ = ["Execution", "Plan", "Problem", "load", "plan"]
 
 
 def plan(

@@ -76,7 +76,7 @@ def urdf(problem: Problem) -> str:
     for body in robot.bodies:
         if body.mesh is None:
             mount = robot.kinematics.mount[body.link][1]
-            _add_capsule(links[body.link], body.capsule.moved(np.linalg.inv(mount)))
+            _add_capsule(links[body.link], body.capsule.moved(np.asarray(np.linalg.inv(mount))))
     ElementTree.SubElement(tree, "link", name="world")
     joint = ElementTree.SubElement(tree, "joint", name="world_to_base", type="fixed")
     ElementTree.SubElement(joint, "parent", link="world")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -123,6 +124,46 @@ class Problem:
             waypoints = shorten.shortened(checker, waypoints, scale, clearance, seed, deadline)
         curves = shorten.rounded(checker, waypoints, scale, clearance, deadline)
         return self.finished(replace(base, planner=found.planner), checker, curves, begin)
+
+    def through(
+        self, places: Sequence[Any], clearance: float | None = None, seed: int = 0, timeout: float = 5.0
+    ) -> Plan:
+        """A motion from the first of `places` through all others, with a stop at each; see `plan`.
+
+        Where one leg has no motion, that leg's plan without success is returned.
+
+        Raises:
+            PlanningError: fewer than two places, or as for `plan`.
+        """
+        if len(places) < 2:
+            raise PlanningError(
+                f"a sequence needs two places or more. Got: {len(places)}", mend="add a start or a goal"
+            )
+        begin, checker = time.monotonic(), Checker(self.robot, self.world)
+        here: Any = places[0]
+        curves: list[Curve] = []
+        for place in places[1:]:
+            leg = self.plan(here, place, clearance, seed, timeout, checker=checker)
+            if not leg.success:
+                return leg
+            curves += leg.curves
+            here = leg.curves[-1].controls[-1]
+        return self.finished(replace(leg, success=False), checker, curves, begin)
+
+    def retreat(self, start: Any = "current", depth: float = 0.03) -> Array:
+        """Joint positions (n,) after a retreat along the trocar by `depth` [m], or until the joint's limit.
+
+        Raises:
+            PlanningError: the start cannot be understood, or the arm has no remote centre.
+        """
+        q = goals.read(start, self.robot.arm, self.states, "start")
+        slides = planners.retreat_joint(self.robot)
+        if slides is None or q.shape != (self.robot.arm.n,):
+            raise PlanningError(f"{self.robot.arm.name} has no trocar to retreat along, or the start is a pose",
+                                mend="give joint positions of an arm with a remote centre")  # fmt: skip
+        q = q.copy()
+        q[slides] = np.clip(q[slides] - depth, self.robot.arm.q_min[slides], self.robot.arm.q_max[slides])
+        return q
 
     def empty_plan(self, clearance: float, seed: int, planner: str) -> Plan:
         """A plan without a motion, with the values of this problem."""

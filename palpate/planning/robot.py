@@ -12,12 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.arm import Arm, models_folder
+from palpate.arm.shapes import Visual
 from palpate.arrays import Array
 from palpate.planning import shapes
 from palpate.planning.kinematics import Kinematics, pose_of
 from palpate.planning.shapes import Capsule
 
 _SLACK = 1e-3  # primitives of one link share a capsule if it is thicker by no more than this [m]
+_SMALL = 0.025  # a link of less than this is one capsule [m]
 _CHUNK = 0.02  # length of the pieces whose bounding spheres cull far objects [m]
 
 
@@ -79,11 +81,9 @@ class Robot:
                 v = v @ X[:3, :3].T + X[:3, 3]
                 found.append(Body(link, link, carrier, shapes.around(v), (v, t)))
                 continue
-            parts = [
-                shapes.of_primitive(p.shape, p.size, X @ p.X_link_visual) for p in self.arm.visuals if p.link == link
-            ]
-            groups = shapes.merged(parts, _SLACK)
-            for i, capsule in enumerate(sorted(groups, key=lambda c: -c.length)):
+            parts = [part for part in self.arm.visuals if part.link == link]
+            groups = _capsules(parts, X)
+            for i, capsule in enumerate(groups):
                 found.append(Body(link if i == 0 else f"{link}.{i + 1}", link, carrier, capsule))
         for held in self.attached:
             carrier, X = self.kinematics.mount[held.link]
@@ -197,6 +197,17 @@ class Placed:
         chunks = self.robot.chunks(self.bodies)
         a, b = self.ends_W[:, chunks.body, 0], self.ends_W[:, chunks.body, 1]
         return a + chunks.along[:, None] * (b - a), chunks
+
+
+def _capsules(parts: list[Visual], X: Array) -> list[Capsule]:
+    """Capsules around the parts of a link at X (4, 4): one around all parts of a small link, else one per part."""
+    if not parts:
+        return []
+    points = np.concatenate([shapes.outline(p.shape, p.size, X @ p.X_link_visual) for p in parts])
+    if len(parts) > 1 and np.ptp(points, axis=0).max() < _SMALL:
+        return [shapes.around(points)]
+    groups = shapes.merged([shapes.of_primitive(p.shape, p.size, X @ p.X_link_visual) for p in parts], _SLACK)
+    return sorted(groups, key=lambda c: -c.length)
 
 
 def link_meshes(arm: Arm, folder: Path | None = None) -> dict[str, tuple[Array, Array]]:

@@ -9,6 +9,9 @@ import numpy as np
 from palpate.arrays import Array
 
 _Z = np.array([0.0, 0.0, 1.0])
+_CORNERS = np.array([[x, y, z] for x in (-1.0, 1.0) for y in (-1.0, 1.0) for z in (-1.0, 1.0)])
+_SQUAT = 1.5  # half length per radius below which a cylinder gets a sphere
+_SIDES = 48  # of the prism that contains a cylinder
 
 
 @dataclass(frozen=True)
@@ -51,26 +54,56 @@ def of_primitive(shape: str, size: tuple[float, ...], X: Array) -> Capsule:
     if shape == "sphere":
         return Capsule(np.zeros(3), np.zeros(3), size[0]).moved(X)
     if shape == "cylinder":
-        half = 0.5 * size[1] * _Z
-        return Capsule(-half, half, size[0]).moved(X)
+        half = 0.5 * size[1]
+        if half < _SQUAT * size[0]:  # a sphere reaches less far across than any capsule along a pin
+            return Capsule(np.zeros(3), np.zeros(3), float(np.hypot(half, size[0]))).moved(X)
+        return _least(half, size[0], _Z).moved(X)
     sides = 0.5 * np.array(size)
     longest = int(np.argmax(sides))
-    half = sides[longest] * np.eye(3)[longest]
-    return Capsule(-half, half, float(np.linalg.norm(np.delete(sides, longest)))).moved(X)
+    return _least(float(sides[longest]), float(np.linalg.norm(np.delete(sides, longest))), np.eye(3)[longest]).moved(X)
+
+
+def _least(half: float, rim: float, axis: Array) -> Capsule:
+    """The capsule of least volume along `axis` (3,) for corners at +-half and `rim` off the axis."""
+    h = np.linspace(0.0, half, 400)
+    radius = np.hypot(half - h, rim)
+    best = int(np.argmin(2.0 * h * radius**2 + 4.0 / 3.0 * radius**3))
+    return Capsule(-h[best] * axis, h[best] * axis, float(radius[best]) * (1.0 + 1e-12))
+
+
+def outline(shape: str, size: tuple[float, ...], X: Array) -> Array:
+    """Points (k, 3) whose convex hull contains a box, a cylinder or a sphere at X (4, 4) [m]."""
+    if shape == "box":
+        points = 0.5 * np.array(size) * _CORNERS
+    elif shape == "cylinder":
+        angle = 2.0 * np.pi * np.arange(_SIDES) / _SIDES
+        rim = size[0] / np.cos(np.pi / _SIDES) * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        points = np.concatenate([np.c_[rim, np.full(_SIDES, z)] for z in (-0.5 * size[1], 0.5 * size[1])])
+    else:
+        points = size[0] * 3**0.5 * _CORNERS
+    return np.asarray(points @ X[:3, :3].T + X[:3, 3])
 
 
 def around(points: Array) -> Capsule:
-    """A capsule around points (k, 3) [m]: along their principal axis, as thick as the farthest of them asks for."""
-    centre = points.mean(axis=0)
-    _, _, axes = np.linalg.svd(points - centre, full_matrices=False)
-    along = (points - centre) @ axes[0]
-    off = np.linalg.norm(points - centre - np.outer(along, axes[0]), axis=1)
+    """A capsule around points (k, 3) [m]: the one of least volume along their principal axes and those of the frame."""
+    _, _, principal = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+    found = [_along(points, axis) for axis in (*principal, *np.eye(3))]
+    return min(found, key=lambda c: c.length * c.radius**2 + 4.0 / 3.0 * c.radius**3)
+
+
+def _along(points: Array, axis: Array) -> Capsule:
+    """The capsule along a unit axis (3,) through the middle of the points' extents across it."""
+    side = np.linalg.svd(axis[None])[2][1:]  # (2, 3) across the axis
+    across = points @ side.T
+    middle = 0.5 * (across.min(axis=0) + across.max(axis=0))
+    off = np.linalg.norm(across - middle, axis=1)
     radius = float(off.max()) * (1.0 + 1e-9) + 1e-9
+    along = points @ axis
     inset = np.sqrt(np.maximum(radius**2 - off**2, 0.0))  # how far the round end reaches beyond the segment there
     low, high = float((along + inset).min()), float((along - inset).max())
     if low > high:
         low = high = 0.5 * (low + high)
-    return Capsule(centre + low * axes[0], centre + high * axes[0], radius)
+    return Capsule(middle @ side + low * axis, middle @ side + high * axis, radius)
 
 
 def merged(capsules: list[Capsule], slack: float) -> list[Capsule]:

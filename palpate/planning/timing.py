@@ -104,6 +104,10 @@ class Trajectory:
             low, high = (middle, high) if piece.motion.at_time(middle)[0][0] < u * piece.length else (low, middle)
         return piece.begin + high
 
+    def index_at(self, t: float) -> int:
+        """Index of the curve on which the motion is at a time [s]."""
+        return int(np.clip(np.searchsorted(self._begins, t, "right") - 1, 0, len(self._pieces) - 1))
+
     def sampled(self, rate: float) -> tuple[Array, Array]:
         """Times (N,) [s] and positions (N, n) [rad, m] at a rate [Hz], the end included."""
         t = np.r_[np.arange(0.0, self.duration, 1.0 / rate), self.duration]

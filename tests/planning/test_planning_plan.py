@@ -8,7 +8,7 @@ from planning_worlds import at, posts, problem, reaching
 
 from palpate import surfaces
 from palpate.errors import PlanningError
-from palpate.planning import load
+from palpate.planning import load, planners
 from palpate.planning.verify import verify
 from palpate.planning.world import World, obstacle
 
@@ -17,7 +17,16 @@ A, B = reaching(-0.055, 0.0, -0.12), reaching(0.055, 0.0, -0.12)
 
 @pytest.fixture(scope="module")
 def found():  # type: ignore[no-untyped-def]
-    return problem().plan(A, B, seed=3, timeout=60.0)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(planners, "retracting", lambda *_: None)  # leaves the search to OMPL
+        return problem().plan(A, B, seed=3, timeout=60.0)
+
+
+def test_a_retracted_instrument_pivots_freely() -> None:
+    plan = problem().plan(A, B, seed=3, timeout=60.0)
+    assert plan.success
+    assert plan.planner == planners.RETRACT
+    np.testing.assert_allclose(plan.joints[[0, -1]], [A, B], atol=1e-9)
 
 
 def test_a_plan_goes_around_and_an_independent_check_finds_nothing(found) -> None:  # type: ignore[no-untyped-def]
@@ -53,7 +62,8 @@ def test_the_independent_check_finds_a_time_that_is_too_short(found) -> None:  #
     assert np.abs(np.diff(faster.trajectory.at(t)[0], axis=0) / 1e-3 / limits.v).max() > 1.0
 
 
-def test_the_same_seed_gives_the_same_plan(found) -> None:  # type: ignore[no-untyped-def]
+def test_the_same_seed_gives_the_same_plan(found, monkeypatch: pytest.MonkeyPatch) -> None:  # type: ignore[no-untyped-def]
+    monkeypatch.setattr(planners, "retracting", lambda *_: None)
     again = problem().plan(A, B, seed=3, timeout=60.0)
     np.testing.assert_array_equal(again.joints, found.joints)
     other = problem().plan(A, B, seed=4, timeout=60.0)
@@ -77,6 +87,20 @@ def test_a_pose_is_reached_by_one_of_several_solutions() -> None:
     np.testing.assert_allclose(arm.fk(plan.joints[-1]), arm.fk(B), atol=1e-6)
 
 
+def test_a_sequence_stops_at_each_place() -> None:
+    made = problem()
+    back = made.retreat(A, 0.05)
+    plan = made.through([A, back, B], seed=1, timeout=60.0)
+    assert plan.success
+    t = np.arange(0.0, plan.duration_s, 1e-3)
+    q, v, _ = plan.trajectory.at(t)
+    passed = int(np.argmin(np.abs(q - back).max(axis=1)))
+    assert np.abs(v[passed]).max() < 0.01
+    np.testing.assert_allclose(plan.joints[[0, -1]], [A, B], atol=1e-9)
+    with pytest.raises(PlanningError, match="two places"):
+        made.through([A])
+
+
 def test_an_unreachable_pose_names_the_limit() -> None:
     X = problem().robot.arm.fk(B)
     X[2, 3] -= 0.4
@@ -86,8 +110,8 @@ def test_an_unreachable_pose_names_the_limit() -> None:
 
 
 def test_without_a_path_the_blocking_pair_is_named() -> None:
-    wall = World((obstacle("wall", surfaces.Box([0.004, 1.0, 1.0]), at(0.0, 0.0, -0.6)),))
-    plan = problem(wall).plan(A, B, timeout=0.5)
+    wall = World((obstacle("wall", surfaces.Box([0.004, 0.6, 1.0]), at(0.0, 0.0, -0.54)),))  # the cannula does not pass
+    plan = problem(wall).plan(A, B, 0.001, timeout=0.5)
     assert not plan.success
     assert plan.reason.startswith("no path found within 0.5 s")
     assert plan.nearest[1] == "wall"

@@ -40,7 +40,7 @@ class Command(Study):
         from palpate.studies.collisions.work import STEPS, run, scene
 
         require()
-        folder = self.figures or self.folder
+        folder = self.folder
         result, found, world = run(folder, self.volume, self.label, self.poses)
         robot = scene(folder, self.volume, self.label)[0]
         table = Table("link", "mesh", "steps in contact", "points", "largest depth [mm]")

@@ -14,7 +14,7 @@ from palpate.arrays import Array
 from palpate.mesh import Mesh
 from palpate.planning.checker import Checker
 from palpate.planning.kinematics import pose_of
-from palpate.planning.planners import PLANNERS
+from palpate.planning.planners import PLANNERS, RETRACT, STRAIGHT
 from palpate.planning.problem import Problem
 from palpate.planning.robot import Robot
 from palpate.planning.timing import Limits
@@ -27,7 +27,9 @@ if TYPE_CHECKING:
 CLEARANCE = 3e-3
 TIMEOUT = 5.0
 _BASE = pose_of(np.array([-0.100, -0.090, 0.120]), np.radians([0.0, 0.0, 270.0]))
-_WINDOW, _BAR = 0.012, 0.006  # width of the cage's window, thickness of its bars [m]
+_WINDOW = 0.012  # width of the cage's window [m]
+_CAGE = (0.06, 0.05, 0.003)  # width, height and thickness of its walls [m]
+_TOP = np.array([-0.07, -0.07, 0.01])  # middle of its window [m]
 _CAGE_CLEARANCE = 5e-4  # the shaft of 8.4 mm leaves 1.8 mm on each side of the window [m]
 
 
@@ -45,18 +47,32 @@ def organs() -> tuple[Problem, Array, Array]:
 
 
 def cage() -> tuple[Problem, Array, Array]:
-    """A cage of bars with windows of 12 mm, through which the instrument reaches targets behind it."""
-    pitch = _WINDOW + _BAR
-    bars = []
-    for k in range(-3, 4):
-        for axis, size in (("x", [_BAR, 0.13, _BAR]), ("y", [0.13, _BAR, _BAR])):
-            place = (k * pitch - 0.09, -0.09, 0.0) if axis == "x" else (-0.09, k * pitch - 0.09, 0.0)
-            bars.append(obstacle(f"bar {axis}{k}", surfaces.Box(size), _at(place)))
-    return (
-        _problem(World(tuple(bars)), _CAGE_CLEARANCE),
-        np.array([-0.14, -0.14, -0.055]),
-        np.array([-0.04, -0.04, 0.05]),
-    )
+    """A closed cage of thin walls; its only window, 12 mm wide, lies on top. Half of the queries pass the window."""
+    w, h, t = _CAGE
+    side = 0.5 * (w - _WINDOW)
+    plates = {
+        "bottom": ([w, w, t], (0, 0, -h)), "left": ([t, w, h], (-0.5 * w, 0, -0.5 * h)),
+        "right": ([t, w, h], (0.5 * w, 0, -0.5 * h)), "foot": ([w, t, h], (0, -0.5 * w, -0.5 * h)),
+        "head": ([w, t, h], (0, 0.5 * w, -0.5 * h)), "top left": ([side, w, t], (-0.5 * (side + _WINDOW), 0, 0)),
+        "top right": ([side, w, t], (0.5 * (side + _WINDOW), 0, 0)),
+        "top foot": ([_WINDOW, side, t], (0, -0.5 * (side + _WINDOW), 0)),
+        "top head": ([_WINDOW, side, t], (0, 0.5 * (side + _WINDOW), 0)),
+    }  # fmt: skip
+    walls = [obstacle(name, surfaces.Box(size), _at(tuple(_TOP + place))) for name, (size, place) in plates.items()]
+    return _problem(World(tuple(walls)), _CAGE_CLEARANCE), _TOP - [0.06, 0.06, 0.0], _TOP + 0.06
+
+
+def _in_cage(problem: Problem, rng: np.random.Generator) -> Array:
+    """Joint positions whose shaft passes the window and whose tip lies in the cage; they may touch its walls."""
+    arm, q = problem.robot.arm, problem.robot.arm.home.copy()
+    aim = _TOP + rng.uniform(-3e-4, 3e-4, 3) * [1.0, 1.0, 0.0]
+    inverse = np.linalg.inv(problem.robot.X_WB)
+    for _ in range(30):
+        away = inverse[:3, :3] @ aim + inverse[:3, 3] - arm.fk(q)[:3, 3]
+        q[:3] += np.linalg.solve(arm.jacobian(q)[:3, :3], away)
+    q[2] += rng.uniform(0.015, _CAGE[1] - 0.012)
+    q[3:] = rng.uniform([-1.5, -0.6, -0.6], [1.5, 0.6, 0.6])
+    return q
 
 
 def crossing() -> tuple[Problem, Array, Array]:
@@ -84,17 +100,23 @@ def _at(place: tuple[float, float, float]) -> Array:
 def queries(problem: Problem, low: Array, high: Array, count: int, seed: int = 0) -> Iterator[tuple[Array, Array]]:
     """Random pairs of free joint positions whose tips lie in a box of W, at least 40 mm apart."""
     rng, checker, arm = np.random.default_rng(seed), Checker(problem.robot, problem.world), problem.robot.arm
-    previous: Array | None = None
+    caged = any(one.name == "top left" for one in problem.world.obstacles)
+
+    def free(inside: bool) -> Array:
+        while True:
+            q = rng.uniform(np.maximum(arm.q_min, -1.2), np.minimum(arm.q_max, 1.2))
+            q = _in_cage(problem, rng) if inside else q
+            tip = (problem.robot.X_WB @ arm.fk(q))[:3, 3]
+            placed = inside or ((tip > low) & (tip < high)).all()
+            if placed and checker.refusal(q, problem.clearance + 3e-4) is None:
+                return q
+
     while count > 0:
-        q = rng.uniform(np.maximum(arm.q_min, -1.2), np.minimum(arm.q_max, 1.2))
-        tip = (problem.robot.X_WB @ arm.fk(q))[:3, 3]
-        if (tip < low).any() or (tip > high).any() or checker.refusal(q, problem.clearance + 5e-4) is not None:
-            continue
-        if previous is None:
-            previous = q
-        elif np.linalg.norm(tip - (problem.robot.X_WB @ arm.fk(previous))[:3, 3]) > 0.04:
-            yield previous, q
-            previous, count = None, count - 1
+        one, two = free(caged and count % 2 == 0), free(caged)
+        tips = [(problem.robot.X_WB @ arm.fk(q))[:3, 3] for q in (one, two)]
+        if caged or np.linalg.norm(tips[0] - tips[1]) > 0.04:
+            yield (one, two) if count % 3 else (two, one)
+            count -= 1
 
 
 def run(
@@ -123,7 +145,8 @@ def run(
             "scene": name, "planner": planner, "queries": count, "success_rate": len(good) / count,
             "median_s": float(np.median(wall)), "p95_s": float(np.percentile(wall, 95)),
             "median_cpu_s": float(np.median(cpu)), "setup_s": setup, "clearance_asked_m": problem.clearance,
-            "straight": sum(plan.planner == "straight line" for plan in good),
+            "straight": sum(plan.planner == STRAIGHT for plan in good),
+            "retracted": sum(plan.planner == RETRACT for plan in good),
             "violations": sum(v.violations for v in verdicts) if check else None,
             "checked_samples": sum(v.samples for v in verdicts),
             "largest_step_m": max((v.largest_step for v in verdicts), default=0.0),

@@ -1,0 +1,144 @@
+"""Executes a plan as a stream of joint goals: speed override, pause, stop, and abort when the scene comes too near.
+
+    execution = Execution(problem, plan, speed=0.5)
+    while not execution.over:
+        follower.servo_jp(execution.step(0.001))       # CRTK; simulated, or over ROS 2
+
+The goals never jump: the execution moves along the plan's own path, only its pace changes, and within 50 ms. Whoever
+takes over afterwards, such as a teleoperation that aligns itself, finds the arm at rest at the last goal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from enum import Enum
+
+import numpy as np
+
+from palpate.arrays import Array
+from palpate.errors import PlanningError
+from palpate.planning.checker import Checker
+from palpate.planning.curves import Curve
+from palpate.planning.problem import Problem
+from palpate.planning.result import Plan
+from palpate.planning.world import World
+
+STOP_TIME = 0.05  # time in which a moving execution comes to rest [s]
+_NEAR = 2e-3  # distance of the measured joints from the plan's start, beyond which it does not begin [rad, m]
+
+
+class Phase(Enum):
+    """What an execution does."""
+
+    MOVING = "moving"
+    PAUSED = "paused"
+    STOPPED = "stopped"
+    ABORTED = "aborted"
+    DONE = "done"
+
+
+class Execution:
+    """One run of a plan.
+
+    Args:
+        problem: the problem in its present world.
+        plan: the plan to execute.
+        q_now: measured joints (n,) of the arm [rad, m]; the plan's start when left out.
+        speed: pace, 1: as planned; 0 < speed <= 1.
+        world: returns the present world; it is asked at every step, and must be quick.
+
+    Raises:
+        PlanningError: the plan has no motion, belongs to another arm or to a scene in which it is no longer free, or
+            the arm is not at its start.
+    """
+
+    def __init__(
+        self,
+        problem: Problem,
+        plan: Plan,
+        q_now: Array | None = None,
+        speed: float = 1.0,
+        world: Callable[[], World] | None = None,
+    ) -> None:
+        self._trajectory = plan.trajectory
+        self.plan, self._problem, self._world = plan, problem, world or (lambda: problem.world)
+        self.phase, self.reason = Phase.MOVING, ""
+        self.time = 0.0  #: time along the plan [s]
+        self._pace = 0.0
+        self.speed = speed
+        if plan.arm != problem.robot.name or len(plan.joint_names) != problem.robot.arm.n:
+            raise PlanningError(f"the plan moves {plan.arm}, not {problem.robot.name}", mend="plan for this arm")
+        start = self._trajectory.at(np.zeros(1))[0][0]
+        if q_now is not None and np.abs(np.asarray(q_now) - start).max() > _NEAR:
+            away = float(np.abs(np.asarray(q_now) - start).max())
+            raise PlanningError(f"the arm is {away:.3g} rad or m from the start of the plan", mend="plan from current")
+        self._version = plan.world_version
+        if not self._is_free(self._world()):
+            raise PlanningError(
+                "the scene has changed and the plan is not free in it", why=self.reason, mend="plan again"
+            )
+
+    @property
+    def speed(self) -> float:
+        """Pace of the motion, 1: as planned."""
+        return self._speed
+
+    @speed.setter
+    def speed(self, value: float) -> None:
+        if not (np.isfinite(value) and 0.0 < value <= 1.0):
+            raise PlanningError(f"the speed must lie in 0 to 1. Got: {value!r}", mend="e.g. 0.5; pause() rests")
+        self._speed = float(value)
+
+    @property
+    def over(self) -> bool:
+        """True when the arm rests and the execution will not move it any more."""
+        return self.phase is Phase.DONE or (self.phase in (Phase.STOPPED, Phase.ABORTED) and self._pace == 0.0)
+
+    def pause(self) -> None:
+        """Come to rest within 50 ms; `resume` goes on."""
+        if self.phase is Phase.MOVING:
+            self.phase = Phase.PAUSED
+
+    def resume(self) -> None:
+        """Go on after a pause, if the remaining motion is still free."""
+        if self.phase is Phase.PAUSED:
+            self.phase = Phase.MOVING
+
+    def stop(self) -> None:
+        """Come to rest within 50 ms for good."""
+        if not self.over:
+            self.phase = Phase.STOPPED
+
+    def step(self, dt: float) -> Array:
+        """The next goal of the joints (n,) [rad, m], `dt` [s] after the one before."""
+        world = self._world()
+        if self.phase is Phase.MOVING and world.version != self._version and not self._is_free(world):
+            self.phase = Phase.ABORTED
+        wanted = self._speed if self.phase is Phase.MOVING else 0.0
+        change = dt / STOP_TIME
+        pace = float(np.clip(wanted, self._pace - change, self._pace + change))
+        self.time = min(self.time + 0.5 * (self._pace + pace) * dt, self._trajectory.duration)
+        self._pace = pace
+        if self.phase is Phase.MOVING and self.time >= self._trajectory.duration:
+            self.phase, self._pace = Phase.DONE, 0.0
+        return np.asarray(self._trajectory.at(np.array([self.time]))[0][0])
+
+    def _is_free(self, world: World) -> bool:
+        """True if the rest of the plan is proved free in a world; remembers the version of the world."""
+        if world.version == self._version:
+            return True
+        checker = Checker(self._problem.robot, world)
+        for curve in self.remaining():
+            found = checker.blocked(curve, self.plan.clearance_asked)
+            if found is not None:
+                self.reason = (
+                    f"{' and '.join(found.pair)} come nearer than {1e3 * self.plan.clearance_asked:g} mm ahead"
+                )
+                return False
+        self._version = world.version
+        return True
+
+    def remaining(self) -> list[Curve]:
+        """The curves of the plan that lie ahead, the present one whole."""
+        first = self._trajectory.index_at(self.time)
+        return list(self.plan.curves[first:])
