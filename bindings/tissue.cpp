@@ -167,7 +167,8 @@ void bind_tissue(nb::module_& m) {
           },
           nb::arg("body"), nb::arg("width") = 0.0,
           "body: gives the mesh, the material and the step; its state is not used. width: standard deviation of the "
-          "spread contact force [m], 0: the mean edge; at least .6 of the largest sphere's radius. Raises ValueError "
+          "spread contact force [m], 0: .7 of the mean edge; at least .45 of the largest sphere's radius. Raises "
+          "ValueError "
           "if "
           "the body has no surface.")
       .def_prop_ro("edge", &SoftSurface::edge, "Mean length of the edges of the surface [m].")

@@ -20,6 +20,7 @@ from palpate.scene.clouds import CloudSection
 from palpate.scene.model import ObjectSection
 from palpate.scene.scene import Scene
 from palpate.scene.trackers import TrackerSection
+from palpate.tissue import Tissue
 
 
 @dataclass(frozen=True)
@@ -101,8 +102,14 @@ def snapshot(scene: Scene, surfaces_W: list[PlacedSurface]) -> _core.Snapshot:
                 what = f"{obj.name!r} is the cloud of a sensor: it has no pose and motion, and no object is tracked"
                 raise SceneError(what, where=scene.where("objects", i), mend="leave them out; the sensor sees motion")
             live = cloud_options(obj.cloud)
-        objects.append(core_object(obj, one, materials.motion(obj, one.bounds.mean(axis=0)), live))
+        motion = materials.motion(obj, one.bounds.mean(axis=0))
+        objects.append(core_object(obj, one, motion, live, radius=_largest_radius(scene)))
     return _core.Snapshot(objects)
+
+
+def _largest_radius(scene: Scene) -> float:
+    """Radius of the largest sphere of the tool that the scene lists [m]."""
+    return max([scene.contact.radius, *(sphere.radius for sphere in scene.contact.spheres)])
 
 
 def cloud_options(section: CloudSection) -> _core.LiveOptions:
@@ -120,12 +127,20 @@ def live_options(section: TrackerSection, placed: PlacedSurface) -> _core.LiveOp
 
 
 def core_object(
-    obj: ObjectSection, placed: PlacedSurface, motion: _core.Motion, live: _core.LiveOptions | None = None
+    obj: ObjectSection,
+    placed: PlacedSurface,
+    motion: _core.Motion,
+    live: _core.LiveOptions | None = None,
+    *,
+    radius: float = 0.0,
 ) -> _core.Object:
-    """An object for the core: its surface and rest pose, material, regions, and its motion or limits of live motion."""
+    """An object for the core: its surface and rest pose, material, regions, and its motion or limits of live motion.
+
+    radius: of the largest sphere that touches it, if it is soft [m].
+    """
     return _core.Object(
         obj.name,
-        placed.body.core,
+        placed.body.core_for(radius) if isinstance(placed.body, Tissue) else placed.body.core,
         placed.X_WO,
         materials.material(obj),
         materials.regions(obj),

@@ -109,7 +109,7 @@ class Tissue(Surface):
         if 0.0 not in self._cores:
             self._cores[0.0] = _core.TissueSurface(self.body)
         small = self._cores[0.0]
-        width = 0.6 * radius
+        width = 0.45 * radius
         if width <= small.width:
             return small
         if radius not in self._cores:

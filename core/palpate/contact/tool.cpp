@@ -85,8 +85,8 @@ void Tool::complete(Contact& c, const scene::Object& object, double t) const noe
 /// Stiffness, energy and velocity of a surface that deforms. Damping and friction are those of the object.
 void Tool::respond(Contact& c, const scene::Object& object, double t) const noexcept {
   const Pose X_WO = object.pose(t);
-  const scene::Response response =
-      object.surface->deformable()->respond({X_WO.inverse() * c.p_C, c.depth, radius_[to_index(c.sphere)], c.sphere});
+  const scene::Response response = object.surface->deformable()->respond(
+      {X_WO.inverse() * c.p_C, X_WO.R.transpose() * c.normal, c.depth, radius_[to_index(c.sphere)], c.sphere});
   c.material = object.material;
   c.material.K.setConstant(response.stiffness);
   c.stored = response.stored;

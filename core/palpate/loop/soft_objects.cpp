@@ -18,8 +18,7 @@ void advance_soft(const scene::Snapshot& scene, const contact::Tool& tool, const
     for (int i = 0; i < contacts.size; ++i) {
       const Contact& c = contacts.contact[to_index(i)];
       if (to_index(c.object) != k) continue;
-      loads[n++] = {{X_OW * c.p_C, c.depth, tool.radius(c.sphere), c.sphere},
-                    X_OW.R * c.normal,
+      loads[n++] = {{X_OW * c.p_C, X_OW.R * c.normal, c.depth, tool.radius(c.sphere), c.sphere},
                     X_OW.R * forces.F_contact[to_index(i)].f};
     }
     soft->advance({loads.data(), n}, dt);

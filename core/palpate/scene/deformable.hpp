@@ -13,10 +13,11 @@ class Surface;
 
 /// Contact point of a sphere, in the surface's frame O.
 struct SpherePlace {
-  Vec3 p_OC = Vec3::Zero();  ///< contact point on the surface [m]
-  double depth = 0.0;        ///< penetration depth [m]
-  double radius = 0.0;       ///< radius of the sphere [m]
-  int sphere = 0;            ///< index of the sphere, to which the viscous memory of the contact belongs
+  Vec3 p_OC = Vec3::Zero();    ///< contact point on the surface [m]
+  Vec3 normal = Vec3::Zero();  ///< outward unit normal
+  double depth = 0.0;          ///< penetration depth [m]
+  double radius = 0.0;         ///< radius of the sphere [m]
+  int sphere = 0;              ///< index of the sphere, to which the viscous memory of the contact belongs
 };
 
 /// Response of the surface to a sphere.
@@ -31,8 +32,7 @@ struct Response {
 /// A contact that acts on the surface for one tick, in O.
 struct SurfaceLoad {
   SpherePlace at;
-  Vec3 normal = Vec3::Zero();  ///< outward unit normal
-  Vec3 force = Vec3::Zero();   ///< force on the tool at the beginning of the tick [N]
+  Vec3 force = Vec3::Zero();  ///< force on the tool at the beginning of the tick [N]
 };
 
 /// Energy and state of a deformable surface.

@@ -7,11 +7,13 @@
 #include <stdexcept>
 #include <utility>
 
+#include "palpate/scene/smooth.hpp"
 #include "palpate/types/index.hpp"
 
 namespace palpate::tissue {
 namespace {
 
+constexpr double kWidth = 0.7;               // [edge] of the spread force
 constexpr double kFast = 0.05;               // [edge] displacement in a step beyond which steps are halved
 constexpr double kTooFast = 0.5;             // [edge] displacement in a step that is a divergence
 constexpr double kStill = 0.1, kRamp = 0.3;  // [s] after a divergence: standing still, then a ramp of the loads
@@ -82,7 +84,8 @@ std::vector<double> plane_moduli(const scene::Mesh& mesh, const BodyData& data, 
 SoftSurface::SoftSurface(BodyData data, double width)
     : body_(std::move(data)), mesh_(mesh_of(body_.data())), edge_(mean_edge(*mesh_)) {
   auto tables = std::make_shared<Tables>();
-  tables->spreading = Spreading(mesh_->vertices(), mesh_->triangles(), width > 0.0 ? width : edge_);
+  tables->rest = mesh_->movable();
+  tables->spreading = Spreading(mesh_->vertices(), mesh_->triangles(), width > 0.0 ? width : kWidth * edge_);
   tables->node = nodes_of(*mesh_, body_.data());
   tables->plane_modulus = plane_moduli(*mesh_, body_.data(), tables->node);
   tables_ = tables;
@@ -112,23 +115,23 @@ std::shared_ptr<scene::Surface> SoftSurface::at_rest() const {
   return std::shared_ptr<SoftSurface>(new SoftSurface(*this, id()));
 }
 
-scene::SurfacePoint SoftSurface::locate(const Vec3& p_O) const noexcept {
-  const scene::BvhHit hit = mesh_->impl().closest(p_O, std::numeric_limits<double>::infinity(), -1);
-  return {hit.triangle, hit.v, hit.w};
+// The touched surface is X + K u between the vertices, with the roundness that it has at rest. A contact method may see
+// it rounder, because a dent of a few facets looks round to it; the depth is corrected by the difference.
+SoftSurface::Site SoftSurface::locate(const scene::SpherePlace& place) const noexcept {
+  const scene::BvhHit hit = mesh_->impl().closest(place.p_OC, std::numeric_limits<double>::infinity(), -1);
+  Site site{{hit.triangle, hit.v, hit.w}, place.depth};
+  if (hit.triangle < 0) return site;
+  const Vec3 facet = mesh_->impl().position(site.at), rest = tables_->rest->impl().position(site.at);
+  const scene::SmoothPoint round = scene::smooth_at(tables_->rest->impl(), site.at, rest);
+  const double height = round.found ? -round.distance : 0.0;
+  const double higher = place.normal.dot(facet - place.p_OC) + height;
+  site.depth = std::clamp(place.depth + higher, 0.5 * place.depth, 1.5 * place.depth);
+  return site;
 }
 
 LocalLaw SoftSurface::law_at(const scene::SurfacePoint& at, double radius) const noexcept {
-  const double b[3] = {at.u(), at.v, at.w}, width = tables_->spreading.width();
-  Vec3 corner[3];
-  for (int k = 0; k < 3; ++k) {
-    const std::int32_t vertex = mesh_->triangles()[to_index(3 * at.triangle + k)];
-    corner[k] = Vec3(&body_.data().nodes[3 * to_index(tables_->node[to_index(vertex)])]);
-  }
-  double yield = 0.0;
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) yield += b[i] * b[j] * mutual_yield(width, (corner[i] - corner[j]).norm());
-  const double modulus = tables_->plane_modulus[to_index(at.triangle)];
-  return {modulus, radius, yield / modulus};
+  const double b[3] = {at.u(), at.v, at.w}, modulus = tables_->plane_modulus[to_index(at.triangle)];
+  return {modulus, radius, tables_->spreading.yield(at.triangle, b) / modulus};
 }
 
 /// Mean of a quantity of the nodes under the spread load of a contact point.
@@ -154,15 +157,16 @@ double SoftSurface::viscous_force(int sphere, double elastic) const noexcept {
 
 scene::Response SoftSurface::respond(const scene::SpherePlace& at) const noexcept {
   scene::Response out;
-  const scene::SurfacePoint place = locate(at.p_OC);
-  if (place.triangle < 0 || !(at.depth > 0.0)) return out;
-  const LocalLaw::Value value = law_at(place, at.radius).at(at.depth);
+  if (!(at.depth > 0.0)) return out;
+  const Site site = locate(at);
+  if (site.at.triangle < 0) return out;
+  const LocalLaw::Value value = law_at(site.at, at.radius).at(site.depth);
   const double force = std::max(value.force + viscous_force(at.sphere, value.force), 0.0);
   out.force = force;
   out.stiffness = force / at.depth;
   out.tangent = instantaneous_ * value.tangent;
   out.stored = value.stored;
-  out.velocity = spread(place, body_.velocities());
+  out.velocity = spread(site.at, body_.velocities());
   return out;
 }
 
@@ -186,16 +190,17 @@ void SoftSurface::take(std::span<const scene::SurfaceLoad> loads) noexcept {
   touches_ = 0;
   for (const scene::SurfaceLoad& load : loads) {
     Touch touch;
-    touch.at = locate(load.at.p_OC);
+    const Site site = locate(load.at);
+    touch.at = site.at;
     if (touch.at.triangle < 0 || touches_ == static_cast<int>(touch_.size()) || !load.force.allFinite()) continue;
     touch.law = law_at(touch.at, load.at.radius);
     touch.sphere = load.at.sphere;
-    touch.depth = load.at.depth;
+    touch.depth = site.depth;
     const double elastic = touch.law.at(touch.depth).force;
     touch.viscous = viscous_force(load.at.sphere, elastic) - elastic * (instantaneous_ - 1.0);
-    touch.secant = touch.depth > 0.0 ? std::max(load.force.dot(load.normal), 0.0) / touch.depth : 0.0;
-    touch.normal = load.normal;
-    touch.force = load.force - load.normal * load.normal.dot(load.force);
+    touch.secant = touch.depth > 0.0 ? std::max(load.force.dot(load.at.normal), 0.0) / touch.depth : 0.0;
+    touch.normal = load.at.normal;
+    touch.force = load.force - load.at.normal * load.at.normal.dot(load.force);
     touch.start = spread(touch.at, body_.displacements());
     touch_[to_index(touches_++)] = touch;
   }

@@ -20,9 +20,9 @@ namespace palpate::tissue {
 /// A soft body with its surface.
 class SoftSurface final : public scene::Surface, public scene::Deformable {
  public:
-  /// width: standard deviation of the spread contact force [m]; 0: the mean length of the surface's edges. It should be
-  /// at least .6 of the largest sphere's radius, or else deep contacts are too stiff. Throws std::invalid_argument if
-  /// the body has no surface.
+  /// width: standard deviation of the spread contact force [m]; 0: .7 of the mean length of the surface's edges. It
+  /// should be at least .45 of the largest sphere's radius, or else deep contacts are too stiff. Throws
+  /// std::invalid_argument if the body has no surface.
   explicit SoftSurface(BodyData data, double width = 0.0);
 
   [[nodiscard]] scene::Nearest nearest(const Vec3& p) const noexcept override { return mesh_->nearest(p); }
@@ -49,8 +49,9 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   /// What all copies share.
   struct Tables {
     Spreading spreading;
-    std::vector<std::int32_t> node;     ///< node of the body for each vertex of the mesh
-    std::vector<double> plane_modulus;  ///< E* of the tetrahedron behind each triangle [Pa]
+    std::vector<std::int32_t> node;           ///< node of the body for each vertex of the mesh
+    std::shared_ptr<const scene::Mesh> rest;  ///< the surface at rest
+    std::vector<double> plane_modulus;        ///< E* of the tetrahedron behind each triangle [Pa]
   };
   /// A load at its place on the mesh.
   struct Touch {
@@ -62,7 +63,12 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   };
 
   SoftSurface(const SoftSurface& from, std::uint64_t id);
-  [[nodiscard]] scene::SurfacePoint locate(const Vec3& p_O) const noexcept;
+  /// Where a sphere touches, and its depth below the touched surface.
+  struct Site {
+    scene::SurfacePoint at;
+    double depth = 0.0;
+  };
+  [[nodiscard]] Site locate(const scene::SpherePlace& place) const noexcept;
   [[nodiscard]] LocalLaw law_at(const scene::SurfacePoint& at, double radius) const noexcept;
   [[nodiscard]] Vec3 spread(const scene::SurfacePoint& at, std::span<const double> nodal) const noexcept;
   [[nodiscard]] double viscous_force(int sphere, double elastic) const noexcept;

@@ -5,14 +5,17 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <utility>
 
 #include "palpate/types/index.hpp"
 
 namespace palpate::tissue {
 namespace {
 
-constexpr double kReach = 2.8;  // [width] radius of the Gaussian
-constexpr int kDivisions = 4;   // of an edge: 16 small triangles, one point in the middle of each
+constexpr double kReach = 2.8;       // [width] radius of the Gaussian
+constexpr double kCore = 0.246;      // [edge] regularises the action of forces on neighbouring vertices
+constexpr double kStiffer = 0.0155;  // [1 / edge] what linear elements yield less than the solid
+constexpr int kDivisions = 4;        // of an edge: 16 small triangles, one point in the middle of each
 
 /// Point of the quadrature with its share of area by corner.
 struct Point {
@@ -116,14 +119,44 @@ Spreading::Spreading(std::span<const double> vertices, std::span<const std::int3
     touched.clear();
     first_.push_back(entries_.size());
   }
+  find_yields(vertices, triangles);
 }
 
-double mutual_yield(double width, double apart) noexcept {
-  const double spread = std::numbers::sqrt2 * width, z = apart * apart / (4.0 * spread * spread);
-  // exp(-z) I0(z) by its series; neighbouring vertices are closer than a few widths
-  double term = 1.0, bessel = 1.0;
-  for (int k = 1; k < 40; ++k) bessel += term *= z * z / (4.0 * k * k);
-  return std::sqrt(std::numbers::pi / 2.0) / spread * std::exp(-z) * bessel / std::numbers::pi;
+void Spreading::find_yields(std::span<const double> vertices, std::span<const std::int32_t> triangles) {
+  const auto vertex = [&](std::int32_t i) { return Vec3(&vertices[3 * to_index(i)]); };
+  std::vector<double> edge(first_.size() - 1, 0.0), edges(edge);  // mean length of the edges at each vertex
+  for (std::size_t c = 0; c < triangles.size(); ++c) {
+    const std::int32_t from = triangles[c], to = triangles[c % 3 == 2 ? c - 2 : c + 1];
+    for (const std::int32_t i : {from, to}) {
+      edge[to_index(i)] += (vertex(to) - vertex(from)).norm();
+      edges[to_index(i)] += 1.0;
+    }
+  }
+  for (std::size_t i = 0; i < edge.size(); ++i) edge[i] /= std::max(edges[i], 1.0);
+  const auto between = [&](std::int32_t i, std::int32_t j) {
+    double sum = kStiffer / std::sqrt(edge[to_index(i)] * edge[to_index(j)]);
+    for (const Entry& a : row(i))
+      for (const Entry& b : row(j)) {
+        const double core2 = kCore * kCore * edge[to_index(a.vertex)] * edge[to_index(b.vertex)];
+        const double far2 = (vertex(a.vertex) - vertex(b.vertex)).squaredNorm();
+        sum += a.weight * b.weight / (std::numbers::pi * std::sqrt(far2 + core2));
+      }
+    return sum;
+  };
+  std::vector<double> self(edge.size());
+  for (std::size_t i = 0; i < self.size(); ++i)
+    self[i] = between(static_cast<std::int32_t>(i), static_cast<std::int32_t>(i));
+  std::map<std::pair<std::int32_t, std::int32_t>, double> pairs;
+  for (std::size_t c = 0; c < triangles.size(); c += 3) {
+    for (std::size_t k = 0; k < 3; ++k) yield_.push_back(self[to_index(triangles[c + k])]);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto ends = std::minmax(triangles[c + k], triangles[c + (k + 1) % 3]);
+      const std::pair<std::int32_t, std::int32_t> key{ends.first, ends.second};
+      const auto [at, fresh] = pairs.try_emplace(key, 0.0);
+      if (fresh) at->second = between(key.first, key.second);
+      yield_.push_back(at->second);
+    }
+  }
 }
 
 }  // namespace palpate::tissue

@@ -85,12 +85,15 @@ def steady(soft: Tissue, radius: float, depth: float, at: Sequence[float] = (0.0
     return float(render(soft, pressed(radius, depth, at), radius=radius).force[-20:, 2].mean())
 
 
-def layer_cases(layers: Sequence[tuple[float, float, float]] = LAYERS, places: int = 3) -> list[Case]:
-    """Forces on layers; the ripple is measured at ``places`` between a node and the middle of its cell."""
+def layer_cases(
+    layers: Sequence[tuple[float, float, float]] = LAYERS, places: int = 3, depths: Sequence[float] = DEPTHS
+) -> list[Case]:
+    """Forces on layers at ``depths`` [radius]; the ripple is measured at ``places`` from a node to the middle of its
+    cell."""
     cases: list[Case] = []
     for radius, thickness, cell in layers:
         soft = layer(thickness, cell, max(2.5 * thickness, 3.0 * radius))
-        for depth in (share * radius for share in DEPTHS if share * radius <= DEEPEST * thickness + 1e-12):
+        for depth in (share * radius for share in depths if share * radius <= DEEPEST * thickness + 1e-12):
             at = [(cell * k / (2 * (places - 1)), 0.7 * cell * k / (2 * (places - 1))) for k in range(places)]
             forces = np.array([steady(soft, radius, depth, p) for p in at])
             cases.append(
