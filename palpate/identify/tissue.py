@@ -239,8 +239,8 @@ def _thinned(press: Press) -> Press:
     if every == 1:
         return press
     n = len(press.t) // every * every
-    means = (getattr(press, key)[:n].reshape(-1, every).mean(axis=1) for key in ("t", "depth", "force"))
-    return Press(*means, press.source)
+    t, depth, force = (x[:n].reshape(-1, every).mean(axis=1) for x in (press.t, press.depth, press.force))
+    return Press(t, depth, force, press.source)
 
 
 def _require_press(press: Press, radius: float) -> None:
