@@ -115,7 +115,8 @@ def tick_times(cells: tuple[int, int, int], ticks: int = 1500) -> tuple[int, Tim
     size = np.array(cells) * 0.01
     nodes, tets = block(cells, size)
     soft = Tissue((nodes, tets), young=YOUNG, poisson=POISSON, prony=PRONY, yeoh=0.5, fixed=nodes[:, 2] == 0.0)
-    tips = pressed(5e-3, 5e-3, (0.5 * size[0], 0.5 * size[1]), 0.3, ticks * TICK - 0.3) + [0.0, 0.0, size[2]]
+    tips = pressed(5e-3, 5e-3, (0.5 * size[0], 0.5 * size[1]), 0.3, ticks * TICK - 0.3)
+    tips[:, 2] += size[2]
     tips[:, 0] += 0.02 * np.sin(np.arange(len(tips)) * TICK * 2.0 * np.pi)
     latency = render(soft, tips, radius=5e-3).latency[100:]
     return len(tets), _times(latency)
@@ -141,7 +142,7 @@ def mujoco_figures() -> MuJoCo | None:
         soft = layer(thickness, cell, 2.5 * thickness)
         fixed = soft.nodes[:, 2] < -thickness + 1e-9
         start = np.array([0.0, 0.0, radius + 1e-3])
-        built = other.model(soft.nodes, soft.tets, fixed, YOUNG, POISSON, radius, start)
+        built = other.model(soft, fixed, YOUNG, POISSON, radius, start)
     except ImportError:
         return None
     expected = float(indentation.layer(radius, 0.25 * radius, YOUNG, POISSON, thickness))

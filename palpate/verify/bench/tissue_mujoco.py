@@ -6,16 +6,19 @@ import time
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from palpate.arrays import Array
+from palpate.tissue import Tissue
 
 STEP = 1e-3  # [s]
 
 
-def model(nodes: Array, tets: Array, fixed: Array, young: float, poisson: float, radius: float, start: Array) -> Any:
-    """A MuJoCo model of the tetrahedra with a sphere on a mocap body, whose centre starts at ``start`` (3,) [m]."""
+def model(soft: Tissue, fixed: npt.NDArray[np.bool_], young: float, poisson: float, radius: float, start: Array) -> Any:
+    """A MuJoCo model of the tetrahedra, with fixed nodes (n,), and with a sphere on a mocap body, whose centre starts at ``start`` (3,) [m]."""
     import mujoco
 
+    nodes, tets = soft.nodes, soft.tets
     points = " ".join(f"{x:.9g}" for x in nodes.ravel())
     elements = " ".join(str(i) for i in tets.ravel())
     pinned = " ".join(str(i) for i in np.flatnonzero(fixed))
