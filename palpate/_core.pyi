@@ -739,6 +739,26 @@ class TissueBody:
     has_avx2: Final[bool] = ...
     """True if the AVX2 kernels are used."""
 
+class TissueSurface(Surface):
+    """
+    The surface of a soft body, for contact. Each loop and each rendering uses a copy at rest.
+    """
+
+    def __init__(self, body: TissueBody, width: float = 0.0) -> None:
+        """
+        body: gives the mesh, the material and the step; its state is not used. width: standard deviation of the spread
+        contact force [m], 0: .7 of the mean edge; at least .45 of the largest sphere's radius. Raises ValueError if the
+        body has no surface.
+        """
+
+    @property
+    def edge(self) -> float:
+        """Mean length of the edges of the surface [m]."""
+
+    @property
+    def width(self) -> float:
+        """Standard deviation of the spread contact force [m]."""
+
 class ToolSphere:
     """A sphere of the tool, in addition to the SPR on its tip."""
 
@@ -3543,7 +3563,7 @@ def cartesian(
     cartesian_place.
     """
 
-TICK_BYTES: int = 3384
+TICK_BYTES: int = 3408
 
 def signals() -> list[tuple[str, int, int, str, str, str, bool, str]]:
     """
