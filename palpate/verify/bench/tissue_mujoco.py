@@ -15,7 +15,7 @@ STEP = 1e-3  # [s]
 
 
 def model(soft: Tissue, fixed: npt.NDArray[np.bool_], young: float, poisson: float, radius: float, start: Array) -> Any:
-    """A MuJoCo model of the tetrahedra, with fixed nodes (n,), and with a sphere on a mocap body, whose centre starts at ``start`` (3,) [m]."""
+    """A MuJoCo model of a body with fixed nodes (n,), and a sphere whose centre starts at ``start`` (3,) [m]."""
     import mujoco
 
     nodes, tets = soft.nodes, soft.tets
