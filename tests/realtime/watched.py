@@ -1,7 +1,7 @@
 """Run under heap_guard (LD_PRELOAD): prints the heap and lock calls of a session's threads as JSON.
 
 python watched.py realtime METHOD RATE SECONDS
-    | lockstep METHOD [organ|solids|live|cloud|LAW|ARM|identified|estimating|guided]
+    | lockstep METHOD [organ|solids|soft|live|cloud|LAW|ARM|identified|estimating|guided]
     | planted METHOD RATE | robot following|impedance|moving | geometries all | crtk all | device all
 """
 
@@ -26,6 +26,8 @@ from palpate.scene.scene import Scene
 from palpate.shapes import analytic
 from palpate.shapes.organ import organ
 from palpate.simulators import dvrk
+from palpate.tissue import Tissue
+from palpate.tissue.blocks import block
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "loop"))
 import loop_rig
@@ -108,6 +110,15 @@ def cloud_scene() -> _core.Snapshot:
     surface = _core.PointSurface(points, None, np.array([0.0, 0.0, 0.5]), 1.5e-3, 7e-3, 3e-3)
     material = _core.Material(K=np.full(3, 400.0), B=np.full(3, 2.0), mu=0.3)
     return _core.Snapshot([_core.Object("cloud", surface, np.eye(4), material, live=_core.LiveOptions(gain=60.0))])
+
+
+def soft_scene() -> _core.Snapshot:
+    """A soft block whose top is at the origin."""
+    nodes, tets = block((5, 5, 3), (0.05, 0.05, 0.03))
+    nodes = nodes - [0.025, 0.025, 0.03]
+    soft = Tissue((nodes, tets), young=8e3, prony=[(0.3, 0.05)], fixed=nodes[:, 2] < -0.0299)
+    material = _core.Material(K=np.zeros(3), mu=0.3)
+    return _core.Snapshot([_core.Object("soft", soft.core_for(0.005), np.eye(4), material)])
 
 
 def press() -> _core.HandPath:
@@ -286,7 +297,8 @@ def lockstep(method: str, what: str = "organ") -> dict[str, object]:
     elif what in ("six_axis", "delta"):
         sim = other_arm(what)
     else:
-        sim = simulation(method, 1000.0, solids_scene() if what == "solids" else organ_scene(20_000))
+        scene = {"solids": solids_scene, "soft": soft_scene}.get(what, lambda: organ_scene(20_000))
+        sim = simulation(method, 1000.0, scene())
     me, counted, touched = threading.get_native_id(), [], 0
     for n in (700, 700, 7, 2000, 7):
         before = counts(me)

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import blocks
 import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-import blocks
 from palpate import _core
 
 E, NU = 5000.0, 0.45

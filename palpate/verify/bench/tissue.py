@@ -18,8 +18,10 @@ YOUNG, POISSON = 5000.0, 0.45
 TICK = 1e-3  # [s]
 SIZES = {"1k": (7, 7, 4), "5k": (12, 12, 6), "7k": (14, 14, 6), "18k": (20, 20, 8)}
 """Cells of blocks with cells of 10 mm, six tetrahedra each."""
-LAYERS = ((2e-3, 5e-3, 1.25e-3), (5e-3, 10e-3, 2.5e-3), (5e-3, 5e-3, 1.25e-3), (10e-3, 10e-3, 2.5e-3))
+LAYERS = ((2e-3, 5e-3, 1.25e-3), (5e-3, 10e-3, 2.5e-3), (10e-3, 10e-3, 2.5e-3))
 """Radius of the sphere, thickness of the layer, length of the cells [m]."""
+COARSE = (5e-3, 10e-3, 5e-3)
+"""The same for MuJoCo, which does not solve finer layers."""
 DEPTHS = (0.1, 0.25, 0.5)  # [radius]
 DEEPEST = 0.25  # [thickness]; deeper, small strain is no reference
 PRONY = ((0.3, 0.02), (0.2, 0.2), (0.1, 2.0))
@@ -49,7 +51,7 @@ class MuJoCo(TypedDict):
 
     tets: int
     tick_ms: Times
-    layer_error: float
+    layer_error: float  #: largest of two places, on a node and in the middle of a face, relative [-]
 
 
 class Figures(TypedDict):
@@ -92,7 +94,7 @@ def layer_cases(
     cell."""
     cases: list[Case] = []
     for radius, thickness, cell in layers:
-        soft = layer(thickness, cell, max(2.5 * thickness, 3.0 * radius))
+        soft = layer(thickness, cell, max(2.0 * thickness, 2.5 * radius))
         for depth in (share * radius for share in depths if share * radius <= DEEPEST * thickness + 1e-12):
             at = [(cell * k / (2 * (places - 1)), 0.7 * cell * k / (2 * (places - 1))) for k in range(places)]
             forces = np.array([steady(soft, radius, depth, p) for p in at])
@@ -115,7 +117,8 @@ def tick_times(cells: tuple[int, int, int], ticks: int = 1500) -> tuple[int, Tim
     size = np.array(cells) * 0.01
     nodes, tets = block(cells, size)
     soft = Tissue((nodes, tets), young=YOUNG, poisson=POISSON, prony=PRONY, yeoh=0.5, fixed=nodes[:, 2] == 0.0)
-    tips = pressed(5e-3, 5e-3, (0.5 * size[0], 0.5 * size[1]), 0.3, ticks * TICK - 0.3) + [0.0, 0.0, size[2]]
+    tips = pressed(5e-3, 5e-3, (0.5 * size[0], 0.5 * size[1]), 0.3, ticks * TICK - 0.3)
+    tips[:, 2] += size[2]
     tips[:, 0] += 0.02 * np.sin(np.arange(len(tips)) * TICK * 2.0 * np.pi)
     latency = render(soft, tips, radius=5e-3).latency[100:]
     return len(tets), _times(latency)
@@ -133,18 +136,22 @@ def control(rounds: int = 400) -> Times:
 
 
 def mujoco_figures() -> MuJoCo | None:
-    """MuJoCo on the layer of the second case; None where it is not installed."""
+    """MuJoCo on a coarse layer; None where it is not installed."""
     try:
         from palpate.verify.bench import tissue_mujoco as other
 
-        radius, thickness, cell = LAYERS[1]
+        radius, thickness, cell = COARSE
         soft = layer(thickness, cell, 2.5 * thickness)
         fixed = soft.nodes[:, 2] < -thickness + 1e-9
-        force, times = other.press(soft.nodes, soft.tets, fixed, YOUNG, POISSON, radius, 0.25 * radius)
+        start = np.array([0.0, 0.0, radius + 1e-3])
+        built = other.model(soft, fixed, YOUNG, POISSON, radius, start)
     except ImportError:
         return None
     expected = float(indentation.layer(radius, 0.25 * radius, YOUNG, POISSON, thickness))
-    return {"tets": len(soft.tets), "tick_ms": _times(np.array(times)), "layer_error": force / expected - 1.0}
+    found = [other.press(built, radius, 0.25 * radius, at) for at in ((0.0, 0.0), (0.5 * cell, 0.25 * cell))]
+    errors = [force / expected - 1.0 for force, _ in found]
+    times = np.concatenate([spent for _, spent in found])
+    return {"tets": len(soft.tets), "tick_ms": _times(times), "layer_error": max(errors, key=abs)}
 
 
 def run(sizes: Sequence[str] = tuple(SIZES)) -> Figures:
@@ -176,7 +183,7 @@ def table(figures: Figures) -> Table:
     if (other := figures["mujoco"]) is not None:
         times = other["tick_ms"]
         out.add_row(f"MuJoCo, {other['tets']:,} tetrahedra, p50 / p99", f"{times['p50']:.1f} / {times['p99']:.1f} ms")
-        out.add_row("MuJoCo: error on the second layer", f"{100 * other['layer_error']:+.0f} %")
+        out.add_row("MuJoCo: error on a coarse layer", f"{100 * other['layer_error']:+.0f} %")
     return out
 
 
