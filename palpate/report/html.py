@@ -20,6 +20,7 @@ from palpate.report.assumptions import FAST_FORCE, SlowMotion, slow_motion
 from palpate.report.diagram import diagram, signal_table
 from palpate.report.page import write
 from palpate.report.run import Run
+from palpate.report.soft import soft_law
 from palpate.report.summary import given, rows, summary_of
 from palpate.report.words import GLOSSARY
 from palpate.session.recorded import recorded_scene
@@ -159,6 +160,12 @@ def _story_words(run: Run) -> str:
 def _stiffness_words(run: Run) -> str:
     if run.stiffness is None:
         return "Nothing was touched, so there is no stiffness to show."
+    soft = soft_law(run)
+    if soft is not None:
+        return (
+            f"The lines are Sneddon's solution for a sphere of {1e3 * soft.radius:g} mm on a half-space of this "
+            "tissue, before and after relaxation. An organ departs from them by its shape, supports and large strain."
+        )
     scale = float(run.setting("mapping", "scale") or 1.0) * float(run.setting("mapping", "force_scale") or 1.0)
     felt = f"{run.stiffness * scale:.0f} N/m"
     if abs(scale - 1.0) < 1e-9:

@@ -62,15 +62,21 @@ def hereditary_force(prony: Prony, t: npt.ArrayLike, elastic: npt.ArrayLike) -> 
     (Lee and Radok 1960, J. Appl. Mech. 27: valid for contact while the circle of contact does not shrink).
     """
     time, rest = np.asarray(t, dtype=np.float64), np.asarray(elastic, dtype=np.float64)
-    force = rest.copy()
     dt, rise = np.diff(time), np.diff(rest)
-    for g, tau in prony:
-        keep = np.exp(-dt / tau)
-        gain = np.divide(tau, dt, out=np.zeros_like(dt), where=dt > 0) * -np.expm1(-dt / tau)
-        gain = np.where(dt > 0, gain, 1.0)
-        state, states = rest[0], [rest[0]]
-        for k, r in enumerate(rise):
-            state = keep[k] * state + gain[k] * r
-            states.append(state)
-        force += g * np.array(states)
-    return force
+    return rest + sum((g * _relaxing(tau, dt, rise, float(rest[0])) for g, tau in prony if g), np.zeros_like(rest))
+
+
+def _relaxing(tau: float, dt: Array, rise: Array, start: float) -> Array:
+    """Integral of exp(-(t - s)/tau) d elastic(s) (n,), for steps dt and rises (n - 1,) between times."""
+    keep = np.exp(-dt / tau)
+    gain = np.where(dt > 0.0, tau * -np.expm1(-dt / tau) / np.where(dt > 0.0, dt, 1.0), 1.0)
+    if len(dt) and np.ptp(dt) <= 1e-6 * float(dt.mean()):
+        from scipy.signal import lfilter
+
+        k = float(np.exp(-dt.mean() / tau))
+        filtered, _ = lfilter([1.0], [1.0, -k], gain * rise, zi=[k * start])
+        return np.concatenate([[start], filtered])
+    states = [start]
+    for k, r in zip(keep.tolist(), (gain * rise).tolist(), strict=True):
+        states.append(k * states[-1] + r)
+    return np.array(states)

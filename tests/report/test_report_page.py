@@ -177,3 +177,22 @@ def test_words_of_the_ledger_leave_out_what_did_nothing(tmp_path):
     assert "withheld" not in text
     assert "Energy taken" not in text
     assert "reduced the force" not in text
+
+
+def test_soft_tissue_is_drawn_beside_its_closed_form():
+    """The report reads the tissue of the recorded scene; a rigid scene has none."""
+    from types import SimpleNamespace
+
+    from palpate.report.soft import soft_law
+
+    def law(scene):
+        return soft_law(SimpleNamespace(setting=lambda key, *rest: scene[key] if not rest else scene[key][rest[0]]))
+
+    objects = [
+        {"name": "table"},
+        {"name": "liver", "tissue": {"young": 4e3, "poisson": 0.4, "prony": [{"g": 1.0, "tau": 1.0}]}},
+    ]
+    found = law({"objects": objects, "contact": {"radius": 0.005}})
+    assert (found.radius, found.rest, found.poisson) == (0.005, 4e3, 0.4)
+    assert 1.8 < found.fast / found.rest < 2.0
+    assert law({"objects": objects[:1], "contact": {"radius": 0.005}}) is None

@@ -39,7 +39,9 @@ def test_left_out_values_are_those_of_the_preset():
 
 def test_a_tissue_survives_a_round_trip():
     scene = Scene.parse(
-        OBJECT.format(f"prony: [{{g: 0.5, tau: 100 ms}}], {FIXED}, parts: [{{at: [0, 0, 0], radius: 0.01, young: 5e4}}]")
+        OBJECT.format(
+            f"prony: [{{g: 0.5, tau: 100 ms}}], {FIXED}, parts: [{{at: [0, 0, 0], radius: 0.01, young: 5e4}}]"
+        )
     )
     assert Scene.parse(scene.to_yaml()).model_dump() == scene.model_dump()
     assert scene.objects[0].tissue.material.prony == ((0.5, 0.1),)
