@@ -102,6 +102,19 @@ def test_random_pokes_stay_finite_and_leave_no_inversion():
     assert (out.normal[out.depth > 0] @ [0, 0, 1] > 0.0).all(), "no pop-through"
 
 
+def test_body_survives_a_tool_that_jumps_through_it():
+    """Jumps of several elements in a tick throw the body out of its range; the guard returns it to a usable state."""
+    soft = slab(young=800.0, yeoh=5.0)
+    wild = np.random.default_rng(5).uniform([-0.02, -0.02, -0.025], [0.02, 0.02, 0.02], (300, 3))
+    away = np.tile([0.0, 0.0, 0.05], (900, 1))
+    calm = bench.pressed(R, 2e-3, (0.0, 0.0), 0.2, 0.2)
+    force = render(soft, np.concatenate([wild, away, calm]), radius=R, friction=0.5).force
+    assert np.isfinite(force).all()
+    assert np.linalg.norm(force[:300], axis=1).max() > 0.5, "control: the jumps hit it hard"
+    expected = render(soft, calm, radius=R).force[-1, 2]
+    assert force[-1, 2] == pytest.approx(expected, rel=0.05), "it works again"
+
+
 def test_renderings_repeat_their_bytes_and_start_from_rest():
     soft = slab(prony=PRONY)
     tips = bench.pressed(R, 4e-3, (0.0, 0.0), 0.1, 0.1)

@@ -12,10 +12,10 @@
 namespace palpate::tissue {
 namespace {
 
-constexpr double kReach = 2.8;       // [width] radius of the Gaussian
-constexpr double kCore = 0.246;      // [edge] regularises the action of forces on neighbouring vertices
-constexpr double kStiffer = 0.0155;  // [1 / edge] what linear elements yield less than the solid
-constexpr int kDivisions = 4;        // of an edge: 16 small triangles, one point in the middle of each
+constexpr double kReach = 2.8;    // [width] radius of the Gaussian
+constexpr double kCore = 0.246;   // [edge] regularises the action of forces on neighbouring vertices
+constexpr double kMore = 0.0155;  // [1 / edge] yield that the regularised sum misses
+constexpr int kDivisions = 4;     // of an edge: 16 small triangles, one point in the middle of each
 
 /// Point of the quadrature with its share of area by corner.
 struct Point {
@@ -134,7 +134,7 @@ void Spreading::find_yields(std::span<const double> vertices, std::span<const st
   }
   for (std::size_t i = 0; i < edge.size(); ++i) edge[i] /= std::max(edges[i], 1.0);
   const auto between = [&](std::int32_t i, std::int32_t j) {
-    double sum = kStiffer / std::sqrt(edge[to_index(i)] * edge[to_index(j)]);
+    double sum = kMore / std::sqrt(edge[to_index(i)] * edge[to_index(j)]);
     for (const Entry& a : row(i))
       for (const Entry& b : row(j)) {
         const double core2 = kCore * kCore * edge[to_index(a.vertex)] * edge[to_index(b.vertex)];
