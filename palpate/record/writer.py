@@ -61,7 +61,7 @@ class Recorder:
         started: datetime | None = None,
         every: int = 1,
         tracked: bool = True,
-        paired: bool = False,
+        paired: bool = True,
         extra: Extra | None = None,
     ) -> None:
         self.path = Path(path)
