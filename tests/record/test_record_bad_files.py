@@ -54,7 +54,7 @@ def test_missing_channels_of_a_foreign_mcap_are_reported(tmp_path):
         writer.add_message(channel, 0, b"", 0)
         writer.finish()
     message = error_of(path)
-    every = len(channels(deterministic=True, tracked=False, paired=False))  # without the two channels of computing times
+    every = len(channels(deterministic=True, tracked=False, paired=False))
     assert f"{every} of {every + 2} channels are missing: /loop/t, /stability/status, /leader/q" in message
     assert "its channels: /camera/image" in message
 

@@ -1,5 +1,6 @@
 // The element kernels, written once for a vector of eight floats, F8. It is included only by elements_avx2.cpp and
-// elements_portable.cpp, each inside its own namespace and after the definitions of F8, its functions and PALPATE_TARGET.
+// elements_portable.cpp, each inside its own namespace and after the definitions of F8, its functions and
+// PALPATE_TARGET.
 
 /// Displacement gradient of eight tetrahedra with its invariants.
 struct Strain {
@@ -44,7 +45,8 @@ PALPATE_TARGET inline void dilatation_in(ElementArrays& a) {
   }
 }
 
-/// Stress S / mu of the terms with mu, without stiffening: (2E - tr(2E) I - cof(2E) + (J - 1) I) / J; xx yy zz yz xz xy.
+/// Stress S / mu of the terms with mu, without stiffening: (2E - tr(2E) I - cof(2E) + (J - 1) I) / J; xx yy zz yz xz
+/// xy.
 PALPATE_TARGET inline void unit_stress(const Strain& s, const F8& change, F8 out[6]) {
   F8 e[6];  // 2E = H + H^T + H^T H
   const int row[6] = {0, 1, 2, 1, 0, 0}, column[6] = {0, 1, 2, 2, 2, 1};
@@ -137,5 +139,6 @@ PALPATE_TARGET inline void forces_in(ElementArrays& a) {
   for (const float x : lanes) a.shear_energy += static_cast<double>(x);
   least.store(lanes);
   a.least_volume = static_cast<double>(lanes[0]);
-  for (const float x : lanes) a.least_volume = static_cast<double>(x) < a.least_volume ? static_cast<double>(x) : a.least_volume;
+  for (const float x : lanes)
+    a.least_volume = static_cast<double>(x) < a.least_volume ? static_cast<double>(x) : a.least_volume;
 }
