@@ -96,12 +96,8 @@ Tuple<Array, std::optional<Vec6>, std::optional<Matrix4>, double> step(CrtkCycle
                         out.jaw);
 }
 
-void bind_cycle(nb::module_& m) {
-  nb::class_<CrtkCycle>(
-      m, "CrtkCycle",
-      "Haptic cycle from stamped messages to a wrench for the leader; it contains no network code. stamp: time of the "
-      "sender since 1970 [s]; t: monotonic time [s]; wall: system time since 1970 [s].")
-      .def(nb::init<const CrtkOptions&, std::optional<arm::Arm>>(), "options"_a, "follower"_a = nb::none())
+void bind_messages(nb::class_<CrtkCycle>& cycle) {
+  cycle
       .def(
           "leader_pose",
           [](CrtkCycle& self, double stamp, const Vec3& p, const Eigen::Vector4d& quat, double t, double wall) {
@@ -143,7 +139,17 @@ void bind_cycle(nb::module_& m) {
           [](CrtkCycle& self, double stamp, const Eigen::VectorXd& q) {
             self.jaw(stamp, q.data(), static_cast<std::size_t>(q.size()));
           },
-          "stamp"_a, "q"_a, "Receives jaw/measured_js of the follower (1,) [rad].")
+          "stamp"_a, "q"_a, "Receives jaw/measured_js of the follower (1,) [rad].");
+}
+
+void bind_cycle(nb::module_& m) {
+  nb::class_<CrtkCycle> cycle(
+      m, "CrtkCycle",
+      "Haptic cycle from stamped messages to a wrench for the leader; it contains no network code. stamp: time of the "
+      "sender since 1970 [s]; t: monotonic time [s]; wall: system time since 1970 [s].");
+  cycle.def(nb::init<const CrtkOptions&, std::optional<arm::Arm>>(), "options"_a, "follower"_a = nb::none());
+  bind_messages(cycle);
+  cycle
       .def("set_scale", &CrtkCycle::set_scale, "scale"_a,
            "Sets the motion scale reported by another program's teleoperation [-].")
       .def("set_gates", &CrtkCycle::set_gates, "gates"_a, "Sets the states of console and arms.")

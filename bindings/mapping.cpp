@@ -14,11 +14,14 @@ using namespace nb::literals;
 
 namespace palpate::bindings {
 
-void bind_mapping(nb::module_& m) {
-  using mapping::Law;
-  using mapping::Mapping;
-  using mapping::Options;
-  using mapping::RecentringOptions;
+namespace {
+
+using mapping::Law;
+using mapping::Mapping;
+using mapping::Options;
+using mapping::RecentringOptions;
+
+void bind_mapping_options(nb::module_& m) {
   nb::enum_<Law>(m, "MappingLaw", "Motion of the tool in addition to that of the hand.")
       .value("position", Law::position, "None: the hand moves the tool.")
       .value("rate", Law::rate, "Near the rim of the workspace the tool continues outwards by itself.")
@@ -51,7 +54,9 @@ void bind_mapping(nb::module_& m) {
       .def_rw("align_tolerance", &Options::align_tolerance,
               "Orientation error up to which the handle counts as aligned; 0: any [rad].")
       .def_rw("recentring", &Options::recentring, "Motion of the tool in addition to that of the hand.");
+}
 
+void bind_mapping_stage(nb::module_& m) {
   nb::class_<Mapping>(m, "Mapping", "Stage `mapping`: relative scaled position, absolute orientation, clutch, jaw.")
       .def(
           "__init__",
@@ -95,6 +100,13 @@ void bind_mapping(nb::module_& m) {
       .def_prop_ro("released", &Mapping::released, "Energy that the recentring released in the last step [J].")
       .def_prop_ro("anchorings", &Mapping::anchor_count,
                    "Number of times that the map was re-anchored at the hand and the tool.");
+}
+
+}  // namespace
+
+void bind_mapping(nb::module_& m) {
+  bind_mapping_options(m);
+  bind_mapping_stage(m);
 }
 
 }  // namespace palpate::bindings
