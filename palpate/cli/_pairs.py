@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
+from palpate.cli._pedals import pedals
 from palpate.console import INTERRUPTED
 from palpate.console.output import console_for, say, write_json
 from palpate.errors import PalpateError
@@ -31,6 +32,7 @@ class Options(Protocol):
     out: Path | None
     json: Path | None
     openigtlink: int | None
+    pedals: str | None
     port: int
     host: str
 
@@ -77,7 +79,7 @@ def _run(command: Options, console: Console, session: PairsSession, realtime: bo
 
     duration = session.scene.duration if command.duration is None else command.duration
     mode = "real time" if realtime else "lockstep, as fast as possible"
-    with PairsProgress(console, duration, mode) as progress:
+    with PairsProgress(console, duration, mode) as progress, pedals(command.pedals, session.console, realtime):
         return session.run(duration, realtime=realtime, on_progress=progress)
 
 

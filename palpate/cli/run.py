@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from contextlib import AbstractContextManager, ExitStack, nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, arg
 
+from palpate.cli._pedals import pedals
 from palpate.console import HOST, INTERRUPTED, PORT
 from palpate.errors import PalpateError
 
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from palpate.scene import Scene
-    from palpate.session import LiveSession, Session
+    from palpate.session import Session
     from palpate.session.summary import Summary
 
 
@@ -107,7 +108,11 @@ class Command:
 
         duration = session.scene.duration if self.duration is None else self.duration
         mode = "real time" if realtime else "lockstep, as fast as possible"
-        with Progress(console, duration, mode) as progress, self._sender(session), self._pedals(session, realtime):
+        with (
+            Progress(console, duration, mode) as progress,
+            self._sender(session),
+            pedals(self.pedals, session.console, realtime),
+        ):
             return session.run(duration, realtime=realtime, on_progress=progress)
 
     def _run_device(self, scene: Scene) -> int:
@@ -125,7 +130,7 @@ class Command:
         session = DrivenSession(scene, self.out or Path(scene.record.folder))
         say(console, f"{session.scene.arms.leader.driver} feels {scene.title}: at most "
             f"{session.scene.stability.force_cap:g} N, {session.rate:g} Hz; Ctrl-C ends it")  # fmt: skip
-        with DeviceLine(console) as line, self._pedals(session, True):
+        with DeviceLine(console) as line, pedals(self.pedals, session.console, True):
             summary = session.run(self.duration, on_progress=line)
         failed = session.failed
         summary = outcome.with_report(summary, scene)
@@ -140,18 +145,6 @@ class Command:
         from palpate.trackers.sending import FrameSender
 
         return FrameSender(session, self.openigtlink)
-
-    def _pedals(self, session: LiveSession, realtime: bool) -> AbstractContextManager[object]:
-        if not self.pedals:
-            return nullcontext()
-        if not realtime:
-            raise PalpateError("--pedals has no effect in lockstep, whose time is its own", mend="add --realtime")
-        from palpate.devices.pedals import PedalDevice
-
-        devices = ExitStack()
-        for spec in self.pedals.split():
-            devices.enter_context(PedalDevice(session.console, spec))
-        return devices
 
     def _refuse_contradictions(self) -> None:
         if self.realtime and self.fast:

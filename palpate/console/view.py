@@ -150,7 +150,9 @@ def live_pairs(
         stages = {name: stage_of(rig, name) for name, rig in session.rigs.items()}
         rates = LiveRates(session.pairs).rows
         near = session.scene.instruments.handle_distance
-        shown = PairsViewer(session.pairs, stages, session.scene.title, session, rates, near, server=page.server)
+        shown = PairsViewer(
+            session.pairs, stages, session.scene.title, session, session, rates, near, server=page.server
+        )
     except BaseException:
         page.close()
         raise

@@ -39,7 +39,18 @@ def build_pairs(scene: Scene, bodies: Bodies | None = None, until: float | None 
         first = next(iter(rigs.values()), rig)
         rigs[name] = replace(rig, snapshot=first.snapshot, surfaces=first.surfaces)
     check_apart(scene, rigs)
-    return rigs
+    return _with_one_camera(scene, rigs)
+
+
+def _with_one_camera(scene: Scene, rigs: Rigs) -> Rigs:
+    """The rigs with one endoscope arm; placed automatically, its camera sees the middle between the paths' starts."""
+    ecm = next(iter(rigs.values())).ecm
+    if ecm is None or scene.ecm is None:
+        return rigs
+    X_WB = ecm.X_WB.copy()
+    if scene.ecm.base is None:  # the cameras of all pairs look in one direction, each at its own path
+        X_WB[:3, 3] = np.mean([rig.ecm.X_WB[:3, 3] for rig in rigs.values() if rig.ecm is not None], axis=0)
+    return {name: replace(rig, ecm=replace(ecm, X_WB=X_WB)) for name, rig in rigs.items()}
 
 
 def check_apart(scene: Scene, rigs: Mapping[str, Rig]) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any
+import weakref
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,8 +11,11 @@ from numpy.typing import ArrayLike
 from palpate.arm.ecm import R_CD
 from palpate.arrays import Array, so3
 from palpate.errors import ArmError
+from palpate.record.ticks import Ticks
 from palpate.scene.placed_ecm import PlacedEcm
+from palpate.session import machine
 from palpate.session.camera_hands import PictureMotion, picture_motion
+from palpate.session.console import Hand
 
 _DAMPING = 0.05  # of the inverse of the turning matrix near its singularity [-]
 
@@ -20,20 +23,26 @@ _DAMPING = 0.05  # of the inverse of the turning matrix near its singularity [-]
 class CameraArm:
     """Moves the camera, and with it the axes in which the hands move the tools.
 
+    The bases of the leaders and the display stand still in the room of the operator. The hands are therefore compared
+    in the display D: X_DL of each leader is the one that the scene has at the start.
+
     Args:
         placed: the endoscope arm of the scene.
-        R_WL0: orientation (3, 3) of the leaders' base at the start.
-        change: `LiveSession.change` of every hand.
+        X_WL0: pose (4, 4) of each leader's base at the start [m].
+        hands: session of each leader, in the same order; the camera does not keep them alive.
     """
 
-    def __init__(self, placed: PlacedEcm, R_WL0: Array, change: Sequence[Callable[..., Any]]) -> None:
+    def __init__(self, placed: PlacedEcm, X_WL0: Sequence[Array], hands: Sequence[Hand]) -> None:
         self.placed = placed
         self._q = np.array(placed.q0)
-        self._R_WL0, self._change = np.asarray(R_WL0), tuple(change)
+        self._hands = tuple(weakref.ref(hand) for hand in hands)
+        X_WL = np.stack(list(X_WL0))
         R_WC0 = placed.camera(self._q)[:3, :3]
-        self._R_CL = R_WC0.T @ self._R_WL0
-        self._R_DL = R_CD.T @ self._R_CL  # hands in the display
+        self._R_CL = R_WC0.T @ X_WL[:, :3, :3]
+        self._R_DL = R_CD.T @ self._R_CL
+        self._p_DL = X_WL[:, :3, 3] @ (R_WC0 @ R_CD)  # up to one common shift, which has no effect
         self._hands0: Array | None = None
+        self._holding = np.zeros(len(X_WL), dtype=bool)
         self._done = PictureMotion()
 
     @property
@@ -64,20 +73,27 @@ class CameraArm:
         """Place the camera at a pose (4, 4) in W; raises ArmError if it is out of reach."""
         self.move_to(self.placed.ecm.inverse(np.linalg.inv(self.placed.X_WB) @ np.asarray(X_WC, dtype=float)))
 
-    def step(self, pressed: bool, p_LH: ArrayLike, dt: float) -> None:
-        """One period with the hands at p_LH (n, 3), n = 1 or 2, in the order left, right, in their leaders' bases.
+    def steer(self, ticks: Sequence[Ticks], dt: float) -> None:
+        """One period [s] with the newest tick of each hand: the hands in the state `camera` move the camera."""
+        pressed = [machine.name_of(float(tick["session_state"])) == "camera" for tick in ticks]
+        self.step(pressed, [tick["p_LH"] for tick in ticks], dt)
+
+    def step(self, pressed: bool | Sequence[bool], p_LH: ArrayLike, dt: float) -> None:
+        """One period with the handles at p_LH (n, 3), in the bases of their leaders.
 
         Args:
-            pressed: the session is in the state `camera`.
+            pressed: the session of each hand is in the state `camera`; one value for all hands.
             p_LH: positions of the handles [m].
             dt: time since the last step [s].
         """
-        hands = np.atleast_2d(np.asarray(p_LH, dtype=float)) @ self._R_DL.T
-        if not (pressed and np.isfinite(hands).all()):
+        p_LH = np.atleast_2d(np.asarray(p_LH, dtype=float))
+        holding = np.asarray(pressed, dtype=bool) & np.isfinite(p_LH).all(axis=1)
+        if not holding.any():
             self._hands0, self._done = None, PictureMotion()
             return
-        if self._hands0 is None or len(self._hands0) != len(hands):
-            self._hands0, self._done = hands, PictureMotion()
+        hands = (np.einsum("nij,nj->ni", self._R_DL, p_LH) + self._p_DL)[holding]
+        if self._hands0 is None or not np.array_equal(holding, self._holding):
+            self._hands0, self._holding, self._done = hands, holding, PictureMotion()
         motion = picture_motion(self._hands0, hands)
         self._follow(motion.minus(self._done), dt)
         self._done = motion
@@ -101,6 +117,7 @@ class CameraArm:
         self._q = q
         if not self.placed.section.follow_picture:
             return
-        quat = so3.quaternions((self.X_WC[:3, :3] @ self._R_CL)[None])[0]
-        for change in self._change:
-            change(quat_WL=quat)
+        quats = so3.quaternions(self.X_WC[:3, :3] @ self._R_CL)
+        for ref, quat in zip(self._hands, quats, strict=True):
+            if (hand := ref()) is not None:
+                hand.change(quat_WL=quat)

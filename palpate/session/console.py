@@ -17,6 +17,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, Final, Protocol
 
 from palpate.errors import StateError
+from palpate.session import machine
 
 PEDALS: Final = {
     "clutch": "the hands move freely, the tools hold",
@@ -47,12 +48,12 @@ class Console:
     """Pedals and switches of one operator, for the sessions of all hands.
 
     Args:
-        hands: the sessions, each with one leader and one follower.
+        hands: the sessions, each with one leader and one follower. A list may change while its session does not run.
         exchange: called by `swap` to exchange the followers of two hands; None: this run cannot.
     """
 
     def __init__(self, hands: Sequence[Hand], exchange: Callable[[], None] | None = None) -> None:
-        self._hands, self._exchange = tuple(hands), exchange
+        self._hands, self._exchange = hands, exchange
         self._lock = threading.RLock()
         self._down: dict[str, dict[str, bool]] = {name: {} for name in PEDALS}
         self._kept: set[str] = set()  # pedals that a lost source held down
@@ -147,15 +148,34 @@ class Console:
             raise StateError(f"scale {scale!r} must be above 0 and at most {LARGEST_SCALE:g}", mend=mend)
         self._change(scale=0.0 if scale is None else float(scale))
 
+    def request(self, request: str) -> None:
+        """Ask for a change of the state of all hands (docs/session.md).
+
+        A hand on which it has no effect now, because it is in a fault for example, takes it when it can: what is asked
+        for is a level. To `recover` is no level; only hands in a fault take it.
+
+        Raises:
+            StateError: the request is unknown, or has no effect on any hand; nothing changes.
+        """
+        with self._lock:
+            refused: list[tuple[Hand, StateError]] = []
+            for hand in self._hands:
+                try:
+                    hand.request(request)
+                except StateError as error:
+                    refused.append((hand, error))
+            if refused and len(refused) == len(self._hands):
+                raise refused[0][1]
+            for hand, _ in refused:
+                hand.change(**machine.level(request))
+
     def begin_tool_exchange(self) -> None:
         """Hold everything while somebody changes an instrument; raises StateError where a hold has no effect."""
-        for hand in self._hands:
-            hand.request("hold")
+        self.request("hold")
 
     def end_tool_exchange(self) -> None:
         """Go on with the instruments that are mounted now: each hand is anchored anew at the pose of its tool."""
-        for hand in self._hands:
-            hand.request("resume")
+        self.request("resume")
 
     def swap(self) -> None:
         """Exchange the followers of the two hands.

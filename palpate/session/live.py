@@ -6,8 +6,9 @@ import os
 import threading
 import time
 import weakref
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from datetime import datetime, timedelta
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -30,6 +31,7 @@ from palpate.session.console import Console
 from palpate.session.controls import Controls
 from palpate.session.faults import how_to_leave
 from palpate.session.loop import Loop
+from palpate.session.periodic import every
 from palpate.session.recorded_frames import RecordedFrames
 from palpate.session.run_folder import keep_scene, new_folder, require_writable
 from palpate.session.state import State
@@ -85,11 +87,7 @@ class LiveSession:
         self._taken = 0  # ticks of all records
         self._lock = threading.RLock()  # only one thread at a time writes to the recorder
         self.console = Console([weakref.proxy(self)])  #: pedals, presence, locks and scale
-        self.camera: CameraArm | None = None  #: the endoscope arm of the scene
-        if rig.ecm is not None:
-            change = weakref.WeakMethod(self.change)
-            self.camera = CameraArm(rig.ecm, rig.arms.X_WL[:3, :3], [lambda **values: _call(change, values)])
-        self._camera_thread: threading.Thread | None = None
+        self.camera = self._own_camera()  #: the endoscope arm of the scene; None if the scene has none
         self._requests = threading.Lock()  # one thread at a time changes the controls by a request
         self._pump: threading.Thread | None = None
         self._stop_pump = threading.Event()
@@ -99,11 +97,10 @@ class LiveSession:
         self.tracking = Tracking(rig, loop) if rig.scene.trackers else None  #: moves the tracked frames
         if self.tracking is not None:
             weakref.finalize(self, self.tracking.close)
-        self._tracker_thread: threading.Thread | None = None
         self.sensing = _sensing(rig, loop, clouds)  #: turns the frames of sensors into surfaces
         if self.sensing is not None:
             weakref.finalize(self, self.sensing.close)
-        self._sensing_thread: threading.Thread | None = None
+        self._beside: list[threading.Thread] = []  # work beside the loop, in the order in which it ends
         self.notes: list[str] = []  #: problems outside of the loop, e.g. a full disk
 
     # -- running ---------------------------------------------------------------------------------------------------
@@ -117,30 +114,16 @@ class LiveSession:
         self._loop.start()
         self._pump = threading.Thread(target=self._keep_draining, name="palpate-drain", daemon=True)
         self._pump.start()
-        if self.tracking is not None:
-            self._tracker_thread = threading.Thread(target=self._keep_tracking, name="palpate-tracking", daemon=True)
-            self._tracker_thread.start()
-        if self.camera is not None:
-            self._camera_thread = threading.Thread(target=self._keep_steering, name="palpate-camera", daemon=True)
-            self._camera_thread.start()
-        if self.sensing is not None:
-            self._sensing_thread = threading.Thread(target=self._keep_sensing, name="palpate-sensing", daemon=True)
-            self._sensing_thread.start()
+        self._beside = self._work_beside()
 
     def stop(self) -> None:
         """Stop the real-time run with the force at zero. No effect if it is not running."""
         if self._pump is None:
             return
         self._stop_pump.set()
-        if self._tracker_thread is not None:
-            self._tracker_thread.join()  # objects rest before the loop stops
-            self._tracker_thread = None
-        if self._camera_thread is not None:
-            self._camera_thread.join()
-            self._camera_thread = None
-        if self._sensing_thread is not None:
-            self._sensing_thread.join()
-            self._sensing_thread = None
+        for thread in self._beside:
+            thread.join()  # objects rest before the loop stops
+        self._beside = []
         self._loop.stop()
         self._pump.join()
         self._pump = None
@@ -302,38 +285,33 @@ class LiveSession:
         while not self._stop_pump.wait(DRAIN):
             self._drain()
 
-    def _keep_tracking(self) -> None:
-        tracking = self.tracking
-        assert tracking is not None
-        try:
-            while not self._stop_pump.wait(PERIOD):
-                tracking.step(float(self.latest()["t"]))
-        except Exception as error:  # the session goes on: the loop stops objects without targets by itself
-            self.notes.append(f"tracking has stopped: {error}")
-        finally:
-            tracking.hold(float(self.latest()["t"]))
+    def _own_camera(self) -> CameraArm | None:
+        """The endoscope arm that this session steers; None if there is none, or if several sessions share it."""
+        return None if self.rig.ecm is None else CameraArm(self.rig.ecm, [self.rig.arms.X_WL], [self])
 
-    def _keep_steering(self) -> None:
-        while not self._stop_pump.wait(PERIOD):
-            self._steer_camera()
+    def _work_beside(self) -> list[threading.Thread]:
+        """Start what runs beside the loop; the loop stops objects without targets or frames by itself."""
+        found, tracking, sensing = [], self.tracking, self.sensing
+        if tracking is not None:
+            step, last = partial(self._timed, tracking.step), partial(self._timed, tracking.hold)
+            found.append(every(PERIOD, step, self._stop_pump, "tracking", self._note, last))
+        if self.camera is not None:
+            found.append(every(PERIOD, self._steer_camera, self._stop_pump, "camera", self._note))
+        if sensing is not None:
+            step = partial(self._timed, sensing.step)
+            found.append(every(sensing_module.PERIOD, step, self._stop_pump, "sensing", self._note, sensing.hold))
+        return found
+
+    def _timed(self, step: Callable[[float], object]) -> None:
+        step(float(self.latest()["t"]))
+
+    def _note(self, words: str) -> None:
+        self.notes.append(words)
 
     def _steer_camera(self) -> None:
         """Let the hand move the camera for one `PERIOD` while the camera pedal is pressed."""
-        tick = self.latest()
         if self.camera is not None:
-            pressed = machine.name_of(float(tick["session_state"])) == "camera"
-            self.camera.step(pressed, tick["p_LH"], PERIOD)
-
-    def _keep_sensing(self) -> None:
-        sensing = self.sensing
-        assert sensing is not None
-        try:
-            while not self._stop_pump.wait(sensing_module.PERIOD):
-                sensing.step(float(self.latest()["t"]))
-        except Exception as error:  # the session goes on: the loop stops surfaces without frames by itself
-            self.notes.append(f"sensing has stopped: {error}")
-        finally:
-            sensing.hold()
+            self.camera.steer([self.latest()], PERIOD)
 
     def _drain(self) -> None:
         rows = self._loop.drain()
@@ -390,13 +368,6 @@ class LiveSession:
         lost = self._loop.dropped - self._dropped
         faults = [fault] if fault else []
         return [*faults, f"{lost} ticks are missing in the record: the disk was too slow"] if lost > 0 else faults
-
-
-def _call(method: weakref.WeakMethod[Any], values: dict[str, Any]) -> None:
-    """Call a method of a session that may be gone."""
-    alive = method()
-    if alive is not None:
-        alive(**values)
 
 
 def _sensing(rig: Rig, loop: Loop, clouds: Clouds | None) -> sensing_module.Sensing | None:

@@ -61,13 +61,18 @@ def require(state: str, request: str, why: str = "") -> None:
     raise StateError(f"{request!r} has no effect: the session is {state}", why=why or STATES[state], mend=mend)
 
 
+def level(request: str) -> dict[str, bool]:
+    """The control, with its value, that a request sets; none for `recover`, which is no level."""
+    return dict([_LEVELS[request]]) if request in _LEVELS else {}
+
+
 def apply(controls: _core.Controls, request: str) -> None:
     """Write a request into the controls of a loop, which takes it with its next tick."""
     if request == "recover":
         controls.recover_requests += 1
         return
-    name, value = _LEVELS[request]
-    setattr(controls, name, value)
+    for name, value in level(request).items():
+        setattr(controls, name, value)
 
 
 def path(start: str, goal: str) -> tuple[str, ...]:

@@ -9,6 +9,7 @@ from typing import Protocol
 from palpate import _core
 from palpate.record.ticks import Ticks
 from palpate.scene.rig import Rig
+from palpate.session.camera import CameraArm
 from palpate.session.pairs_summary import Met
 from palpate.session.session import Session
 
@@ -41,6 +42,13 @@ class PairSession(Session):
         shared.allow_affinity, shared.spin_us = False, 0.0
         options.realtime = shared
         return rig.simulation(options=options)
+
+    def _own_camera(self) -> CameraArm | None:
+        return None  # the pairs of a run have one camera, which all hands steer
+
+    def note(self, words: str) -> None:
+        """Add a problem outside of the loop to the faults of the summary."""
+        self._note(words)
 
     def prepare(self) -> None:
         """Open the record of a run in real time, so that all pairs can start together."""

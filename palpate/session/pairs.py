@@ -11,18 +11,21 @@ from types import MappingProxyType
 import numpy as np
 
 from palpate import _core
-from palpate.errors import PalpateError
+from palpate.errors import PalpateError, SceneError, StateError
 from palpate.record.ticks import Ticks, as_ticks
 from palpate.scene.scene import Scene
 from palpate.scene.together import build_pairs, capsules
 from palpate.session import signals
+from palpate.session.camera import CameraArm
 from palpate.session.controls import Controls
 from palpate.session.live import DRAIN
+from palpate.session.operator_seat import OperatorSeat
 from palpate.session.pair import PairSession
 from palpate.session.pairs_summary import Met, PairsSummary, meeting
 from palpate.session.run_folder import keep_scene, new_folder, require_writable
 from palpate.session.session import BATCH
 from palpate.session.state import State
+from palpate.session.swap import swapped
 from palpate.trackers.tracking import PERIOD
 
 States = Mapping[str, State]
@@ -57,12 +60,18 @@ class PairsSession:
             require_writable(self._out)
         self.folder: Path | None = None  #: folder of the newest run
         self.rigs = build_pairs(scene)
+        self._seat = OperatorSeat(self._exchange)
+        self.console = self._seat.console  #: pedals, presence, locks and scale for the hands of all pairs
+        self._sit()
+        self._ticks_to_steps = 0
+
+    def _sit(self) -> None:
+        """Make the sessions of all pairs."""
         self._pairs = {
             name: PairSession(name, rig, (self.seed + i) % 2**64, self._out, self)
             for i, (name, rig) in enumerate(self.rigs.items())
         }
         self._join()
-        self._ticks_to_tracking = 0
 
     @property
     def pairs(self) -> Mapping[str, PairSession]:
@@ -87,10 +96,34 @@ class PairsSession:
         self._join()
 
     def _join(self) -> None:
-        """Put the instruments of all pairs into one world."""
+        """Put the instruments of all pairs into one world, and all hands at one console."""
         self._loops = [session.simulation for session in self._pairs.values()]
         law = self.scene.instruments
         _core.join_instruments(self._loops, [capsules(r) for r in self.rigs.values()], law.stiffness, law.damping)
+        self._seat.take(list(self._pairs.values()))
+
+    def _exchange(self) -> None:
+        """Exchange the leaders of both pairs; the pairs begin anew at their start, with the present controls.
+
+        Raises:
+            StateError: the session runs, has not two pairs, or an arm does not fit; nothing changes.
+        """
+        if self.running:
+            mend = "call stop() first, then console.swap() and start()"
+            raise StateError("the followers cannot be exchanged while the session runs", mend=mend)
+        try:
+            scene = swapped(self.scene)
+            rigs = build_pairs(scene)
+        except SceneError as error:
+            what = f"the hands do not fit each other's followers: {error.what}"
+            raise StateError(what, where=error.where, why=error.why, mend=error.mend) from None
+        self.close()
+        kept = [session.controls for session in self._pairs.values()]
+        self.scene, self.rigs = scene, rigs
+        self._sit()
+        for session, controls in zip(self._pairs.values(), kept, strict=True):
+            controls.quat_WL = session.controls.quat_WL  # of the leader that the pair has now
+            session.controls = controls
 
     # -- running ---------------------------------------------------------------------------------------------------
 
@@ -119,9 +152,11 @@ class PairsSession:
             session.prepare()
         for session in self.pairs.values():
             session.start()
+        self._seat.start()
 
     def stop(self) -> None:
         """Stop every pair with its force at zero."""
+        self._seat.stop()
         for session in self.pairs.values():
             session.stop()
 
@@ -165,9 +200,16 @@ class PairsSession:
     @controls.setter
     def controls(self, value: _core.Controls) -> None:
         for session in self.pairs.values():
-            own = session.controls
-            own.paused = value.paused
-            session.controls = own
+            session.change(paused=value.paused)
+
+    @property
+    def camera(self) -> CameraArm | None:
+        """The endoscope arm, which the hands of all pairs steer; None if the scene has none."""
+        return self._seat.camera
+
+    def request(self, request: str) -> None:
+        """Ask for a change of the state of all pairs (`Console.request`); ``pairs[NAME].request`` asks one pair."""
+        self.console.request(request)
 
     @property
     def recording(self) -> bool:
@@ -203,19 +245,20 @@ class PairsSession:
             raise PalpateError("the session runs in real time already", mend="call stop() first")
 
     def _advance(self, n: int) -> list[np.ndarray]:
-        """Run `n` ticks of all pairs in turns; trackers and sensors are read every `PERIOD`."""
+        """Run `n` ticks of all pairs in turns; trackers, sensors and the camera have their turn every `PERIOD`."""
         beside = [p for s in self.pairs.values() for p in (s.tracking, s.sensing) if p is not None]
-        if not beside:
+        if not beside and self.camera is None:
             return list(_core.run_in_turns(self._loops, n))
         size, done = max(1, round(PERIOD * self.scene.rates.haptic)), []
         while n > 0:
-            if self._ticks_to_tracking == 0:
+            if self._ticks_to_steps == 0:
                 for part in beside:
-                    part.step(float(next(iter(self.pairs.values())).latest()["t"]))
-                self._ticks_to_tracking = size
-            some = min(self._ticks_to_tracking, n)
+                    part.step(float(self.latest()["t"]))
+                self._seat.steer()
+                self._ticks_to_steps = size
+            some = min(self._ticks_to_steps, n)
             done.append(_core.run_in_turns(self._loops, some))
-            n, self._ticks_to_tracking = n - some, self._ticks_to_tracking - some
+            n, self._ticks_to_steps = n - some, self._ticks_to_steps - some
         return [np.concatenate(rows) for rows in zip(*done, strict=True)]
 
     def _take(self, rows: list[np.ndarray]) -> None:

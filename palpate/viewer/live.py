@@ -87,7 +87,9 @@ class LiveViewer:
         self._camera = camera
         self.surgeon = None
         if camera is not None and stage.ecm is not None:
-            self.surgeon = SurgeonView(self._server, camera.placed, lambda: np.asarray(camera.q), source.latest)
+            self.surgeon = SurgeonView(
+                self._server, camera.placed, lambda: np.asarray(camera.q), lambda: [source.latest()]
+            )
         self._labels = LabelPlacer(self._server, self._drawing.labels)
         self.stopped = self.control_panel.run.stopped
         self._stop = threading.Event()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any, cast
 
 import numpy as np
@@ -12,6 +13,8 @@ import viser
 
 from palpate.arrays import Array
 from palpate.record.ticks import Ticks
+from palpate.session import LiveSession, PairsSession
+from palpate.session.console import PEDALS, Console
 from palpate.viewer import views
 from palpate.viewer.control_panel import BALL, REACH
 from palpate.viewer.controls import set_value
@@ -20,8 +23,8 @@ from palpate.viewer.live import FRAME_RATE, FRAMES_PER_PLOT, FRAMES_PER_READOUT
 from palpate.viewer.pair_gauges import PairGauges
 from palpate.viewer.run_buttons import RunButtons, Runner
 from palpate.viewer.server import close_server, open_server, url
-from palpate.viewer.source import Source
 from palpate.viewer.stage import Stage
+from palpate.viewer.surgeon import SurgeonView
 
 COLORS: tuple[Color, ...] = (
     (38, 110, 200), (222, 120, 20), (40, 150, 90), (150, 70, 180),
@@ -44,33 +47,25 @@ class Within:
 
 
 class Handle:
-    """The ball that drags one hand, and the switches of its pair."""
+    """The ball that drags one hand, and the switch of its path."""
 
-    def __init__(self, server: viser.ViserServer, name: str, stage: Stage, source: Source, color: Color) -> None:
+    def __init__(self, server: viser.ViserServer, name: str, stage: Stage, source: LiveSession, color: Color) -> None:
         self._source, self._stage = source, stage
         self._offset, self._offset_grab, self._p_grab = np.zeros(3), np.zeros(3), np.zeros(3)
         with server.gui.add_folder(name):
             self.path = server.gui.add_checkbox("follow the path", True, hint="Off: the hand stops on its path")
-            self.clutch = server.gui.add_checkbox("clutch", False, hint="The hand moves, the instrument stays")
         self.ball = server.scene.add_icosphere(f"/{name}/hand", 1.5 * BALL, color, opacity=0.6, cast_shadow=False)
         self.ball.on_drag("left")(self._drag)
-        for knob in (self.path, self.clutch):
-            knob.on_update(lambda _: self.send())
+        self.path.on_update(lambda _: self.send())
 
     def show(self, tick: Ticks) -> None:
         """Moves the ball to the hand's intended position."""
         X_WL = self._stage.leader.X_WA
         self.ball.position = X_WL[:3, :3] @ tick["p_hand_L"] + X_WL[:3, 3]
 
-    def send(self, paused: bool | None = None) -> None:
+    def send(self) -> None:
         """Sends the values to the loop."""
-        controls = self._source.controls
-        controls.hold = not self.path.value
-        controls.clutch = self.clutch.value
-        controls.p_hand_offset_W = self._offset
-        if paused is not None:
-            controls.paused = paused
-        self._source.controls = controls
+        self._source.change(hold=not self.path.value, p_hand_offset_W=self._offset)
 
     def move(self, offset_W: Array) -> None:
         """Displaces the hand from its path (3,) [m]."""
@@ -84,6 +79,21 @@ class Handle:
         self.move(self._offset_grab + np.array(event.end_position) - self._p_grab)
 
 
+class Pedals:
+    """The pedals of the console, as check boxes in a folder."""
+
+    def __init__(self, gui: viser.GuiApi, console: Console) -> None:
+        with gui.add_folder("Pedals"):
+            self.boxes = {
+                name: gui.add_checkbox(name, False, hint=PEDALS[name]) for name in ("clutch", "camera", "coag")
+            }
+        for name, box in self.boxes.items():
+            box.on_update(partial(self._send, console, name))
+
+    def _send(self, console: Console, pedal: str, _: object) -> None:
+        console.set(pedal, self.boxes[pedal].value, "viewer")
+
+
 class PairsViewer:
     """A viewer of all pairs of a scene; it reads the newest ticks and never waits for a loop.
 
@@ -92,6 +102,7 @@ class PairsViewer:
         stages: what is drawn of each pair; the objects are those of the first.
         title: title of the page.
         runner: what the buttons run, step and stop; None offers only a pause.
+        seat: the session whose console has the pedals and whose camera gives the surgeon's view; None: neither.
         rates: rows of the panel of rates (`palpate.session.rates`); asked once a second.
         handle_distance: distance of two handles below which a warning appears [m].
         host, port, server: as for `LiveViewer`.
@@ -102,10 +113,11 @@ class PairsViewer:
 
     def __init__(
         self,
-        sources: Mapping[str, Source],
+        sources: Mapping[str, LiveSession],
         stages: Mapping[str, Stage],
         title: str,
         runner: Runner | None = None,
+        seat: PairsSession | None = None,
         rates: Callable[[], list[Any]] | None = None,
         handle_distance: float = 0.0,
         host: str = "127.0.0.1",
@@ -130,6 +142,13 @@ class PairsViewer:
         gui = self._server.gui
         gui.set_panel_label(title)
         self.handles = {n: Handle(self._server, n, stage, sources[n], colors[n]) for n, stage in stages.items()}
+        self.pedals = None if seat is None else Pedals(gui, seat.console)
+        self._camera = None if seat is None else seat.camera
+        self.surgeon = None
+        if self._camera is not None:
+            camera = self._camera
+            with gui.add_folder("Endoscope"):
+                self.surgeon = SurgeonView(self._server, camera.placed, lambda: camera.q, self._ticks)
         with gui.add_folder("Run"):
             self.run = RunButtons(gui, runner, bool(getattr(runner, "recording", False)))
             self.run.pause.on_update(lambda _: self._pause())
@@ -145,12 +164,17 @@ class PairsViewer:
     def close(self) -> None:
         """Stops drawing and closes the port; the sessions continue."""
         self._stop.set()
+        if self.surgeon is not None:
+            self.surgeon.close()
         self._thread.join(timeout=2.0)
         close_server(self._server)
 
     def _pause(self) -> None:
-        for handle in self.handles.values():
-            handle.send(self.run.pause.value)
+        for source in self._sources.values():
+            source.change(paused=self.run.pause.value)
+
+    def _ticks(self) -> list[Ticks]:
+        return [source.latest() for source in self._sources.values()]
 
     def _view(self, aspect: float) -> views.View:
         return views.overview_of(self._seen, aspect)
@@ -172,6 +196,8 @@ class PairsViewer:
             for name in reversed(ticks):  # the first pair draws the objects, dented by all tools
                 presses.append(self.drawings[name].show(ticks[name], presses))
                 self.handles[name].show(ticks[name])
+            if self._camera is not None:
+                next(iter(self.drawings.values())).show_ecm(self._camera.q)
             self._gauges.add(ticks)
             if self.frames % FRAMES_PER_READOUT == 0:
                 self._gauges.show(ticks, self.run.pause.value)

@@ -20,7 +20,7 @@ from palpate.record.ticks import Ticks
 from palpate.viewer.controls import set_value
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from palpate.scene.placed_ecm import PlacedEcm
 
@@ -56,12 +56,14 @@ def project(X_WC: Array, p_W: Array, angle: float, size: tuple[int, int] = SIZE)
     return np.asarray(0.5 * np.array([size[1], size[0]]) + focal * p[:, :2] / z)
 
 
-def with_forces(image: Image, tick: Ticks, X_WC: Array, angle: float) -> Image:
-    """The picture of an eye with the force on the tool as an arrow at its tip, and the force on the hand in newtons.
+def with_forces(image: Image, ticks: Sequence[Ticks], X_WC: Array, angle: float) -> Image:
+    """The picture of an eye with the force on each tool as an arrow at its tip, and the force on each hand in newtons.
+
+    The numbers stand in the order of the tools in the picture, from left to right.
 
     Args:
         image: (h, w, 3), red, green, blue.
-        tick: the newest tick.
+        ticks: the newest tick of each pair.
         X_WC: pose (4, 4) of the eye.
         angle: vertical angle of view [rad].
     """
@@ -70,13 +72,17 @@ def with_forces(image: Image, tick: Ticks, X_WC: Array, angle: float) -> Image:
 
     drawn = Picture.fromarray(image)
     pen, size = ImageDraw.Draw(drawn), (image.shape[0], image.shape[1])
-    p_WT = np.array(tick["p_WT"], dtype=float)
-    start, end = project(X_WC, np.stack([p_WT, p_WT + TIP_SCALE * np.array(tick["F_T_W"])]), angle, size)
-    if np.isfinite([start, end]).all() and np.linalg.norm(end - start) > 2.0:
-        _arrow(pen, start, end, GREEN)
-    force = float(np.linalg.norm(tick["F_H_L"]))
-    pen.rectangle((6, size[0] - 20, 64, size[0] - 5), fill=(20, 20, 20))
-    pen.text((10, size[0] - 19), f"{force:.2f} N", fill=(255, 255, 255))
+    columns = []
+    for tick in ticks:
+        p_WT = np.array(tick["p_WT"], dtype=float)
+        start, end = project(X_WC, np.stack([p_WT, p_WT + TIP_SCALE * np.array(tick["F_T_W"])]), angle, size)
+        columns.append(start[0])
+        if np.isfinite([start, end]).all() and np.linalg.norm(end - start) > 2.0:
+            _arrow(pen, start, end, GREEN)
+    for place, k in enumerate(np.argsort(columns)):
+        force, left = float(np.linalg.norm(ticks[k]["F_H_L"])), 6 + 64 * place
+        pen.rectangle((left, size[0] - 20, left + 58, size[0] - 5), fill=(20, 20, 20))
+        pen.text((left + 4, size[0] - 19), f"{force:.2f} N", fill=(255, 255, 255))
     return np.asarray(drawn)
 
 
@@ -92,13 +98,17 @@ class SurgeonView:
     """A choice of eyes and their picture; the newest browser renders for all."""
 
     def __init__(
-        self, server: viser.ViserServer, placed: PlacedEcm, joints: Callable[[], Array], tick: Callable[[], Ticks]
+        self,
+        server: viser.ViserServer,
+        placed: PlacedEcm,
+        joints: Callable[[], Array],
+        ticks: Callable[[], Sequence[Ticks]],
     ) -> None:
         """Adds both to the present folder of the panel.
 
-        joints: joints (4,) of the endoscope arm now. tick: the newest tick.
+        joints: joints (4,) of the endoscope arm now. ticks: the newest tick of each pair.
         """
-        self._server, self._placed, self._joints, self._tick = server, placed, joints, tick
+        self._server, self._placed, self._joints, self._ticks = server, placed, joints, ticks
         self._angle = vertical_angle(placed.section.endoscope.width_deg)
         hint = "Picture of the simulated endoscope, with deflection (red) and force (green) at the tool tip"
         self.choice = server.gui.add_dropdown("surgeon's view", CHOICES, initial_value=CHOICES[0], hint=hint)
@@ -129,8 +139,8 @@ class SurgeonView:
             clients = list(self._server.get_clients().values())
             began = time.perf_counter()
             try:
-                q, tick = self._joints(), self._tick()
-                images = [self._eye(clients[-1], self._placed.eye(q, side), tick) for side in sides]
+                q, ticks = self._joints(), self._ticks()
+                images = [self._eye(clients[-1], self._placed.eye(q, side), ticks) for side in sides]
             except Exception:  # the browser was closed, or it does not answer
                 time.sleep(0.5)
                 continue
@@ -143,7 +153,7 @@ class SurgeonView:
                 return
             time.sleep(max(1.0 / _MOST_RATE - took, _SHARE * took))
 
-    def _eye(self, client: viser.ClientHandle, X_WC: Array, tick: Ticks) -> Image:
+    def _eye(self, client: viser.ClientHandle, X_WC: Array, ticks: Sequence[Ticks]) -> Image:
         wxyz = so3.quaternions(X_WC[None, :3, :3])[0]
         image = client.get_render(*SIZE, wxyz=wxyz, position=X_WC[:3, 3], fov=self._angle, timeout=20.0)
-        return with_forces(np.ascontiguousarray(image[:, :, :3]), tick, X_WC, self._angle)
+        return with_forces(np.ascontiguousarray(image[:, :, :3]), ticks, X_WC, self._angle)

@@ -1,10 +1,15 @@
 """Commands on a scene with several pairs."""
 
 import json
+import os
+import struct
 
+import numpy as np
 import pytest
 
 from palpate.cli import main
+from palpate.record import Record
+from palpate.session import machine
 
 TWO = """\
 objects: [{shape: organ, triangles: 3000, stiffness: 300, damping: 2}]
@@ -55,6 +60,23 @@ def test_run_report_check_and_certify_speak_of_every_pair(scene, tmp_path, capsy
 def test_options_of_one_pair_are_refused(scene, arguments, capsys):
     assert main(["run", str(scene), "--headless", *arguments]) == 2
     assert "the scene has several" in capsys.readouterr().err
+
+
+def test_pedals_press_those_of_all_pairs(scene, tmp_path, capsys):
+    """A foot switch, as a pipe with events of the kernel, holds the camera pedal during the run."""
+    pipe = tmp_path / "pedals"
+    os.mkfifo(pipe)
+    writer = os.open(pipe, os.O_RDWR)
+    os.write(writer, struct.pack("llHHi", 0, 0, 1, 48, 1))  # key B goes down: camera
+    command = ["run", scene, "--headless", "--duration", "0.4", "--out", tmp_path / "runs"]
+    pedals = ["--pedals", f"footswitch:{pipe}"]
+    run = ran([*command, "--realtime", *pedals], tmp_path / "out.json")
+    for one in run["pairs"].values():
+        states = Record.open(one["record"]).ticks["session_state"]
+        assert np.mean(states == machine.NAMES.index("camera")) > 0.5
+    assert main([*map(str, command), *pedals]) == 2
+    assert "--pedals has no effect in lockstep" in capsys.readouterr().err
+    os.close(writer)
 
 
 def test_a_pair_with_a_driver_is_refused_before_anything_runs(scene, capsys):

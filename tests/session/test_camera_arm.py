@@ -76,9 +76,14 @@ def pixel(X_WC, p_W):
     return np.array([p[0], -p[1]]) / p[2]
 
 
+def camera_of(session, n):
+    """The camera arm of a session, for n hands whose leaders have their bases at one place."""
+    return CameraArm(session.camera.placed, n * [session.rig.arms.X_WL], n * [session])
+
+
 def moved_by(session, hands0, hands, camera=None):
     """Camera poses before and after hands moved under the camera pedal; positions in the display D."""
-    camera = camera or session.camera
+    camera = camera or camera_of(session, len(np.atleast_2d(hands0)))
     hands0, hands = (np.atleast_2d(x) @ R_DL for x in (hands0, hands))  # rows of p_LH = R_LD p_D
     before = camera.X_WC
     camera.step(False, hands0, 0.01)
@@ -100,9 +105,10 @@ def test_the_picture_goes_where_the_hands_go(more, n):
         p_eye = last[:3, 3] + 0.1 * first[:3, 2]  # a direction, so that the motion of the eye itself does not count
         np.testing.assert_allclose(pixel(last, p_eye), np.array(by[:2]) / 0.4, rtol=0.05, atol=4e-3)
     session = session_of(more)
-    insertion = session.camera.q[2]
-    moved_by(session, HANDS[:n], HANDS[:n] + [0, 0, 0.02])
-    assert session.camera.q[2] == pytest.approx(insertion + 0.02, abs=1e-9)
+    camera = camera_of(session, n)
+    insertion = camera.q[2]
+    moved_by(session, HANDS[:n], HANDS[:n] + [0, 0, 0.02], camera)
+    assert camera.q[2] == pytest.approx(insertion + 0.02, abs=1e-9)
 
 
 def test_two_hands_roll_the_picture_counter_clockwise():
@@ -112,14 +118,14 @@ def test_two_hands_roll_the_picture_counter_clockwise():
     side = first[:3, 3] + first[:3, :3] @ [0.01, 0, 0.1]  # right of the middle of the picture
     u = pixel(last, side) - pixel(last, first[:3, 3] + 0.1 * first[:3, 2])
     assert np.arctan2(u[1], u[0]) == pytest.approx(0.3, abs=1e-6)
-    one = session_of()
-    moved_by(one, HANDS[:1], HANDS[:1] + [0.01, 0, 0])
-    assert one.camera.q[3] == pytest.approx(one.camera.placed.q0[3], abs=1e-3), "one hand does not roll"
+    one = camera_of(session, 1)
+    moved_by(session, HANDS[:1], HANDS[:1] + [0.01, 0, 0], one)
+    assert one.q[3] == pytest.approx(one.placed.q0[3], abs=1e-3), "one hand does not roll"
 
 
 def test_speed_and_joint_limits_hold():
     session = session_of()
-    camera, arm = session.camera, session.camera.placed.ecm.arm
+    camera, arm = camera_of(session, 2), session.camera.placed.ecm.arm
     hands = HANDS @ R_DL
     camera.step(True, hands, 0.01)
     before = camera.q

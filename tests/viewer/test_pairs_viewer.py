@@ -35,7 +35,7 @@ def shown():
     session = PairsSession(Scene.parse(TWO))
     session.step(20)
     stages = {name: stage_of(rig, name) for name, rig in session.rigs.items()}
-    viewer = PairsViewer(session.pairs, stages, "two", session, LiveRates(session.pairs).rows, 5.0, port=0)
+    viewer = PairsViewer(session.pairs, stages, "two", session, session, LiveRates(session.pairs).rows, 5.0, port=0)
     viewer._stop.set()
     viewer._thread.join()  # the test calls each frame itself
     yield session, viewer
@@ -104,3 +104,45 @@ def test_replay_shows_all_pairs_of_a_run_at_one_time(tmp_path):
             np.testing.assert_allclose(viewer.drawings[name].p_WT, record.ticks["p_WT"][300], atol=1e-12)
     finally:
         viewer.close()
+
+
+def test_pedals_act_on_both_hands_and_the_surgeon_sees_both_tools():
+    session = PairsSession(Scene.parse("ecm: {}\n" + TWO))
+    session.step(20)
+    stages = {name: stage_of(rig, name) for name, rig in session.rigs.items()}
+    viewer = PairsViewer(session.pairs, stages, "two", session, session, port=0)
+    try:
+        viewer._stop.set()
+        viewer._thread.join()
+        box = viewer.pedals.boxes["camera"]
+        box.value = True
+        viewer.pedals._send(session.console, "camera", None)
+        assert {state.session for state in session.step(2).values()} == {"camera"}
+        session.console.press("camera", "foot")
+        box.value = False
+        viewer.pedals._send(session.console, "camera", None)
+        assert session.console.pedals["camera"], "the foot still holds it"
+        session.console.release("camera", "foot")
+        assert {state.session for state in session.step(2).values()} == {"following"}
+        session.camera.move_to(session.camera.q + np.array([0.1, 0, 0, 0.2]))
+        shown = []
+        viewer.drawings["right"].show_ecm = shown.append
+        viewer._frame()
+        np.testing.assert_array_equal(shown[0], session.camera.q)
+        assert len(viewer.surgeon._ticks()) == 2
+        np.testing.assert_array_equal(viewer.surgeon._joints(), session.camera.q)
+        assert viewer.drawings["left"]._ecm is None, "the endoscope arm is drawn once"
+    finally:
+        viewer.close()
+
+
+def test_a_pause_keeps_the_pedals_and_the_drag_of_each_hand(shown):
+    session, viewer = shown
+    viewer.handles["left"].move(np.array([0.0, 0.0, 0.01]))
+    session.console.press("clutch")
+    viewer.run.pause.value = True
+    viewer._pause()
+    for name, one in session.pairs.items():
+        assert one.controls.paused
+        assert one.controls.clutch
+        assert one.controls.p_hand_offset_W[2] == (0.01 if name == "left" else 0.0)

@@ -59,13 +59,13 @@ def green(image):
 def test_the_arrow_starts_at_the_tip_and_points_along_the_force():
     X_WC, blank = np.eye(4), np.full((*SIZE, 3), 90, np.uint8)
     tick = tick_with([0, 0, 0.1], [0, -2.0, 0])  # up in the picture
-    rows, columns = green(with_forces(blank, tick, X_WC, vertical_angle(60.0))).T
+    rows, columns = green(with_forces(blank, [tick], X_WC, vertical_angle(60.0))).T
     assert abs(columns.mean() - 140) < 3
     assert rows.max() == pytest.approx(105, abs=3)
     length = 2.0 * surgeon.TIP_SCALE / 0.1 * 0.5 * SIZE[0] / np.tan(0.5 * vertical_angle(60.0))
     assert rows.max() - rows.min() == pytest.approx(length, abs=6)
-    assert len(green(with_forces(blank, tick_with([0, 0, 0.1], [0, 0, 0]), X_WC, 1.0))) == 0
-    assert len(green(with_forces(blank, tick_with([0, 0, -0.1], [0, -2.0, 0]), X_WC, 1.0))) == 0
+    assert len(green(with_forces(blank, [tick_with([0, 0, 0.1], [0, 0, 0])], X_WC, 1.0))) == 0
+    assert len(green(with_forces(blank, [tick_with([0, 0, -0.1], [0, -2.0, 0])], X_WC, 1.0))) == 0
 
 
 class FakeClient:
@@ -93,7 +93,7 @@ class FakeServer:
 @pytest.mark.parametrize(("choice", "sides"), [("left eye", ["left"]), ("both eyes", ["left", "right"])])
 def test_the_browser_renders_each_eye_once_and_pictures_stand_side_by_side(rig, choice, sides):
     server, q = FakeServer(), rig.ecm.q0 + [0.1, 0, 0, 0.2]  # noqa: RUF005
-    view = SurgeonView(server, rig.ecm, lambda: q, lambda: tick_with([0, 0, 0], [0, 0, 0]))
+    view = SurgeonView(server, rig.ecm, lambda: q, lambda: [tick_with([0, 0, 0], [0, 0, 0])])
     view.choice.value = choice
     view._switch()
     end = time.monotonic() + 10.0
@@ -111,3 +111,17 @@ def test_the_browser_renders_each_eye_once_and_pictures_stand_side_by_side(rig, 
 
 def test_the_stage_holds_the_endoscope_arm(rig):
     assert stage_of(rig).ecm is rig.ecm
+
+
+def test_the_forces_of_two_tools_are_both_in_the_picture():
+    """The arrows stand at both tips, and the numbers from left to right as the tools do."""
+    X_WC, blank = np.eye(4), np.full((*SIZE, 3), 90, np.uint8)
+    left, right = tick_with([-0.03, 0, 0.1], [0, -2.0, 0]), tick_with([0.03, 0, 0.1], [0, -1.0, 0])
+    angle = vertical_angle(60.0)
+    both = with_forces(blank, [right, left], X_WC, angle)
+    rows, columns = green(both).T
+    one, other = columns < 140, columns > 140
+    assert 1.6 < np.ptp(rows[one]) / np.ptp(rows[other]) < 2.4
+    np.testing.assert_array_equal(both, with_forces(blank, [left, right], X_WC, angle))
+    box = (slice(185, 205), slice(6, 66))  # the number of a single tool
+    np.testing.assert_array_equal(both[box], with_forces(blank, [left], X_WC, angle)[box])
