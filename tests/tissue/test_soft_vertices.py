@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -40,7 +41,8 @@ def session(tmp_path):
 
 def test_surface_at_rest_is_that_of_the_stage_and_dents_where_the_tool_presses(session):
     cube = stage_of(session.rig).objects[1]
-    assert cube.soft and not stage_of(session.rig).objects[0].soft
+    assert cube.soft
+    assert not stage_of(session.rig).objects[0].soft
     assert np.array_equal(session.soft_vertices(1), cube.vertices)
     ticks = as_ticks(session._advance(1200))
     assert ticks["contacts"][-1] > 0
@@ -60,7 +62,7 @@ def test_surface_is_published_at_most_every_16_ticks(session):
     for _ in range(64):
         session._advance(1)
         seen.append(session.soft_vertices(1))
-    changes = sum(not np.array_equal(a, b) for a, b in zip(seen, seen[1:], strict=False))
+    changes = sum(not np.array_equal(a, b) for a, b in pairwise(seen))
     assert 3 <= changes <= 4
 
 
