@@ -35,6 +35,17 @@ void bind_front(nanobind::class_<Loop>& c) {
           "Number of rows lost because they were not drained in time.")
       .def(
           "latest", [](Loop& self) { return to_row(self.front().latest()); }, "The newest row (TICK_BYTES/8,).")
+      .def(
+          "soft_vertices",
+          [](Loop& self, std::size_t object) {
+            std::vector<double> vertices = self.front().soft_vertices(object);
+            const std::size_t n = vertices.size() / 3;
+            return array(std::move(vertices), {n, 3});
+          },
+          "object"_a,
+          "Deformed surface of a soft object: vertices (n, 3) in the object's frame O [m], in the order of "
+          "TissueSurface.vertices. The loop publishes them every 16 ms. Raises ValueError if the object does not exist "
+          "or is not soft.")
       .def_prop_rw(
           "controls", [](const Loop& self) { return self.front().controls(); },
           [](Loop& self, const Controls& controls) { self.front().set_controls(controls); },

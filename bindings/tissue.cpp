@@ -171,6 +171,20 @@ void bind_tissue(nb::module_& m) {
           "ValueError "
           "if "
           "the body has no surface.")
+      .def_prop_ro(
+          "vertices",
+          [](const SoftSurface& self) {
+            const std::span<const double> x = self.mesh()->vertices();
+            return rows_of({x.begin(), x.end()});
+          },
+          "Vertices of the surface at rest (n, 3), in O [m].")
+      .def_prop_ro(
+          "triangles",
+          [](const SoftSurface& self) {
+            const std::span<const std::int32_t> t = self.mesh()->triangles();
+            return array(std::vector<std::int32_t>(t.begin(), t.end()), {t.size() / 3, 3});
+          },
+          "Triangles of the surface (m, 3), wound outwards.")
       .def_prop_ro("edge", &SoftSurface::edge, "Mean length of the edges of the surface [m].")
       .def_prop_ro("width", &SoftSurface::width, "Standard deviation of the spread contact force [m].");
 }

@@ -752,6 +752,14 @@ class TissueSurface(Surface):
         """
 
     @property
+    def vertices(self) -> NDArray[numpy.float64]:
+        """Vertices of the surface at rest (n, 3), in O [m]."""
+
+    @property
+    def triangles(self) -> NDArray[numpy.int32]:
+        """Triangles of the surface (m, 3), wound outwards."""
+
+    @property
     def edge(self) -> float:
         """Mean length of the edges of the surface [m]."""
 
@@ -4157,6 +4165,13 @@ class Simulation:
     def latest(self) -> NDArray[numpy.float64]:
         """The newest row (TICK_BYTES/8,)."""
 
+    def soft_vertices(self, object: int) -> NDArray[numpy.float64]:
+        """
+        Deformed surface of a soft object: vertices (n, 3) in the object's frame O [m], in the order of
+        TissueSurface.vertices. The loop publishes them every 16 ms. Raises ValueError if the object does not exist or
+        is not soft.
+        """
+
     @property
     def controls(self) -> Controls:
         """
@@ -4640,6 +4655,13 @@ class DeviceCycle:
 
     def latest(self) -> NDArray[numpy.float64]:
         """The newest row (TICK_BYTES/8,)."""
+
+    def soft_vertices(self, object: int) -> NDArray[numpy.float64]:
+        """
+        Deformed surface of a soft object: vertices (n, 3) in the object's frame O [m], in the order of
+        TissueSurface.vertices. The loop publishes them every 16 ms. Raises ValueError if the object does not exist or
+        is not soft.
+        """
 
     @property
     def controls(self) -> Controls:

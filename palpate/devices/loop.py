@@ -184,6 +184,10 @@ class DeviceLoop:
         """The newest row."""
         return self.cycle.latest()
 
+    def soft_vertices(self, object: int, /) -> Rows:
+        """Deformed vertices (n, 3) of a soft object, in the object's frame O [m]."""
+        return self.cycle.soft_vertices(object)
+
     @property
     def dropped(self) -> int:
         """Number of rows lost because they were not drained in time."""

@@ -146,6 +146,10 @@ class HapticLoop:
         """The newest tick."""
         return self.node.latest()
 
+    def soft_vertices(self, object: int, /) -> Any:
+        """Deformed vertices (n, 3) of a soft object, in the object's frame O [m]."""
+        return self.node.soft_vertices(object)
+
     def timing(self) -> dict[str, Any]:
         """`HapticNode.timing`; missed ticks are undefined for a loop that follows its leader, and reported as 0."""
         return {**self.node.timing(), "missed_ticks": 0}

@@ -16,6 +16,7 @@ from typing import Any, Self
 import numpy as np
 
 from palpate import _core
+from palpate.arrays import Array
 from palpate.errors import PalpateError
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.lists import with_unique_names
@@ -146,6 +147,20 @@ class LiveSession:
         """The newest tick as one row of `TICK`; never waits for the loop."""
         tick: Ticks = as_ticks(self._loop.latest().reshape(1, -1))[0]
         return tick
+
+    def soft_vertices(self, index: int) -> Array:
+        """Deformed surface of a soft object, at most 16 ms old; never waits for the loop.
+
+        Args:
+            index: number of the object in the scene.
+
+        Returns:
+            Vertices (n, 3) in the object's frame O [m], in the order of ``_core.TissueSurface.vertices``.
+
+        Raises:
+            ValueError: the object does not exist or is not soft.
+        """
+        return self._loop.soft_vertices(index)
 
     @property
     def controls(self) -> Controls:

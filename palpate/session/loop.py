@@ -36,6 +36,10 @@ class Loop(Protocol):
         """The newest row (signals,); does not wait for the loop."""
         ...
 
+    def soft_vertices(self, object: int, /) -> Rows:
+        """Deformed vertices (n, 3) of a soft object, in the object's frame O [m]."""
+        ...
+
     @property
     def dropped(self) -> int:
         """Number of rows lost because the ring buffer was not drained in time."""

@@ -152,6 +152,10 @@ class Drawing:
         for organ in holding or self._organs:
             organ.see_through(share)
 
+    def deform(self, index: int, vertices: Array, colors: Array | None = None) -> None:
+        """Draws a soft object as deformed; see `OrganDrawing.deform`."""
+        self._organs[index].deform(vertices, colors)
+
     def show_frames(self, shown: bool) -> None:
         """Shows or hides the frames of the scene."""
         for frame in self._frames:

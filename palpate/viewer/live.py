@@ -21,6 +21,7 @@ from palpate.viewer.labels import LabelPlacer
 from palpate.viewer.rates_panel import RatesPanel
 from palpate.viewer.run_buttons import Runner
 from palpate.viewer.server import close_server, open_server, url
+from palpate.viewer.soft_objects import SoftObjects
 from palpate.viewer.source import Source
 from palpate.viewer.stage import Stage
 from palpate.viewer.surgeon import SurgeonView
@@ -82,6 +83,9 @@ class LiveViewer:
         if isinstance(source, LiveSession):
             with self._gauges.panel.add_tab("Rates", viser.Icon.CLOCK):
                 self._rates = RatesPanel(self._server.gui, LiveRates({"": source}).rows)
+        self.soft = None
+        if isinstance(source, LiveSession) and any(obj.soft for obj in stage.objects):
+            self.soft = SoftObjects(self._server.gui, stage, self._drawing, source)
         self.inset = views.add_buttons(self._server, stage, self._drawing)
         camera = getattr(source, "camera", None)
         self._camera = camera
@@ -126,6 +130,8 @@ class LiveViewer:
             self._drawing.show(tick)
             if self._camera is not None:
                 self._drawing.show_ecm(self._camera.q)
+            if self.soft is not None:
+                self.soft.show()
             if self._clouds is not None:
                 self._clouds.show(float(tick["t"]))
             self.control_panel.show(tick)

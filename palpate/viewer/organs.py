@@ -26,6 +26,8 @@ class OrganDrawing:
         """Draws the object at its rest pose; color: used unless the scene or the mesh file names one."""
         self._moving, self._slot, self._X_WO = obj.moving, obj.slot, np.array(obj.X_WO)
         self._takes_dents = not obj.is_cloud
+        self._scene, self._share = scene, 0.0
+        self._coloured: ColoredSkin | None = None
         self.holds = obj.holds or bool(obj.regions)
         self._name = f"/objects/{obj.name}"
         X = SE3.from_matrix(obj.X_WO)
@@ -48,7 +50,8 @@ class OrganDrawing:
 
     def see_through(self, share: float) -> None:
         """Sets the transparency: 0 opaque, up to 0.9."""
-        for part in (*self._parts, *self._patches):
+        self._share = share
+        for part in (*self._parts, *self._patches, *([self._coloured] if self._coloured else [])):
             part.see_through(share)
 
     def show(self, tick: Ticks) -> None:
@@ -84,6 +87,26 @@ class OrganDrawing:
         for k, skin in enumerate(self._patches):
             skin.show(patch.vertices, patch.triangles[patch.labels == k])
         self._is_pressed = True
+
+    def deform(self, vertices: Array, colors: Array | None = None) -> None:
+        """Draws a soft object as deformed; from then on it takes no dents.
+
+        Args:
+            vertices: (n, 3) in O [m], in the order of the drawn object.
+            colors: (n, 3) colour of each vertex, 0 to 255; None: those of the object.
+        """
+        if self._is_pressed:
+            self._release()
+        self._takes_dents = False
+        self._vertices = vertices
+        none = self._triangles[:0]
+        if colors is not None and self._coloured is None:
+            self._coloured = ColoredSkin(self._scene, f"{self._name}/coloured")
+            self._coloured.see_through(self._share)
+        if self._coloured is not None:
+            shaded = vertices if colors is None else np.hstack([vertices, colors])
+            self._coloured.show(shaded, none if colors is None else self._triangles)
+        self._draw(np.full(len(self._triangles), colors is None))
 
     def _in_object(self, centre: Array, radius: float, point: Array, normal: Array | None) -> Press:
         assert self._cutter is not None

@@ -45,7 +45,9 @@ class PlainSkin:
                 self._name, points, faces, color=self._color, side="double", opacity=self._opacity
             )
             return
-        self.mesh.vertices, self.mesh.faces = points, faces
+        self.mesh.vertices = points
+        if not np.array_equal(self.mesh.faces, faces):
+            self.mesh.faces = faces
         if not self.mesh.visible:
             self.mesh.visible = True
 

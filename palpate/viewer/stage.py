@@ -62,6 +62,8 @@ class TouchedObject:
     """(n, 3) colours of the vertices in the mesh file, 0 to 255; None without colours."""
     is_cloud: bool = False
     """True if each triangle is a point of a cloud; they take no dent."""
+    soft: bool = False
+    """True if the loop deforms the object; the vertices are then those of the loop's surface at rest."""
     holds: bool = False
     """True if another object lies inside: the object is then drawn transparent."""
     slot: int | None = None

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from palpate import _core
 from palpate.arrays import Array, rigid
@@ -42,7 +43,7 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
         replace(
             _touched_object(each, placed, felt, followers.index(each.name) if felt.is_live else None),
             color=each.color,
-            colors=None if each.color is not None else file_colors(rig, k),
+            colors=None if each.color is not None or _is_soft(felt) else file_colors(rig, k),
             is_cloud=each.cloud is not None,
             holds=any(_lies_in(other, placed) for other in rig.surfaces if other is not placed),
         )
@@ -213,10 +214,21 @@ def stage_of_record(record: Record) -> Stage:
     return stage_of(build(recorded_scene(record)), record.path.parent.name)
 
 
+def _is_soft(felt: _core.Object) -> bool:
+    return isinstance(felt.surface, _core.TissueSurface)
+
+
+def _shape(placed: PlacedSurface, felt: _core.Object) -> tuple[Array, NDArray[np.int32]]:
+    """Drawn vertices and triangles; those of a soft object are the loop's, in its order."""
+    if isinstance(felt.surface, _core.TissueSurface):
+        return felt.surface.vertices, felt.surface.triangles
+    return drawable(placed.body.vertices, placed.body.triangles)
+
+
 def _touched_object(
     section: ObjectSection, placed: PlacedSurface, felt: _core.Object, slot: int | None
 ) -> TouchedObject:
-    vertices, triangles = drawable(placed.body.vertices, placed.body.triangles)
+    vertices, triangles = _shape(placed, felt)
     middles = vertices[triangles].mean(axis=1)
     marks = [
         RegionMark(
@@ -229,4 +241,6 @@ def _touched_object(
         for named, region in zip(section.regions, materials.regions(section), strict=True)
     ]
     moving: Callable[[float], Array] | None = felt.pose if section.motion else None
-    return TouchedObject(section.name, vertices, triangles, placed.X_WO, tuple(marks), moving, slot=slot)
+    return TouchedObject(
+        section.name, vertices, triangles, placed.X_WO, tuple(marks), moving, slot=slot, soft=_is_soft(felt)
+    )

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -109,6 +110,18 @@ void Front::set_fixtures(std::shared_ptr<const guidance::Fixtures> fixtures) {
 Tick Front::latest() {
   const std::lock_guard lock(callers_);
   return latest_.read();
+}
+
+std::vector<double> Front::soft_vertices(std::size_t object) {
+  const std::lock_guard lock(callers_);
+  const auto& objects = newest_rendered_.objects;
+  scene::Deformable* const soft = object < objects.size() ? objects[object].surface->deformable() : nullptr;
+  if (soft == nullptr) {
+    throw std::invalid_argument("soft_vertices: object " + std::to_string(object) + " of " +
+                                std::to_string(objects.size()) + " does not exist or is not soft");
+  }
+  const std::span<const double> vertices = soft->published();
+  return {vertices.begin(), vertices.end()};
 }
 
 std::size_t Front::drain(std::size_t n, Tick* rows) {

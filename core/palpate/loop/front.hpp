@@ -7,6 +7,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "palpate/contact/tool.hpp"
 #include "palpate/guidance/fixture.hpp"
@@ -44,6 +45,9 @@ class Front {
   void set_fixtures(std::shared_ptr<const guidance::Fixtures> fixtures);
   /// The newest tick.
   [[nodiscard]] Tick latest();
+  /// Vertices of a soft object of the newest scene, as deformed at most 16 ms ago: 3 per vertex of its mesh, in O [m].
+  /// Throws std::invalid_argument if the object does not exist or is not soft.
+  [[nodiscard]] std::vector<double> soft_vertices(std::size_t object);
   /// Moves at most n of the ticks since the last drain into rows. Returns their number.
   std::size_t drain(std::size_t n, Tick* rows);
   /// Number of ticks in the queue.

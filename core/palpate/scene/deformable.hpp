@@ -56,6 +56,9 @@ class Deformable {
   /// Advances by a tick under the contacts. They act as springs: their force follows the surface within the tick.
   virtual void advance(std::span<const SurfaceLoad> loads, double dt) noexcept = 0;
   [[nodiscard]] virtual DeformableState state() const noexcept = 0;
+  /// Vertices of Surface::mesh() for drawing, 3 per vertex in O [m]. advance() publishes them at a limited rate. One
+  /// thread beside that of the loop may call it; the result is valid until the next call.
+  [[nodiscard]] virtual std::span<const double> published() noexcept = 0;
 
  protected:
   Deformable() = default;

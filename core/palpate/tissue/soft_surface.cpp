@@ -18,6 +18,7 @@ constexpr double kFast = 0.05;               // [edge] displacement in a step be
 constexpr double kTooFast = 0.5;             // [edge] displacement in a step that is a divergence
 constexpr double kStill = 0.1, kRamp = 0.3;  // [s] after a divergence: standing still, then a ramp of the loads
 constexpr double kMaxLoad = 30.0;            // [N] largest force of one contact on the body
+constexpr double kPublish = 0.016;           // [s] shortest time between two published surfaces
 
 /// The surface as a mesh that can move, without the inner nodes.
 std::shared_ptr<scene::Mesh> mesh_of(const BodyData& data) {
@@ -82,14 +83,17 @@ std::vector<double> plane_moduli(const scene::Mesh& mesh, const BodyData& data, 
 }  // namespace
 
 SoftSurface::SoftSurface(BodyData data, double width)
-    : body_(std::move(data)), mesh_(mesh_of(body_.data())), edge_(mean_edge(*mesh_)) {
+    : body_(std::move(data)),
+      mesh_(mesh_of(body_.data())),
+      edge_(mean_edge(*mesh_)),
+      vertices_(mesh_->vertices().begin(), mesh_->vertices().end()),
+      published_(vertices_) {
   auto tables = std::make_shared<Tables>();
   tables->rest = mesh_->movable();
   tables->spreading = Spreading(mesh_->vertices(), mesh_->triangles(), width > 0.0 ? width : kWidth * edge_);
   tables->node = nodes_of(*mesh_, body_.data());
   tables->plane_modulus = plane_moduli(*mesh_, body_.data(), tables->node);
   tables_ = tables;
-  vertices_.assign(mesh_->vertices().begin(), mesh_->vertices().end());
   safe_u_.assign(3 * body_.node_count(), 0.0);
   still_ = safe_u_;
   for (const PronyTerm& term : body_.data().prony) instantaneous_ += term.g;
@@ -102,12 +106,11 @@ SoftSurface::SoftSurface(const SoftSurface& from, std::uint64_t id)
       mesh_(from.mesh_->movable()),
       edge_(from.edge_),
       instantaneous_(from.instantaneous_),
-      vertices_(from.vertices_),
+      vertices_(tables_->rest->vertices().begin(), tables_->rest->vertices().end()),
+      published_(vertices_),
       safe_u_(from.still_),
       still_(from.still_) {
   body_.reset();
-  for (std::size_t i = 0; i < tables_->node.size(); ++i)
-    for (std::size_t k = 0; k < 3; ++k) vertices_[3 * i + k] = body_.data().nodes[3 * to_index(tables_->node[i]) + k];
   mesh_->move(vertices_);
 }
 
@@ -184,6 +187,7 @@ void SoftSurface::advance(std::span<const scene::SurfaceLoad> loads, double dt) 
   }
   guard(dt);
   move_surface();
+  publish(dt);
 }
 
 void SoftSurface::take(std::span<const scene::SurfaceLoad> loads) noexcept {
@@ -266,6 +270,13 @@ void SoftSurface::move_surface() noexcept {
     for (std::size_t k = 0; k < 3; ++k) vertices_[3 * i + k] = rest[k] + u[static_cast<Eigen::Index>(k)];
   }
   mesh_->move(vertices_);
+}
+
+void SoftSurface::publish(double dt) noexcept {
+  unpublished_ += dt;
+  if (unpublished_ < kPublish) return;
+  unpublished_ = 0.0;
+  published_.write(vertices_);
 }
 
 scene::DeformableState SoftSurface::state() const noexcept {

@@ -14,6 +14,7 @@
 #include "palpate/tissue/body.hpp"
 #include "palpate/tissue/local_law.hpp"
 #include "palpate/tissue/spreading.hpp"
+#include "palpate/types/mailbox.hpp"
 
 namespace palpate::tissue {
 
@@ -36,6 +37,7 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   [[nodiscard]] scene::Response respond(const scene::SpherePlace& at) const noexcept override;
   void advance(std::span<const scene::SurfaceLoad> loads, double dt) noexcept override;
   [[nodiscard]] scene::DeformableState state() const noexcept override;
+  [[nodiscard]] std::span<const double> published() noexcept override { return published_.read(); }
 
   [[nodiscard]] const Body& body() const noexcept { return body_; }
   /// Mean length of the edges of the surface at rest [m].
@@ -77,6 +79,7 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   void relax(double dt) noexcept;
   void guard(double dt) noexcept;
   void move_surface() noexcept;
+  void publish(double dt) noexcept;
 
   Body body_;
   std::shared_ptr<const Tables> tables_;
@@ -85,7 +88,9 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   std::array<Memory, kSpheres> memory_{};
   std::array<Touch, 32> touch_;
   int touches_ = 0;
-  std::vector<double> vertices_;        // of the mesh, 3 per vertex [m]
+  std::vector<double> vertices_;  // of the mesh, 3 per vertex [m]
+  Mailbox<std::vector<double>> published_;
+  double unpublished_ = 0.0;            // time since vertices_ were published [s]
   std::vector<double> safe_u_, still_;  // displacements before the tick; zero velocities
   bool hurried_ = false;
   double frozen_ = 0.0;  // time left of standing still and of the ramp [s]

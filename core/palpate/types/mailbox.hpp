@@ -13,12 +13,16 @@ namespace palpate {
 template <typename T>
 class Mailbox {
  public:
-  /// Publishes a value. Only the writer may call it.
+  Mailbox() = default;
+  /// `first` is read until the first write(). A container of its size is later written without allocation.
+  explicit Mailbox(const T& first) : slots_{first, first, first} {}
+
+  /// Publishes a value by copy assignment, which must not throw. Only the writer may call it.
   void write(const T& value) noexcept {
     slots_[static_cast<std::size_t>(writer_)] = value;
     writer_ = middle_.exchange(writer_ | kFresh, std::memory_order_acq_rel) & ~kFresh;
   }
-  /// Newest published value; before the first write() a default-constructed T. The reference is valid until the next
+  /// Newest published value; before the first write() that of the constructor. The reference is valid until the next
   /// read(). Only the reader may call it.
   const T& read() noexcept {
     if ((middle_.load(std::memory_order_relaxed) & kFresh) != 0) {
