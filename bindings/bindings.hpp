@@ -27,6 +27,7 @@ void bind_scene(nanobind::module_& m);
 void bind_simulation(nanobind::module_& m);
 void bind_soak(nanobind::module_& m);
 void bind_stability(nanobind::module_& m);
+void bind_tissue(nanobind::module_& m);
 void bind_torque(nanobind::module_& m);
 void bind_world(nanobind::module_& m);
 

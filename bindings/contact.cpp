@@ -16,6 +16,7 @@
 #include "palpate/contact/paper_plane.hpp"
 #include "palpate/contact/tool.hpp"
 #include "palpate/force/force.hpp"
+#include "palpate/loop/soft_objects.hpp"
 #include "palpate/types/so3.hpp"
 #include "types.hpp"
 
@@ -62,6 +63,7 @@ Tuple<Array, Array, Array, Array, Array, bool, Array> render(scene::Snapshot sce
                                                              const contact::Options& options, double rate,
                                                              const std::optional<Poses>& poses) {
   const std::size_t n = tips.shape(0);
+  scene = scene::with_own_deformables(std::move(scene));
   contact::Tool tool(method_name, options);
   tool.check(scene);
   if (poses && (poses->shape(0) != n || scene.objects.size() != 1))
@@ -86,6 +88,7 @@ Tuple<Array, Array, Array, Array, Array, bool, Array> render(scene::Snapshot sce
       if (poses) move(scene.objects[0], *poses, i, rate);
       const ContactSet& contacts = tool.step(scene, p_WS.data(), static_cast<double>(i) / rate);
       const force::ForceTerms terms = force::step(contacts, V_WT, 1.0, 1.0);
+      loop::advance_soft(scene, tool, contacts, terms, static_cast<double>(i) / rate, 1.0 / rate);
       *latency.row(i) = std::chrono::duration<double>(Clock::now() - start).count();
 
       Vec3::Map(force.row(i)) = terms.F;

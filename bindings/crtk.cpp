@@ -79,6 +79,7 @@ void bind_options(nb::module_& m) {
       .def_rw("following", &CrtkGates::following, "The teleoperation is active.")
       .def_rw("operator_present", &CrtkGates::operator_present, "An operator is at the console.")
       .def_rw("clutch", &CrtkGates::clutch, "The clutch pedal is pressed.")
+      .def_rw("camera", &CrtkGates::camera, "The camera pedal is pressed.")
       .def_rw("leader_enabled", &CrtkGates::leader_enabled, "The leader is enabled and homed.")
       .def_rw("follower_enabled", &CrtkGates::follower_enabled, "The follower is enabled and homed.")
       .def_rw("second_writer", &CrtkGates::second_writer, "Another program publishes wrenches to the leader.")

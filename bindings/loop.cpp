@@ -4,6 +4,7 @@
 #include "bindings.hpp"
 #include "convert.hpp"
 #include "palpate/loop/realtime.hpp"
+#include "palpate/loop/session_machine.hpp"
 #include "palpate/loop/tick.hpp"
 #include "palpate/types/arms.hpp"
 #include "timing.hpp"
@@ -49,6 +50,21 @@ void bind_controls(nb::module_& m) {
       .def_rw("following", &Controls::following, "True: the tool follows the hand, and the hand receives forces.")
       .def_rw("clutch", &Controls::clutch,
               "True: the clutch pedal is pressed; the hand moves freely and the tool stays.")
+      .def_rw("camera", &Controls::camera,
+              "True: the camera pedal is pressed; the hands move the endoscope and the tool stays.")
+      .def_rw("power", &Controls::power, "True: the arms shall have power.")
+      .def_rw("home", &Controls::home, "True: the arms shall be homed.")
+      .def_rw("operator_present", &Controls::operator_present,
+              "True: an operator is at the console, with the head in the viewer.")
+      .def_rw("hold_all", &Controls::hold_all, "True: everything holds where it is.")
+      .def_rw("recover_by_itself", &Controls::recover_by_itself, "True: a fault ends when its cause is gone.")
+      .def_rw("recover_requests", &Controls::recover_requests, "A new number leaves a fault whose cause is gone.")
+      .def_rw("lock_rotation", &Controls::lock_rotation, "True: the tool keeps its orientation while it follows.")
+      .def_rw("lock_translation", &Controls::lock_translation,
+              "True: the tool keeps its position while it follows, and the hand feels no force.")
+      .def_rw("scale", &Controls::scale, "Tool motion per hand motion; 0: as in the scene [-].")
+      .def_rw("quat_WL", &Controls::quat_WL,
+              "Orientation of the leader base in W (4,), w x y z; zeros: as in the scene.")
       .def_rw("paused", &Controls::paused, "True: simulated time stands still.")
       .def_rw("hold", &Controls::hand_paused, "True: the simulated hand stays where it is on its path.")
       .def_rw("stiffness_scale", &Controls::stiffness_scale, "Factor on the stiffness of every object [-].")
@@ -56,6 +72,64 @@ void bind_controls(nb::module_& m) {
       .def_rw("guidance", &Controls::guidance,
               "Position of the guidance pedal, 0-1, for fixtures with a ramp by pedal [-].")
       .def_rw("p_hand_offset_W", &Controls::p_hand_offset_W, "Offset added to the hand's intended position (3,) [m].");
+}
+
+nb::typed<nb::list, Tuple<nb::str, nb::str, bool>> rows_of(std::span<const loop::SessionWord> words) {
+  nb::typed<nb::list, Tuple<nb::str, nb::str, bool>> rows;
+  for (const loop::SessionWord& w : words) rows.append(nb::make_tuple(w.name, w.description, w.request));
+  return rows;
+}
+
+void bind_session(nb::module_& m) {
+  using loop::SessionInput;
+  using loop::SessionMachine;
+  m.def(
+      "session_states", [] { return rows_of(loop::session_states()); },
+      "States of a session in the order of their numbers, with one row (name, description, False) for each.");
+  m.def(
+      "session_causes", [] { return rows_of(loop::session_causes()); },
+      "Causes of transitions, with one row (name, description, True for a request of a person) for each.");
+  m.def(
+      "session_transitions",
+      [] {
+        nb::typed<nb::list, Tuple<nb::str, nb::str, nb::str>> rows;
+        for (const loop::SessionTransition& row : loop::session_transitions()) {
+          const auto name = [](std::span<const loop::SessionWord> words, auto value) {
+            return words[static_cast<std::size_t>(value)].name;
+          };
+          rows.append(nb::make_tuple(name(loop::session_states(), row.from), name(loop::session_causes(), row.cause),
+                                     name(loop::session_states(), row.to)));
+        }
+        return rows;
+      },
+      "Table of transitions (from, cause, to). In a state, the first row whose cause holds is taken.");
+  nb::class_<SessionInput>(m, "SessionInput", "Levels that the state machine of a session reads in one tick.")
+      .def(nb::init<>())
+      .def_rw("power", &SessionInput::power, "Power is requested, and the arms have it.")
+      .def_rw("home", &SessionInput::home, "Homing is requested.")
+      .def_rw("at_home", &SessionInput::at_home, "Both arms report that they are homed.")
+      .def_rw("follow", &SessionInput::follow, "Teleoperation is requested, and an operator is at the console.")
+      .def_rw("aligned", &SessionInput::aligned, "Handle and tool have the same orientation.")
+      .def_rw("clutch", &SessionInput::clutch, "The clutch pedal is pressed.")
+      .def_rw("camera", &SessionInput::camera, "The camera pedal is pressed.")
+      .def_rw("hold", &SessionInput::hold, "A hold is requested.")
+      .def_rw("fault", &SessionInput::fault, "A state of an arm is missing or wrong.")
+      .def_rw("recover", &SessionInput::recover, "A fault may be left once its cause is gone.")
+      .def_rw("settled", &SessionInput::settled, "No fault for the time that the loop demands.");
+  nb::class_<SessionMachine>(m, "SessionMachine", "The state machine of a session, which every loop runs in its cycle.")
+      .def(nb::init<>())
+      .def(
+          "step",
+          [](SessionMachine& self, const SessionInput& in) {
+            return loop::session_states()[static_cast<std::size_t>(self.step(in))].name;
+          },
+          "levels"_a, "Takes all transitions that the levels allow; returns the name of the new state.")
+      .def_prop_ro(
+          "state",
+          [](const SessionMachine& self) {
+            return loop::session_states()[static_cast<std::size_t>(self.state())].name;
+          },
+          "Name of the present state.");
 }
 
 void bind_realtime(nb::module_& m) {
@@ -84,6 +158,7 @@ void bind_realtime(nb::module_& m) {
 void bind_loop(nb::module_& m) {
   bind_table(m);
   bind_controls(m);
+  bind_session(m);
   bind_realtime(m);
 }
 

@@ -52,6 +52,38 @@ Rows run(Simulation& self, std::size_t n_ticks, const std::optional<Points>& han
   return to_rows(std::move(ticks));
 }
 
+/// Lockstep of several simulations in one world: every tick is computed for all of them, from the instruments as they
+/// were before it. Ends early while one of them is paused.
+std::vector<Rows> run_in_turns(const std::vector<Simulation*>& pairs, std::size_t n_ticks) {
+  std::vector<std::vector<Tick>> ticks(pairs.size(), std::vector<Tick>(n_ticks));
+  std::size_t done = 0;
+  {
+    nb::gil_scoped_release release;
+    const auto is_paused = [](const Simulation* pair) { return pair->paused(); };
+    while (done < n_ticks && std::none_of(pairs.begin(), pairs.end(), is_paused)) {
+      for (std::size_t i = 0; i < pairs.size(); ++i) pairs[i]->run(1, &ticks[i][done]);
+      for (Simulation* pair : pairs) pair->publish();
+      ++done;
+    }
+  }
+  std::vector<Rows> rows;
+  for (std::vector<Tick>& one : ticks) {
+    one.resize(done);
+    rows.push_back(to_rows(std::move(one)));
+  }
+  return rows;
+}
+
+/// Puts the instruments of several simulations into one world.
+void join_instruments(const std::vector<Simulation*>& pairs,
+                      const std::vector<std::vector<loop::ToolCapsule>>& capsules, double stiffness, double damping) {
+  if (pairs.size() != capsules.size()) throw std::invalid_argument("capsules: give one list for each simulation");
+  const auto board = std::make_shared<loop::Board>(static_cast<int>(pairs.size()));
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    pairs[i]->join(board, static_cast<int>(i), capsules[i], {stiffness, damping});
+  }
+}
+
 Fields timing(const Simulation& self) {
   Fields d = punctuality(self.thread());
   d["cycle_us"] = percentiles(self.cycle_time());
@@ -202,6 +234,8 @@ void bind_running(nb::module_& m) {
       .def_prop_ro("running", &Simulation::running, "True while the real-time thread runs.")
       .def("watch_stages", &Simulation::watch_stages,
            "Measures each stage of the cycle from now on; timing()['stages'][name] has p50, p99, p999 and max [us].")
+      .def("stall", &Simulation::stall, "seconds"_a,
+           "For tests of isolation: the real-time loop sleeps once in its next tick [s].")
       .def("timing", &timing,
            "Timing so far: cycle_us and lateness_us {p50, p99, p999, max}, slack_us {p50, p01, p001}, ticks, "
            "missed_ticks, scheduler.")
@@ -217,9 +251,33 @@ void bind_running(nb::module_& m) {
 }  // namespace
 
 void bind_simulation(nb::module_& m) {
+  nb::class_<loop::ToolCapsule>(m, "ToolCapsule", "A capsule of an instrument, between two points of its links.")
+      .def(
+          "__init__",
+          [](loop::ToolCapsule* self, const contact::ToolSphere& a, const contact::ToolSphere& b, double radius) {
+            if (!(radius > 0.0 && radius <= 0.1)) {
+              throw std::invalid_argument("a capsule's radius must be above 0 and at most 0.1 m");
+            }
+            new (self) loop::ToolCapsule{a, b, radius};
+          },
+          "a"_a, "b"_a, "radius"_a, "a, b: ends of its axis; radius [m].");
   bind_options(m);
   bind_cycle(m);
   bind_running(m);
+  m.attr("MAX_INSTRUMENTS") = loop::kMaxInstruments;
+  m.attr("MAX_CAPSULES") = contact::kMaxCapsules;
+  m.def("join_instruments", &join_instruments, "simulations"_a, "capsules"_a, "stiffness"_a, "damping"_a,
+        "Puts the instruments of several simulations into one world, in which they push each other apart with a "
+        "stiffness [N/m] and a damping [N s/m]. capsules: a list for each simulation.");
+  m.def("run_in_turns", &run_in_turns, "simulations"_a, "n_ticks"_a,
+        "Runs several simulations in lockstep, tick by tick, in this thread; returns the rows of each.");
+  m.def(
+      "nearest_points",
+      [](const Vec3& p0, const Vec3& p1, const Vec3& q0, const Vec3& q1) {
+        const contact::NearestPoints near = contact::nearest_points(p0, p1, q0, q1);
+        return std::make_tuple(near.p, near.q);
+      },
+      "p0"_a, "p1"_a, "q0"_a, "q1"_a, "Nearest points (3,) [m] of the segments p0-p1 and q0-q1.");
 }
 
 }  // namespace palpate::bindings

@@ -149,6 +149,20 @@ _SPHERES = [
         ("shaft", (0.0, 0.0, -0.002 - 0.0062 * k), 0.0042) for k in range(12)
     ),  # 1.5 radii apart, which approximates a rod
 ]
+PSM_CAPSULES = [
+    ("jaw_1", (0.0, 0.0, 0.0), (0.0011, 0.0085, 0.0), 0.0017),
+    ("jaw_2", (0.0, 0.0, 0.0), (-0.0011, 0.0085, 0.0), 0.0017),
+    ("wrist", (0.0, 0.0, 0.0), (0.0091, 0.0, 0.0), 0.0030),
+    ("shaft", (0.0, 0.0, -0.41), (0.0, 0.0, -0.002), 0.0042),
+]
 PSM_YAML += "".join(
     f"  - {{link: {link}, at: [{x:g}, {y:g}, {z:g}], radius: {radius:g}}}\n" for link, (x, y, z), radius in _SPHERES
+)
+PSM_YAML += """\
+# Capsules for contact with another instrument: jaws, wrist and the whole shaft.
+capsules:
+""" + "".join(
+    f"  - {{link: {link}, from: [{', '.join(f'{x:g}' for x in a)}], to: [{', '.join(f'{x:g}' for x in b)}], "
+    f"radius: {radius:g}}}\n"
+    for link, a, b, radius in PSM_CAPSULES
 )

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from palpate.record import Record as Record
     from palpate.scene import Scene as Scene
     from palpate.session import Session as Session
+    from palpate.tissue import Tissue as Tissue
 
     __version__: str
 
@@ -39,6 +40,7 @@ __all__ = [
     "Record",
     "Scene",
     "Session",
+    "Tissue",
     "Variation",
     "certify",
     "contact",
@@ -60,6 +62,7 @@ _MODULE_OF = {
     "Record": "palpate.record",
     "Scene": "palpate.scene",
     "Session": "palpate.session",
+    "Tissue": "palpate.tissue",
     "Variation": "palpate.batch",
     "certify": "palpate.certificate",
     "simulate": "palpate.batch",

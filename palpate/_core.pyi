@@ -5,7 +5,7 @@ Palpate's C++ core: the stages of the haptic cycle (see ARCHITECTURE.md).
 
 from collections.abc import Mapping as _Mapping, Sequence
 import enum
-from typing import Annotated, Any, Literal, overload
+from typing import Annotated, Any, Final, Literal, overload
 
 import numpy
 import numpy.typing
@@ -645,6 +645,119 @@ class Snapshot:
     @property
     def objects(self) -> list[Object]:
         """The objects, in order."""
+
+class TissueBody:
+    """
+    A soft body of linear tetrahedra, stepped explicitly; all in the object's frame O. Energy per volume: mu/2 (w + c
+    max(w, 0)^2) + k/2 (J - 1)^2 with w = I1 - 3 - 2 (J - 1), I1 = tr F^T F, J = det F and k = bulk + mu/3: a stable
+    Neo-Hookean solid (after Smith, de Goes and Kim 2018) with the stiffening of Yeoh (1993). Prony terms are
+    quasi-linear on the second Piola-Kirchhoff stress of the terms with mu.
+    """
+
+    def __init__(
+        self,
+        *,
+        nodes: Annotated[NDArray[numpy.float64], "(:, 3)"],
+        tets: Annotated[NDArray[numpy.int32], "(:, 4)"],
+        surface: Annotated[NDArray[numpy.int32], "(:, 3)"],
+        mu: Annotated[NDArray[numpy.float64], "(:,)"],
+        bulk: Annotated[NDArray[numpy.float64], "(:,)"],
+        density: Annotated[NDArray[numpy.float64], "(:,)"],
+        yeoh: Annotated[NDArray[numpy.float64], "(:,)"],
+        prony: Sequence[tuple[float, float]],
+        fixed: Annotated[NDArray[numpy.bool_], "(:,)"],
+        spring: Annotated[NDArray[numpy.float64], "(:,)"],
+        step: float = 0.0,
+        tick: float = 0.001,
+        damping: float = 5.0,
+        mass_limit: float = 0.05,
+        portable: bool = False,
+    ) -> None:
+        """
+        nodes (n, 3) [m]; tets (m, 4), surface (k, 3) with outward winding: int32 indices of nodes; mu, bulk (m,) [Pa]:
+        shear modulus after full relaxation and bulk modulus; density (m,) [kg/m^3]; yeoh (m,): c [-]; prony: pairs (g
+        [-], tau [s]), instantaneous modulus mu (1 + sum g); fixed (n,) bool; spring (n,) [N/m] to the rest positions;
+        step [s], 0: chosen so that the added mass stays below mass_limit [-]; tick: period of the loop [s]; damping:
+        force per mass and velocity [1/s]. Raises ValueError naming the invalid value.
+        """
+
+    def step(self, n: int = 1) -> None:
+        """Advances by n time steps."""
+
+    def reset(self) -> None:
+        """Returns to rest."""
+
+    def set_loads(self, forces: Annotated[NDArray[numpy.float64], "(:, 3)"]) -> None:
+        """Sets the forces on the nodes (n, 3) [N]."""
+
+    def set_state(
+        self,
+        positions: Annotated[NDArray[numpy.float64], "(:, 3)"],
+        velocities: Annotated[NDArray[numpy.float64], "(:, 3)"],
+    ) -> None:
+        """Sets positions (n, 3) [m] and velocities (n, 3) [m/s]."""
+
+    def positions(self) -> NDArray[numpy.float64]:
+        """Positions of the nodes (n, 3) [m]."""
+
+    def velocities(self) -> NDArray[numpy.float64]:
+        """Velocities of the nodes (n, 3) [m/s]."""
+
+    def internal_forces(self) -> NDArray[numpy.float64]:
+        """
+        Elastic forces on the nodes at the present positions, without Prony terms and springs (n, 3) [N].
+        """
+
+    def masses(self) -> NDArray[numpy.float64]:
+        """Masses of the nodes, added mass included (n,) [kg]."""
+
+    def energies(self) -> tuple[float, float]:
+        """
+        (potential, kinetic) [J]; the potential is that at the beginning of the last step.
+        """
+
+    def stable_step(self) -> float:
+        """Longest stable step without added mass: a bound, at rest [s]."""
+
+    def added_mass(self) -> float:
+        """Mass added for the time step, as a share of the mass [-]."""
+
+    @property
+    def time_step(self) -> float:
+        """Time step [s]."""
+
+    @property
+    def steps_per_tick(self) -> int:
+        """Steps in a period of the loop."""
+
+    @property
+    def least_volume(self) -> float:
+        """
+        Smallest det F at the beginning of the last step; zero or less: inverted [-].
+        """
+
+    has_avx2: Final[bool] = ...
+    """True if the AVX2 kernels are used."""
+
+class TissueSurface(Surface):
+    """
+    The surface of a soft body, for contact. Each loop and each rendering uses a copy at rest.
+    """
+
+    def __init__(self, body: TissueBody, width: float = 0.0) -> None:
+        """
+        body: gives the mesh, the material and the step; its state is not used. width: standard deviation of the spread
+        contact force [m], 0: .7 of the mean edge; at least .45 of the largest sphere's radius. Raises ValueError if the
+        body has no surface.
+        """
+
+    @property
+    def edge(self) -> float:
+        """Mean length of the edges of the surface [m]."""
+
+    @property
+    def width(self) -> float:
+        """Standard deviation of the spread contact force [m]."""
 
 class ToolSphere:
     """A sphere of the tool, in addition to the SPR on its tip."""
@@ -1641,6 +1754,24 @@ class MappingOptions:
     def jaw_rate(self, arg: float, /) -> None: ...
 
     @property
+    def ratchet(self) -> bool:
+        """
+        True: on engaging, the jaw does not open before the pinch has closed to its angle.
+        """
+
+    @ratchet.setter
+    def ratchet(self, arg: bool, /) -> None: ...
+
+    @property
+    def align_tolerance(self) -> float:
+        """
+        Orientation error up to which the handle counts as aligned; 0: any [rad].
+        """
+
+    @align_tolerance.setter
+    def align_tolerance(self, arg: float, /) -> None: ...
+
+    @property
     def recentring(self) -> RecentringOptions:
         """Motion of the tool in addition to that of the hand."""
 
@@ -1671,11 +1802,13 @@ class Mapping:
         p_LH: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
         F_T_W: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
         correction_W: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
+        lock_rotation: bool = False,
+        lock_translation: bool = False,
     ) -> tuple[Annotated[NDArray[numpy.float64], "(4, 4)"], float, Annotated[NDArray[numpy.float64], "(3,)"], bool]:
         """
         One tick: (X_WT_goal (4, 4), jaw [rad], v_WT (3,) [m/s], engaged). reached: the follower could take the last
         goal. t: time, NaN: one period later [s]. p_LH (3,): handle in L [m]; F_T_W (3,): force on the tool [N];
-        correction_W (3,): of the last goal by hard fixtures [m].
+        correction_W (3,): of the last goal by hard fixtures [m]. Locks: the tool keeps its orientation, its position.
         """
 
     def force_on_hand(
@@ -3450,7 +3583,7 @@ def cartesian(
     cartesian_place.
     """
 
-TICK_BYTES: int = 3384
+TICK_BYTES: int = 3480
 
 def signals() -> list[tuple[str, int, int, str, str, str, bool, str]]:
     """
@@ -3483,6 +3616,89 @@ class Controls:
 
     @clutch.setter
     def clutch(self, arg: bool, /) -> None: ...
+
+    @property
+    def camera(self) -> bool:
+        """
+        True: the camera pedal is pressed; the hands move the endoscope and the tool stays.
+        """
+
+    @camera.setter
+    def camera(self, arg: bool, /) -> None: ...
+
+    @property
+    def power(self) -> bool:
+        """True: the arms shall have power."""
+
+    @power.setter
+    def power(self, arg: bool, /) -> None: ...
+
+    @property
+    def home(self) -> bool:
+        """True: the arms shall be homed."""
+
+    @home.setter
+    def home(self, arg: bool, /) -> None: ...
+
+    @property
+    def operator_present(self) -> bool:
+        """True: an operator is at the console, with the head in the viewer."""
+
+    @operator_present.setter
+    def operator_present(self, arg: bool, /) -> None: ...
+
+    @property
+    def hold_all(self) -> bool:
+        """True: everything holds where it is."""
+
+    @hold_all.setter
+    def hold_all(self, arg: bool, /) -> None: ...
+
+    @property
+    def recover_by_itself(self) -> bool:
+        """True: a fault ends when its cause is gone."""
+
+    @recover_by_itself.setter
+    def recover_by_itself(self, arg: bool, /) -> None: ...
+
+    @property
+    def recover_requests(self) -> int:
+        """A new number leaves a fault whose cause is gone."""
+
+    @recover_requests.setter
+    def recover_requests(self, arg: int, /) -> None: ...
+
+    @property
+    def lock_rotation(self) -> bool:
+        """True: the tool keeps its orientation while it follows."""
+
+    @lock_rotation.setter
+    def lock_rotation(self, arg: bool, /) -> None: ...
+
+    @property
+    def lock_translation(self) -> bool:
+        """
+        True: the tool keeps its position while it follows, and the hand feels no force.
+        """
+
+    @lock_translation.setter
+    def lock_translation(self, arg: bool, /) -> None: ...
+
+    @property
+    def scale(self) -> float:
+        """Tool motion per hand motion; 0: as in the scene [-]."""
+
+    @scale.setter
+    def scale(self, arg: float, /) -> None: ...
+
+    @property
+    def quat_WL(self) -> Annotated[NDArray[numpy.float64], "(4,)"]:
+        """
+        Orientation of the leader base in W (4,), w x y z; zeros: as in the scene.
+        """
+
+    @quat_WL.setter
+    def quat_WL(self, arg: Annotated[NDArray[numpy.float64], "(4,)"], /) -> None: ...
 
     @property
     def paused(self) -> bool:
@@ -3527,6 +3743,117 @@ class Controls:
 
     @p_hand_offset_W.setter
     def p_hand_offset_W(self, arg: Annotated[NDArray[numpy.float64], "(3,)"], /) -> None: ...
+
+def session_states() -> list[tuple[str, str, bool]]:
+    """
+    States of a session in the order of their numbers, with one row (name, description, False) for each.
+    """
+
+def session_causes() -> list[tuple[str, str, bool]]:
+    """
+    Causes of transitions, with one row (name, description, True for a request of a person) for each.
+    """
+
+def session_transitions() -> list[tuple[str, str, str]]:
+    """
+    Table of transitions (from, cause, to). In a state, the first row whose cause holds is taken.
+    """
+
+class SessionInput:
+    """Levels that the state machine of a session reads in one tick."""
+
+    def __init__(self) -> None: ...
+
+    @property
+    def power(self) -> bool:
+        """Power is requested, and the arms have it."""
+
+    @power.setter
+    def power(self, arg: bool, /) -> None: ...
+
+    @property
+    def home(self) -> bool:
+        """Homing is requested."""
+
+    @home.setter
+    def home(self, arg: bool, /) -> None: ...
+
+    @property
+    def at_home(self) -> bool:
+        """Both arms report that they are homed."""
+
+    @at_home.setter
+    def at_home(self, arg: bool, /) -> None: ...
+
+    @property
+    def follow(self) -> bool:
+        """Teleoperation is requested, and an operator is at the console."""
+
+    @follow.setter
+    def follow(self, arg: bool, /) -> None: ...
+
+    @property
+    def aligned(self) -> bool:
+        """Handle and tool have the same orientation."""
+
+    @aligned.setter
+    def aligned(self, arg: bool, /) -> None: ...
+
+    @property
+    def clutch(self) -> bool:
+        """The clutch pedal is pressed."""
+
+    @clutch.setter
+    def clutch(self, arg: bool, /) -> None: ...
+
+    @property
+    def camera(self) -> bool:
+        """The camera pedal is pressed."""
+
+    @camera.setter
+    def camera(self, arg: bool, /) -> None: ...
+
+    @property
+    def hold(self) -> bool:
+        """A hold is requested."""
+
+    @hold.setter
+    def hold(self, arg: bool, /) -> None: ...
+
+    @property
+    def fault(self) -> bool:
+        """A state of an arm is missing or wrong."""
+
+    @fault.setter
+    def fault(self, arg: bool, /) -> None: ...
+
+    @property
+    def recover(self) -> bool:
+        """A fault may be left once its cause is gone."""
+
+    @recover.setter
+    def recover(self, arg: bool, /) -> None: ...
+
+    @property
+    def settled(self) -> bool:
+        """No fault for the time that the loop demands."""
+
+    @settled.setter
+    def settled(self, arg: bool, /) -> None: ...
+
+class SessionMachine:
+    """The state machine of a session, which every loop runs in its cycle."""
+
+    def __init__(self) -> None: ...
+
+    def step(self, levels: SessionInput) -> str:
+        """
+        Takes all transitions that the levels allow; returns the name of the new state.
+        """
+
+    @property
+    def state(self) -> str:
+        """Name of the present state."""
 
 class RealTimeOptions:
     """What the real-time thread may request from the operating system."""
@@ -3579,6 +3906,12 @@ class BareLoop:
         """
         Punctuality so far: lateness_us, slack_us, ticks, missed_ticks, scheduler.
         """
+
+class ToolCapsule:
+    """A capsule of an instrument, between two points of its links."""
+
+    def __init__(self, a: ToolSphere, b: ToolSphere, radius: float) -> None:
+        """a, b: ends of its axis; radius [m]."""
 
 class CycleOptions:
     """Options of the haptic cycle and its stages."""
@@ -3876,6 +4209,11 @@ class Simulation:
         Measures each stage of the cycle from now on; timing()['stages'][name] has p50, p99, p999 and max [us].
         """
 
+    def stall(self, seconds: float) -> None:
+        """
+        For tests of isolation: the real-time loop sleeps once in its next tick [s].
+        """
+
     def timing(self) -> dict[str, Any]:
         """
         Timing so far: cycle_us and lateness_us {p50, p99, p999, max}, slack_us {p50, p01, p001}, ticks, missed_ticks,
@@ -3886,6 +4224,34 @@ class Simulation:
         """
         Description of the first fault, with the last states; None without a fault.
         """
+
+MAX_INSTRUMENTS: int = 8
+
+MAX_CAPSULES: int = 8
+
+def join_instruments(
+    simulations: Sequence[Simulation],
+    capsules: Sequence[Sequence[ToolCapsule]],
+    stiffness: float,
+    damping: float,
+) -> None:
+    """
+    Puts the instruments of several simulations into one world, in which they push each other apart with a stiffness
+    [N/m] and a damping [N s/m]. capsules: a list for each simulation.
+    """
+
+def run_in_turns(simulations: Sequence[Simulation], n_ticks: int) -> list[Annotated[NDArray[numpy.float64], "(:, :)"]]:
+    """
+    Runs several simulations in lockstep, tick by tick, in this thread; returns the rows of each.
+    """
+
+def nearest_points(
+    p0: Annotated[NDArray[numpy.float64], "(3,)"],
+    p1: Annotated[NDArray[numpy.float64], "(3,)"],
+    q0: Annotated[NDArray[numpy.float64], "(3,)"],
+    q1: Annotated[NDArray[numpy.float64], "(3,)"],
+) -> tuple[Annotated[NDArray[numpy.float64], "(3,)"], Annotated[NDArray[numpy.float64], "(3,)"]]:
+    """Nearest points (3,) [m] of the segments p0-p1 and q0-q1."""
 
 class WatchOptions:
     """Limits within which a stream of stamped messages is trusted."""
@@ -4050,6 +4416,13 @@ class CrtkGates:
 
     @clutch.setter
     def clutch(self, arg: bool, /) -> None: ...
+
+    @property
+    def camera(self) -> bool:
+        """The camera pedal is pressed."""
+
+    @camera.setter
+    def camera(self, arg: bool, /) -> None: ...
 
     @property
     def leader_enabled(self) -> bool:

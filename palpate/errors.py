@@ -112,6 +112,10 @@ class RegistrationError(PalpateError, ValueError):
     """Measured points, clouds or poses cannot be registered: too few, degenerate, or in another unit or handedness."""
 
 
+class StateError(PalpateError):
+    """A request has no effect in the present state of a session."""
+
+
 class SweepError(PalpateError):
     """Points of a sweep failed, or its workers cannot run."""
 

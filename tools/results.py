@@ -54,8 +54,10 @@ def run(name: str, folder: Path) -> dict[str, Any]:
     arguments, left_out = RUNS[name]
     head: dict[str, Any] = {"command": f"palpate {arguments}", "commit": commit(), "control_numpy_import_s": control()}
     file, start = folder / "result.json", time.monotonic()
-    more = ["--json", str(file), "--figures", str(folder), "--out", str(folder / "data.nc")]
-    subprocess.run([sys.executable, "-m", "palpate", *arguments.split(), *more], check=True, cwd=ROOT)
+    more = ["--figures", str(folder), "--out", str(folder / "data.nc")] if arguments.startswith("study") else []
+    subprocess.run(
+        [sys.executable, "-m", "palpate", *arguments.split(), "--json", str(file), *more], check=True, cwd=ROOT
+    )
     found = json.loads(file.read_text(encoding="utf-8"))
     head["seed"] = found.get("seed", 0)  # a sweep without a seed of its own has 0
     kept = {key: value for key, value in found.items() if key not in left_out}

@@ -52,6 +52,7 @@ KEYS = {
     "remote_centre": "true: the base frame is at the remote centre of motion (the body wall)",
     "jaw_tip": "distance from the tip to the end of the jaws [m]",
     "spheres": "contact spheres in addition to the tip's: [{link: name, at: [x, y, z], radius: m}, ..]",
+    "capsules": "the instrument as others touch it: [{link: name, from: [x, y, z], to: [x, y, z], radius: m}, ..]",
 }
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the C loader is ten times faster
 _PER_JOINT = ("home", "encoder_step_deg", "encoder_step_mm", "coulomb", "viscous", "rotor_inertia")
@@ -278,6 +279,11 @@ class Arm(_core.Arm):
     def spheres(self) -> list[Content]:
         """Contact spheres in addition to the tip's, as in the model file (`KEYS`)."""
         return list(self._data.get("spheres", []))
+
+    @property
+    def capsules(self) -> list[Content]:
+        """The instrument as other instruments touch it, as in the model file (`KEYS`)."""
+        return list(self._data.get("capsules", []))
 
     def leader_options(self) -> _core.LeaderOptions:
         """Options of a simulated leader: coupling, encoders, friction, rotors and drive limits.

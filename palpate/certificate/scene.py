@@ -16,9 +16,11 @@ from palpate.certificate import classical, words
 from palpate.certificate.arms import HeldLeader, felt, whole_servo_periods
 from palpate.certificate.certificate import SURE, Case, Certificate, advice, judge
 from palpate.certificate.guidance import NO_OBJECT, entry_summary, fixture_springs, total_stiffness
+from palpate.certificate.together import groups
 from palpate.errors import PalpateError, PalpateWarning
 from palpate.hands import PRESETS
 from palpate.record.ticks import as_ticks
+from palpate.scene.gains import touched_stiffness
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 
@@ -45,17 +47,33 @@ class Touched:
     """Damping along the least damped axis [N s/m]."""
     B_most: float
     """Damping along the most damped axis; a large damping can also destabilise the loop [N s/m]."""
+    others: tuple[int, ...] = ()
+    """Indices of the other objects that are touched at the same time."""
 
 
 def touched(rig: Rig) -> list[Touched]:
-    """Objects, their regions with own parameters, and guidance fixtures, in the order of the certificates."""
-    scene, found = rig.scene, []
-    for i, surface in enumerate(scene.objects):
-        found.append(Touched(surface.name, i, max(surface.stiffness), min(surface.damping), max(surface.damping)))
-        for region in surface.regions:
-            K, B = region.stiffness or surface.stiffness, region.damping or surface.damping
-            found.append(Touched(f"{surface.name}, {region.name}", i, max(K), min(B), max(B)))
+    """Objects, their regions with own parameters, objects that the tool can touch at once, and guidance fixtures.
+
+    They are in the order of the certificates.
+    """
+    each = [_alone(rig.scene, i) for i in range(len(rig.scene.objects))]
+    found = [one for parts in each for one in parts]
+    for group in groups(rig):
+        stiffest = [max(each[i], key=lambda part: part.K) for i in group]
+        K, B = sum(one.K for one in stiffest), sum(min(part.B for part in each[i]) for i in group)
+        most = sum(max(part.B_most for part in each[i]) for i in group)
+        found.append(Touched(" and ".join(one.name for one in stiffest) + " at once", group[0], K, B, most, group[1:]))
     return found + [Touched(f.name, NO_OBJECT, f.K, f.B, f.B) for f in fixture_springs(rig.fixtures.list())]
+
+
+def _alone(scene: Scene, i: int) -> list[Touched]:
+    """An object and its regions."""
+    surface = scene.objects[i]
+    found = [Touched(surface.name, i, touched_stiffness(scene, i), min(surface.damping), max(surface.damping))]
+    for region in surface.regions:
+        K, B = region.stiffness or surface.stiffness, region.damping or surface.damping
+        found.append(Touched(f"{surface.name}, {region.name}", i, max(K), min(B), max(B)))
+    return found
 
 
 def warn_outside(rig: Rig) -> None:
@@ -161,7 +179,8 @@ class _Arms:
 
     def _worst(self, surface: Touched, B: float) -> tuple[str, Array]:
         """The pose, and the direction (3,) in the leader's base, with the smallest stable stiffness."""
-        plane = surface.index >= 0 and self.rig.scene.objects[surface.index].plane is not None
+        alone = surface.index >= 0 and not surface.others
+        plane = alone and self.rig.scene.objects[surface.index].plane is not None
         key = (B, surface.index if plane else None)
         if key not in self._worst_cases:
             R_LW = self.rig.arms.X_WL[:3, :3].T

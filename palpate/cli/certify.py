@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional, arg
 
 from palpate.console.output import console_for, require_writable, say, write_json
+from palpate.errors import PalpateError
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -64,6 +65,8 @@ class Command:
         if is_device(self.scene):
             return self._certify_device(console)
         scene = Scene.load(self.scene)
+        if scene.pairs:
+            return self._certify_pairs(scene, console)
         rig = build(scene)
         surfaces = touched(rig)
         found = certify_all(scene, rig=rig)
@@ -85,6 +88,34 @@ class Command:
         fixtures = [_Pressed(name, K, stiffness(presses, force_scale), presses) for name, K, presses in pressed]
         objects = [{"name": one.name, **plain(one.figures())} for one in found]
         write_json(self.json, {**plain(worst.figures()), "objects": objects, "fixtures": fixtures})
+        return 0
+
+    def _certify_pairs(self, scene: Scene, console: Console) -> int:
+        """Certify each pair, alone and with another instrument that touches the tool at the same time."""
+        from palpate.arrays.plain import plain
+        from palpate.certificate.scene import certificates, touched, worst_of
+        from palpate.certificate.words import number
+        from palpate.scene.together import build_pairs
+
+        if self.figure is not None:
+            mend = "certify one pair as a scene of its own, or leave --figure out"
+            raise PalpateError("--figure draws one pair, and the scene has several", mend=mend)
+        out = {}
+        for name, rig in build_pairs(scene).items():
+            say(console, name, "pair", "bold")
+            alone, surfaces = certificates(rig.scene, None, None, rig), touched(rig)
+            # The tool may press a surface and another instrument along the same direction: their stiffnesses add.
+            K = max(surface.K for surface in surfaces) + scene.instruments.stiffness
+            shared = certificates(rig.scene, K, None, rig)
+            console.print(_table(surfaces, alone))
+            worst, both = worst_of(alone), worst_of(shared)
+            say(console, worst.reason, f"{worst.name}:", f"bold {_COLOURS[worst.verdict or 'stable']}")
+            words = f"{K:g} N/m in all, stable below {number(both.k_max)} N/m: {both.verdict}"
+            say(console, words, "with another instrument on the tool:", f"bold {_COLOURS[both.verdict or 'stable']}")
+            objects = [{"name": one.name, **plain(one.figures())} for one in alone]
+            touching = {"K_instrument_N_per_m": scene.instruments.stiffness, **plain(both.figures())}
+            out[name] = {**plain(worst.figures()), "objects": objects, "with_instrument": touching}
+        write_json(self.json, {"pairs": out})
         return 0
 
     def _certify_device(self, console: Console) -> int:

@@ -28,7 +28,7 @@ class Command:
     """
 
     record: Positional[Path]
-    """Record (MCAP), or its folder; or a rosbag2 (folder, .mcap, .db3)."""
+    """Record (MCAP), or its folder; the folder of a run of several pairs; or a rosbag2 (folder, .mcap, .db3)."""
     scene: Annotated[Path | None, arg(metavar="FILE")] = None
     """Scene of a bag, with the arms' models and bases and the objects; the scene in the bag when left out."""
     port: int = PORT
@@ -43,7 +43,12 @@ class Command:
         from palpate.record.reader import Record
 
         require_viewer()
+        from palpate.report.pairs import pair_records
+
         console = console_for(None)
+        if pair_records(self.record):
+            self._show_pairs(console)
+            return 0
         found = open_any(self.record)
         if isinstance(found, Record):
             self._show_record(found, console)
@@ -61,6 +66,29 @@ class Command:
         for fault in record.faults:
             say(console, fault, "fault:", "red")
         serve(record, self.port, console, self.host)
+
+    def _show_pairs(self, console: Console) -> None:
+        """Show all pairs of a run until Ctrl-C."""
+        import threading
+
+        from palpate.console.view import free_port
+        from palpate.record.reader import Record
+        from palpate.report.pairs import pair_records
+        from palpate.report.summary import summary_of, summary_table
+        from palpate.viewer.pairs_replay import PairsReplayViewer
+
+        records = {name: Record.open(path) for name, path in pair_records(self.record).items()}
+        for name, record in records.items():
+            say(console, name, "pair", "bold")
+            console.print(summary_table(summary_of(record)))
+        shown = PairsReplayViewer(records, self.record.resolve().name, self.host, free_port(self.port, self.host))
+        try:
+            say(console, f"viewer: {shown.url}   (Ctrl-C ends it)")
+            threading.Event().wait()
+        except KeyboardInterrupt:
+            say(console, "viewer closed")
+        finally:
+            shown.close()
 
     def _show_bag(self, bag: Bag, console: Console) -> None:
         from palpate.console.view import serve

@@ -28,7 +28,7 @@ class Command:
     """
 
     record: Positional[Path]
-    """Record (MCAP), or its folder; or a rosbag2 (folder, .mcap, .db3)."""
+    """Record (MCAP), or its folder; the folder of a run of several pairs; or a rosbag2 (folder, .mcap, .db3)."""
     out: Annotated[Path | None, arg(metavar="FILE")] = None
     """The HTML file to write; report.html next to the record when left out."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
@@ -38,9 +38,13 @@ class Command:
         """Print the summary of the record and write its report."""
         from palpate.record.bags.open import open_any
         from palpate.record.reader import Record
+        from palpate.report.pairs import pair_records
 
         console = console_for(self.json)
         require_writable(self.json)
+        if pair_records(self.record):
+            self._report_pairs(console)
+            return 0
         found = open_any(self.record)
         if isinstance(found, Record):
             self._report_record(found, console)
@@ -59,6 +63,20 @@ class Command:
         console.print(summary_table(summary))
         say(console, f"report: {page}")
         write_json(self.json, summary)
+
+    def _report_pairs(self, console: Console) -> None:
+        from palpate.record.reader import Record
+        from palpate.report.pairs import pair_records, write_pairs_report
+        from palpate.report.summary import summary_of, summary_table
+
+        page = write_pairs_report(self.record, self.out)
+        summaries = {}
+        for name, path in pair_records(self.record).items():
+            summaries[name] = replace(summary_of(Record.open(path)), report=str(path.with_name("report.html")))
+            say(console, name, "pair", "bold")
+            console.print(summary_table(summaries[name]))
+        say(console, f"report: {page}")
+        write_json(self.json, {"pairs": summaries, "record": str(self.record), "report": str(page)})
 
     def _report_bag(self, bag: Bag, console: Console) -> None:
         from palpate.record.bags.summary import summary_of, table

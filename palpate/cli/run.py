@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from palpate.scene import Scene
-    from palpate.session import Session
+    from palpate.session import LiveSession, Session
     from palpate.session.summary import Summary
 
 
@@ -57,6 +57,8 @@ class Command:
     """Show the run in the viewer even without a terminal."""
     openigtlink: Annotated[int | None, arg(metavar="PORT")] = None
     """Send frames and force to 3D Slicer during the run, on this port of 127.0.0.1 (docs/frames.md); e.g. 18944."""
+    pedals: Annotated[str | None, arg(metavar="KIND:FILE")] = None
+    """Foot switches, keyboards or gamepads as pedals, several in quotes, e.g. footswitch:/dev/input/event7."""
     port: int = PORT
     """Port of the viewer; the next free one when it is taken."""
     host: str = HOST
@@ -75,6 +77,10 @@ class Command:
             require_viewer()
         require_writable(self.json)
         scene = Scene.load(self.scene)
+        if scene.pairs:
+            from palpate.cli._pairs import run_pairs
+
+            return run_pairs(self, scene, viewer)
         if scene.arms.leader.driver is not None:
             return self._run_device(scene)
         if viewer:
@@ -101,7 +107,7 @@ class Command:
 
         duration = session.scene.duration if self.duration is None else self.duration
         mode = "real time" if realtime else "lockstep, as fast as possible"
-        with Progress(console, duration, mode) as progress, self._sender(session):
+        with Progress(console, duration, mode) as progress, self._sender(session), self._pedals(session, realtime):
             return session.run(duration, realtime=realtime, on_progress=progress)
 
     def _run_device(self, scene: Scene) -> int:
@@ -119,7 +125,7 @@ class Command:
         session = DrivenSession(scene, self.out or Path(scene.record.folder))
         say(console, f"{session.scene.arms.leader.driver} feels {scene.title}: at most "
             f"{session.scene.stability.force_cap:g} N, {session.rate:g} Hz; Ctrl-C ends it")  # fmt: skip
-        with DeviceLine(console) as line:
+        with DeviceLine(console) as line, self._pedals(session, True):
             summary = session.run(self.duration, on_progress=line)
         failed = session.failed
         summary = outcome.with_report(summary, scene)
@@ -134,6 +140,18 @@ class Command:
         from palpate.trackers.sending import FrameSender
 
         return FrameSender(session, self.openigtlink)
+
+    def _pedals(self, session: LiveSession, realtime: bool) -> AbstractContextManager[object]:
+        if not self.pedals:
+            return nullcontext()
+        if not realtime:
+            raise PalpateError("--pedals has no effect in lockstep, whose time is its own", mend="add --realtime")
+        from palpate.devices.pedals import PedalDevice
+
+        devices = ExitStack()
+        for spec in self.pedals.split():
+            devices.enter_context(PedalDevice(session.console, spec))
+        return devices
 
     def _refuse_contradictions(self) -> None:
         if self.realtime and self.fast:

@@ -20,10 +20,12 @@ if TYPE_CHECKING:
 
     from palpate.record.reader import Record
     from palpate.record.ticks import Ticks
-    from palpate.session import Session
+    from palpate.session import PairsSession, Session
+    from palpate.session.pairs_summary import PairsSummary
     from palpate.session.summary import Summary
     from palpate.viewer import LiveViewer
     from palpate.viewer.opening import Opening
+    from palpate.viewer.pairs import PairsViewer
     from palpate.viewer.stage import Stage
 
 _TRIES = 20
@@ -130,7 +132,48 @@ def live(
         shown.close()
 
 
-def _wait(shown: LiveViewer, console: Console) -> None:
+def live_pairs(
+    begin: Callable[[], PairsSession],
+    run: Callable[[PairsSession], PairsSummary],
+    report: Callable[[PairsSummary], PairsSummary],
+    page: Opening,
+    console: Console,
+) -> PairsSummary:
+    """As `live`, for all pairs of a scene."""
+    from palpate.session.rates import LiveRates
+    from palpate.viewer import stage_of
+    from palpate.viewer.pairs import PairsViewer
+
+    try:
+        session = begin()
+        page.say("drawing the scene")
+        stages = {name: stage_of(rig, name) for name, rig in session.rigs.items()}
+        rates = LiveRates(session.pairs).rows
+        near = session.scene.instruments.handle_distance
+        shown = PairsViewer(session.pairs, stages, session.scene.title, session, rates, near, server=page.server)
+    except BaseException:
+        page.close()
+        raise
+    page.done()
+    try:
+        summary = report(run(session))
+        if summary.interrupted and not shown.stopped.is_set():
+            return summary
+        if not shown.stopped.is_set():
+            session.set_recording(shown.run.record.value)
+            session.start()
+            _wait(shown, console)
+            if session.recording:
+                summary = replace(report(session.close()), interrupted=False)
+        if shown.stopped.is_set() and summary.report is not None:
+            webbrowser.open(Path(summary.report).resolve().as_uri())
+        return replace(summary, interrupted=False)
+    finally:
+        session.stop()
+        shown.close()
+
+
+def _wait(shown: LiveViewer | PairsViewer, console: Console) -> None:
     try:
         shown.stopped.wait()
     except KeyboardInterrupt:

@@ -40,7 +40,7 @@ def render(
     tips: npt.ArrayLike,
     *,
     radius: float,
-    stiffness: float | npt.ArrayLike,
+    stiffness: float | npt.ArrayLike | None = None,
     damping: float | npt.ArrayLike = 0.0,
     friction: float = 0.0,
     static_friction: float = 0.0,
@@ -58,7 +58,7 @@ def render(
         surface: a mesh, a point cloud, one of ``palpate.surfaces``, or ``(vertices (n, 3) [m], triangles (m, 3))``.
         tips: (n, 3) tool tip p_WT, the centre of the spherical proxy region [m].
         radius: radius of the spherical proxy region [m].
-        stiffness: K, one number or one per axis of W [N/m].
+        stiffness: K, one number or one per axis of W [N/m]. A ``palpate.Tissue`` has none: it deforms, from rest.
         damping: B, likewise [N s/m].
         friction: Coulomb coefficient mu while the tool slips.
         static_friction: coefficient while the tool sticks; at least ``friction``.
@@ -75,11 +75,27 @@ def render(
     """
     points = _points(tips)
     options = _options(radius, release, spheres)
+    surface, stiffness = _soft(surface, max([radius, *(r for _, r in spheres)]), stiffness)
     world = snapshot_of(
         surface, stiffness=stiffness, damping=damping, friction=friction, static_friction=static_friction
     )
     X_WO = None if poses is None else _poses(poses, len(points))
     return Rendered(*_core.contact_render(world, points, method, options, positive("rate", rate, "Hz"), X_WO))
+
+
+def _soft(
+    surface: SurfaceLike, radius: float, stiffness: float | npt.ArrayLike | None
+) -> tuple[SurfaceLike, float | npt.ArrayLike]:
+    """The surface with the core of a soft body for spheres of up to ``radius`` [m], and its stiffness."""
+    from palpate.tissue import Tissue  # imported late, as below
+
+    if isinstance(surface, Tissue):
+        if stiffness is not None:
+            raise ValueError("stiffness: the material of a Tissue determines it; leave it out")
+        return surface.core_for(radius), 0.0
+    if stiffness is None:
+        raise ValueError("stiffness is missing: give K in N/m, for example 500; only a Tissue has none")
+    return surface, stiffness
 
 
 def _options(

@@ -21,7 +21,8 @@ from palpate.arrays import Array
 from palpate.devices.driver import Driver, Reading
 from palpate.errors import DeviceError
 
-_EVENT = struct.Struct("llHHi")  # struct input_event: time [s, us], type, code, value
+EVENT = struct.Struct("llHHi")
+"""struct input_event: time [s, us], type, code, value."""
 KEY, _REL, _ABS = 1, 2, 3  # types of events (linux/input-event-codes.h)
 _LISTED = Path("/proc/bus/input/devices")
 _GET_RANGE = 0x80184540  # ioctl EVIOCGABS of axis 0
@@ -93,9 +94,9 @@ class EventDevice(Driver):
 
     def _events(self) -> Iterator[tuple[int, int, int]]:
         with suppress(BlockingIOError):
-            while data := os.read(self._file, 64 * _EVENT.size):
-                for at in range(0, len(data) - _EVENT.size + 1, _EVENT.size):
-                    _, _, kind, code, value = _EVENT.unpack_from(data, at)
+            while data := os.read(self._file, 64 * EVENT.size):
+                for at in range(0, len(data) - EVENT.size + 1, EVENT.size):
+                    _, _, kind, code, value = EVENT.unpack_from(data, at)
                     yield kind, code, value
 
 

@@ -116,15 +116,23 @@ TRACKING = "tracking"
 """Stage of the signals that only a record of a scene with trackers holds."""
 
 
-def channels(deterministic: bool, tracked: bool = True) -> list[Channel]:
+PAIRS = "pairs"
+"""Stage of the signals that only a record of a scene with several pairs holds."""
+OPTIONAL = (TRACKING, PAIRS)
+"""Stages without which a record is complete."""
+
+
+def channels(deterministic: bool, tracked: bool = True, paired: bool = True) -> list[Channel]:
     """The channels of a record, in the order of the tick.
 
     Args:
         deterministic: True leaves out signals that depend on the machine, as in a lockstep record.
         tracked: False leaves out the signals of live objects and tracked frames.
+        paired: False leaves out the signals of contact with other pairs.
     """
     kept = [s for s in SIGNALS.values() if s.deterministic or not deterministic]
-    return [channel_of(s) for s in kept if tracked or s.stage != TRACKING]
+    left_out = {stage for stage, is_kept in ((TRACKING, tracked), (PAIRS, paired)) if not is_kept}
+    return [channel_of(s) for s in kept if s.stage not in left_out]
 
 
 def _string(text: str) -> bytes:

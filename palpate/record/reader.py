@@ -14,7 +14,7 @@ from mcap import records
 from mcap.opcode import Opcode
 
 from palpate.errors import RecordError
-from palpate.record.channels import TRACKING, Channel, channels
+from palpate.record.channels import OPTIONAL, Channel, channels
 from palpate.record.mcap_file import MESSAGE_HEAD
 from palpate.record.mcap_scan import Scan, chunk_data, damaged, scan
 from palpate.record.ticks import TICK, TICK_BYTES, Signal, Ticks, Timing
@@ -154,14 +154,14 @@ def _match(content: Scan, path: Path) -> Numbered:
         number, schema = by_topic.get(layout.topic, (None, 0))
         if number is not None and content.schemas.get(schema) == layout.schema:
             found[number] = layout
-        elif layout.signal.deterministic and layout.signal.stage != TRACKING:
+        elif layout.signal.deterministic and layout.signal.stage not in OPTIONAL:
             missing.append(layout.topic)
     if missing and not content.complete and not content.chunks:
         raise RecordError(
             "the record ends before its first tick", where=str(path), why="the file is cut short", mend="run again"
         )
     if missing:
-        required = channels(deterministic=False, tracked=False)
+        required = channels(deterministic=False, tracked=False, paired=False)
         version = content.metadata.get("palpate", {}).get("version")
         have = ", ".join(sorted(by_topic)[:4]) or "none"
         raise RecordError(

@@ -40,6 +40,7 @@ class Recorder:
         rate: ticks per second of run time [Hz].
         deterministic: True for a lockstep record, which leaves out signals that depend on the machine.
         tracked: False leaves out the signals of live objects and tracked frames, for a scene without trackers.
+        paired: True keeps the signals of contact with other pairs.
         bag: True writes the ``metadata.yaml`` of a rosbag2 into the folder, which then holds this record only.
         started: wall-clock time at t = 0 with its time zone; ignored in a lockstep record.
         every: record each tick whose number is a multiple of this.
@@ -60,6 +61,7 @@ class Recorder:
         started: datetime | None = None,
         every: int = 1,
         tracked: bool = True,
+        paired: bool = False,
         extra: Extra | None = None,
     ) -> None:
         self.path = Path(path)
@@ -73,7 +75,7 @@ class Recorder:
         self.ticks_written = 0
         """Number of ticks written to the file."""
         self._deterministic = deterministic
-        self._channels = channels(deterministic, tracked)
+        self._channels = channels(deterministic, tracked, paired)
         self._encoder = TickEncoder(self._channels)
         self._extra = None if extra is None else ExtraWriter(extra, len(self._channels))
         self._chunk = max(1, round(rate / CHUNKS_PER_SECOND))

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from palpate.plotting.style import CAP, CELL, DEPTH, FORCE, INK, JOINTS, MUTED, PHASES, Canvas, curve
 from palpate.report.assumptions import FAST_FORCE
 from palpate.report.run import Run
+from palpate.report.soft import soft_law
+from palpate.tissue import indentation
 
 
 def story(run: Run, canvas: Canvas) -> Figure:
@@ -85,7 +87,14 @@ def stiffness(run: Run, canvas: Canvas) -> Figure:
     image = axes.scatter(depth, law, c=run.t[rows], s=3, cmap="cividis", alpha=0.7, lw=0, rasterized=True)
     axes.set(xlabel="penetration [mm]", ylabel="force on the tool, along the normal [N]")
     figure.colorbar(image, ax=axes, label="time [s]", pad=0.02).outline.set_visible(False)
-    if run.stiffness is not None:
+    soft = soft_law(run)
+    if soft is not None and len(depth):
+        reach = np.linspace(0, 1.05 * depth.max(), 100)
+        for E, style, words in ((soft.rest, "-", "relaxed"), (soft.fast, "--", "fast")):
+            law = indentation.sneddon(soft.radius, 1e-3 * reach, E, soft.poisson)
+            axes.plot(reach, law, style, color=INK, lw=0.9, label=f"half-space, {words}: {1e-3 * E:.3g} kPa")
+        axes.legend(loc="upper left")
+    elif run.stiffness is not None:
         reach = np.array([0, 1.05 * depth.max()])
         axes.plot(reach, 1e-3 * reach * run.stiffness, color=INK, lw=0.9, label=f"spring: {run.stiffness:.0f} N/m")
         axes.legend(loc="upper left")

@@ -15,11 +15,12 @@ from palpate.arm import Arm
 from palpate.errors import MissingExtraError, PalpateError
 from palpate.record.reader import Record
 from palpate.record.ticks import STATUS
-from palpate.report import elements, energy, imperfections, touches, tracked
+from palpate.report import elements, energy, imperfections, rates, touches, tracked
 from palpate.report.assumptions import FAST_FORCE, SlowMotion, slow_motion
 from palpate.report.diagram import diagram, signal_table
 from palpate.report.page import write
 from palpate.report.run import Run
+from palpate.report.soft import soft_law
 from palpate.report.summary import given, rows, summary_of
 from palpate.report.words import GLOSSARY
 from palpate.session.recorded import recorded_scene
@@ -51,11 +52,7 @@ def write_report(record: str | Path, out: str | Path | None = None) -> Path:
 
 
 def report(record: Record) -> str:
-    """The page as HTML text; the same record gives the same page.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
-    """
+    """The page as HTML text; the same record gives the same page. Raises MissingExtraError without matplotlib."""
     try:
         from palpate.plotting.style import picture
         from palpate.report import figures, views
@@ -68,7 +65,7 @@ def report(record: Record) -> str:
 
     def figure(title: str, text: str, draw: Callable[[Run, Canvas], Figure]) -> str:
         image = picture(partial(draw, run), alt=f"{title}. {text}".replace('"', "'"))
-        return _section(title, text, image)
+        return section(title, text, image)
 
     frames = run.tracked_frames if "tracked_p" in record.signals else []
     timed = not record.deterministic and bool(np.isfinite(run.ticks["cycle_us"]).any())
@@ -79,26 +76,26 @@ def report(record: Record) -> str:
         figure("What the hand felt", _story_words(run), figures.story),
         figure("Where the tool went", _VIEWS + ("" if run.surface else _NO_SURFACE), views.path),
         figure("Force over penetration", _stiffness_words(run), figures.stiffness),
-        _section("The loop that ran", _LOOP, f"{diagram(run)}{_details('All recorded signals', signal_table(run))}"),
+        section("The loop that ran", _LOOP, f"{diagram(run)}{_details('All recorded signals', signal_table(run))}"),
         figure("The two terms of the torque (Eq 13)", _TORQUE, figures.torques),
-        _section("The sphere's springs and dampers", _ELEMENTS, elements.table(run.ticks)),
-        _section(
-            "What touched what", _TOUCHES, touches.table(run.ticks, run.sphere_names, run.object_names, record.rate)
-        ),
-        *([_section("Tracked frames", tracked.WORDS, tracked.table(run.ticks, frames, record.rate))] if frames else []),
+        section("The sphere's springs and dampers", _ELEMENTS, elements.table(run.ticks)),
+        section("What touched what", _TOUCHES, touches.table_of(run)),
+        *([section("Tracked frames", tracked.WORDS, tracked.table(run.ticks, frames, record.rate))] if frames else []),
         figure("The same force in two frames", _FRAMES, figures.frames),
         figure("Energy ledger", energy.words(run), figures.energy),
         *([figure("Time", _timing_words(run, summary), figures.timing)] if timed else []),
+        section("Rates", rates.WORDS, rates.table(rates.rates_of(record))),
         _numbers(run, summary, slow),
         imperfections.section(record),
         _scene(run),
         _glossary(),
         _foot(record, summary),
     ]
-    return _page(run.title, "".join(parts))
+    return page_of(run.title, "".join(parts))
 
 
-def _section(title: str, text: str, body: str) -> str:
+def section(title: str, text: str, body: str) -> str:
+    """A section of the page: heading, paragraph and body (HTML)."""
     return f"<section><h2>{title}</h2><p>{text}</p>{body}</section>"
 
 
@@ -106,7 +103,8 @@ def _details(summary: str, body: str) -> str:
     return f"<details><summary>{summary}</summary>{body}</details>"
 
 
-def _page(title: str, body: str) -> str:
+def page_of(title: str, body: str) -> str:
+    """The whole page as HTML text."""
     css = files("palpate.report").joinpath("page.css").read_text(encoding="utf-8")
     return (
         '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
@@ -159,6 +157,12 @@ def _story_words(run: Run) -> str:
 def _stiffness_words(run: Run) -> str:
     if run.stiffness is None:
         return "Nothing was touched, so there is no stiffness to show."
+    soft = soft_law(run)
+    if soft is not None:
+        return (
+            f"The lines are Sneddon's solution for a sphere of {1e3 * soft.radius:g} mm on a half-space of this "
+            "tissue, before and after relaxation. An organ departs from them by its shape, supports and large strain."
+        )
     scale = float(run.setting("mapping", "scale") or 1.0) * float(run.setting("mapping", "force_scale") or 1.0)
     felt = f"{run.stiffness * scale:.0f} N/m"
     if abs(scale - 1.0) < 1e-9:

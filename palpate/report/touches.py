@@ -8,6 +8,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from palpate.record.ticks import SIGNALS, Ticks
+from palpate.report.run import Run
+
+
+def table_of(run: Run) -> str:
+    """HTML table of the contact pairs of a run."""
+    return table(run.ticks, run.sphere_names, run.object_names, run.record.rate)
 
 
 def table(ticks: Ticks, spheres: Sequence[str], objects: Sequence[str], rate: float) -> str:

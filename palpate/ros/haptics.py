@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import secrets
 import sys
+import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -48,6 +49,8 @@ class Devices:
     teleop: str = "MTMR_PSM1"
     """The running teleoperation component; `none`: Palpate moves the follower."""
     console: str = "console"
+    pair: str = ""
+    """Name of the pair: namespace of its nodes."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +99,7 @@ class HapticLoop:
         names.leader, names.console = devices.leader.strip("/"), devices.console.strip("/")
         names.follower = "" if devices.follower == "virtual" else devices.follower.strip("/")
         names.teleop = "" if devices.teleop == "none" else devices.teleop.strip("/")
+        names.space = f"/{devices.pair}" if devices.pair else ""
         return names
 
     def _cycle(self, rig: Rig, devices: Devices, limits: Limits) -> _core.CrtkOptions:
@@ -255,7 +259,7 @@ class HapticSession(LiveSession):
                 self.start()
                 end = time.monotonic() + (np.inf if duration is None else duration)
                 while time.monotonic() < end and not self._interrupted.wait(_CHECK_PERIOD):
-                    self._check_node()
+                    self.check_node()
                     if on_progress is not None:
                         on_progress(self.state)
             except BaseException:
@@ -263,7 +267,13 @@ class HapticSession(LiveSession):
                 raise
             return self.close(interrupted=self._interrupted.is_set())
 
-    def _check_node(self) -> None:
+    @property
+    def stopped(self) -> threading.Event:
+        """Set: the session ends."""
+        return self._interrupted
+
+    def check_node(self) -> None:
+        """Take the events of the node. Raises PalpateError if the guardian process has died; the force is zero."""
         self.events += self.loop.node.take_events()
         self.events += [note for note in self.notes if note not in self.events]
         if not self.loop.guardian.alive:

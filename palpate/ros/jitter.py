@@ -12,8 +12,8 @@ from palpate.arrays import Array
 
 SECONDS = 1.0
 """Duration of the measurement [s]."""
-FIND = 1.0
-"""Longest wait for the first state [s]."""
+FIND = 3.2
+"""Longest wait for the first state [s]: a publisher of Fast DDS announces itself every 3 s."""
 MARGIN = 2.0
 """Tolerance over the longest gap that was measured [-]."""
 LARGEST = 0.06

@@ -57,7 +57,7 @@ def listen(here: Any, topic: str, take: Callable[[Any], None], count: int | None
     Raises:
         PalpateError: nobody publishes the topic.
     """
-    kind, quality = _publisher_type(here, topic)
+    kind, quality = publisher_type(here, topic)
     received = 0
 
     def receive(message: Any) -> None:
@@ -148,8 +148,12 @@ def fill(message: Any, values: dict[str, Any]) -> None:
             raise PalpateError(f"{name}: {value!r} does not fit {fields[name]}", why=why) from None
 
 
-def _publisher_type(here: Any, topic: str) -> tuple[Any, Any]:
-    """Type of a topic, and a quality of service that is compatible with its publishers."""
+def publisher_type(here: Any, topic: str) -> tuple[Any, Any]:
+    """Type of a topic, and a quality of service that is compatible with its publishers.
+
+    Raises:
+        PalpateError: nobody publishes the topic, or its type is not known here.
+    """
     from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
     end = time.monotonic() + FIND

@@ -34,8 +34,10 @@ class Arms:
     q_follower0: Array  # (n,) [rad, m]
 
 
-def place(scene: Scene, surfaces: list[PlacedSurface], path: HandPlan) -> Arms:
+def place(scene: Scene, surfaces: list[PlacedSurface], path: HandPlan, R_picture: Array | None = None) -> Arms:
     """Place the arms as the scene states, or so that they reach the objects; compute their joints at the start.
+
+    R_picture: orientation R_WL (3, 3) of an automatic leader base that follows a picture; None: chosen by reach.
 
     Raises:
         SceneError: a start pose or a point of the path is out of reach; the message names the arm, pose and distance.
@@ -46,7 +48,7 @@ def place(scene: Scene, surfaces: list[PlacedSurface], path: HandPlan) -> Arms:
     X_WT = X_WB @ follower.fk(q_follower0)
 
     leader = _arm(scene, "leader")
-    X_WL, q_leader0 = _leader(scene, surfaces, leader, X_WT)
+    X_WL, q_leader0 = _leader(scene, surfaces, leader, X_WT, R_picture)
     leader.set_gravity(X_WL[:3, :3].T @ _GRAVITY)
     arms = Arms(leader, follower, X_WL, X_WB, q_leader0, q_follower0)
     _check_path(scene, arms, path)
@@ -102,11 +104,14 @@ def _follower_start(scene: Scene, arm: Arm, X_WB: Array, path: HandPlan) -> Arra
     return _reach(scene, "follower", arm, X_WB, X_WT, q, *place)
 
 
-def _leader(scene: Scene, surfaces: list[PlacedSurface], arm: Arm, X_WT: Array) -> tuple[Array, Array]:
+def _leader(
+    scene: Scene, surfaces: list[PlacedSurface], arm: Arm, X_WT: Array, R_picture: Array | None
+) -> tuple[Array, Array]:
+    axes = np.eye(3) if R_picture is None else R_picture
     section = scene.arms.leader
     base = placing.base_pose(scene, "leader")
     if section.driver is not None:
-        return (base if base is not None else _base_next_to(surfaces, np.zeros(3), np.eye(3))), arm.home
+        return (base if base is not None else _base_next_to(surfaces, np.zeros(3), axes)), arm.home
     if section.start is not None:
         q = np.array(section.start)
         if len(q) != arm.n:
@@ -122,13 +127,14 @@ def _leader(scene: Scene, surfaces: list[PlacedSurface], arm: Arm, X_WT: Array) 
                     where=scene.where("arms", "leader", "start"),
                     mend="choose a value within the limits, or leave start out",
                 )
-        return (base if base is not None else _base_next_to(surfaces, arm.fk(q)[:3, 3], np.eye(3))), q
+        return (base if base is not None else _base_next_to(surfaces, arm.fk(q)[:3, 3], axes)), q
     handle = arm.fk(arm.home)
     if not arm.orients:
-        return (base if base is not None else _base_next_to(surfaces, handle[:3, 3], np.eye(3))), arm.home
-    for yaw in (0.0,) if base is not None else np.radians([0, 90, -90, 180, 45, -45, 135, -135]):
+        return (base if base is not None else _base_next_to(surfaces, handle[:3, 3], axes)), arm.home
+    fixed = base[:3, :3] if base is not None else R_picture
+    for yaw in (0.0,) if fixed is not None else np.radians([0, 90, -90, 180, 45, -45, 135, -135]):
         c, s = math.cos(yaw), math.sin(yaw)
-        R_WL = base[:3, :3] if base is not None else np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
+        R_WL = fixed if fixed is not None else np.array([[c, -s, 0], [s, c, 0], [0, 0, 1.0]])
         X_LH = handle.copy()
         X_LH[:3, :3] = R_WL.T @ X_WT[:3, :3]  # the handle has the tool's orientation
         q, missed = _ik(arm, X_LH, arm.home)
@@ -138,7 +144,8 @@ def _leader(scene: Scene, surfaces: list[PlacedSurface], arm: Arm, X_WT: Array) 
         f"leader {arm.name} cannot give its handle the orientation of the tool at the start",
         where=scene.where("arms", "leader"),
         why=f"its wrist is {math.degrees(missed[1]):.1f} degrees short of it",
-        mend="give arms.leader.start or another arms.leader.base, or turn arms.follower.start",
+        mend="give arms.leader.start or another arms.leader.base, or turn arms.follower.start"
+        + (", or set ecm.follow_picture: false" if R_picture is not None else ""),
     )
 
 

@@ -25,6 +25,8 @@ def check_stiffness(scene: Scene) -> None:
     cap, rate, scale = scene.stability.force_cap, scene.stability.rate_cap, scene.mapping.force_scale
     by_force, by_rate = cap / (scale * LEAST_DEPTH), rate / (scale * LEAST_SPEED)
     for i, obj in enumerate(scene.objects):
+        if obj.tissue is not None:
+            continue  # its stiffness begins at zero and grows with depth
         K = max_stiffness(obj)
         if min(by_force, by_rate) >= K:
             continue
@@ -56,7 +58,14 @@ def _where_stiffest(obj: ObjectSection, K: float) -> tuple[str, tuple[str | int,
     return "", ("stiffness",)
 
 
+def touched_stiffness(scene: Scene, index: int) -> float:
+    """Largest stiffness of object ``index`` without its regions [N/m]; of tissue for the sphere on the tool's tip."""
+    obj = scene.objects[index]
+    return max(obj.stiffness) if obj.tissue is None else obj.tissue.stiffness(scene.contact.radius)
+
+
 def felt_stiffness(scene: Scene, index: int) -> float:
     """Stiffness of object ``index`` at the hand: scale * force_scale * force_gain * K, largest axis [N/m]."""
     gain = scene.mapping.scale * scene.mapping.force_scale * scene.torque.force_gain
-    return gain * max_stiffness(scene.objects[index])
+    obj = scene.objects[index]
+    return gain * (touched_stiffness(scene, index) if obj.tissue is not None else max_stiffness(obj))

@@ -54,11 +54,13 @@ def plan(scene: Scene, surfaces: list[PlacedSurface], until: float | None = None
 def intended_depth(scene: Scene, index: int, normal: Array) -> float:
     """Depth of the intended path below the surface that results in the palpation force [m].
 
-    The tool penetrates by F / K, and the spring of the hand yields by scale * force_scale * F / K_hand.
+    The tool penetrates by F / K, or into tissue by the law of Hertz; the spring of the hand yields by
+    scale * force_scale * F / K_hand.
     """
-    F, mapping = scene.operator.palpate.force, scene.mapping
-    K = float(normal @ np.diag(scene.objects[index].stiffness) @ normal)
-    return F / max(K, 1e-9) + mapping.scale * mapping.force_scale * F / scene.operator.stiffness
+    F, mapping, obj = scene.operator.palpate.force, scene.mapping, scene.objects[index]
+    K = float(normal @ np.diag(obj.stiffness) @ normal)
+    depth = F / max(K, 1e-9) if obj.tissue is None else obj.tissue.depth(F, scene.contact.radius)
+    return depth + mapping.scale * mapping.force_scale * F / scene.operator.stiffness
 
 
 def _palpation(scene: Scene, surfaces: list[PlacedSurface], until: float) -> HandPlan:

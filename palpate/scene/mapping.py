@@ -32,6 +32,10 @@ class MappingSection(Section):
     """force on the hand per force on the tool [-]"""
     align_rate: NotNegative = _C.align_rate
     """rate at which the orientation offset at engagement decays; 0 keeps the offset [rad/s]"""
+    align_tolerance: Annotated[NotNegative, Field(le=3.2)] = _C.align_tolerance
+    """orientation error between handle and tool up to which the tool begins to follow; 0: it begins at any [rad]"""
+    ratchet: bool = _C.ratchet
+    """true: when the tool begins to follow, the jaw does not open before the pinch has closed to its angle"""
     workspace: tuple[Positive, Positive, Positive] | None = None
     """lengths of the device's workspace along the axes of its base; those of the driver when left out [m]"""
     centre: Vector | None = None
@@ -74,6 +78,7 @@ class MappingSection(Section):
     def fill(self, o: _core.MappingOptions) -> _core.MappingOptions:
         """Write the section into the options of the core; returns them."""
         o.scale, o.force_scale, o.align_rate = self.scale, self.force_scale, self.align_rate
+        o.align_tolerance, o.ratchet = self.align_tolerance, self.ratchet
         if self.law in ("rate", "drift") and self.workspace is not None:
             r = o.recentring
             r.law = getattr(_core.MappingLaw, self.law)

@@ -15,7 +15,7 @@ from palpate.errors import PalpateWarning, RecordingError, SceneError
 from palpate.frames import FrameGraph
 from palpate.guidance.context import FixtureContext
 from palpate.hands import PRESETS
-from palpate.scene import arms, force_source, gains, guidance, hand, placing, surface, tool
+from palpate.scene import arms, force_source, gains, guidance, hand, placed_ecm, placing, surface, tool
 from palpate.scene.scene import Scene
 from palpate.surfaces import DistanceGrid
 
@@ -33,6 +33,7 @@ class Rig:
     context: FixtureContext  # resolves the names in the scene's fixtures
     frames: FrameGraph  # of the scene, with arms and objects; sessions update its live frames
     fixtures: _core.Fixtures  # fixtures of the scene's list `guidance`
+    ecm: placed_ecm.PlacedEcm | None = None  # the endoscope arm
 
     def options(self, seed: int | None = None) -> _core.SimulationOptions:
         """The core's options: defaults, overridden by the values of the scene."""
@@ -137,6 +138,8 @@ class Rig:
         arms["leader"] |= {"base": _pose(self.arms.X_WL), "start": self.arms.q_leader0.tolist()}
         X_WT = self.arms.X_WB @ self.arms.follower.fk(self.arms.q_follower0)
         arms["follower"] |= {"base": _pose(self.arms.X_WB), "start": _pose(X_WT)}
+        if self.ecm is not None:
+            data["ecm"] |= {"base": _pose(self.ecm.X_WB), "joints": self.ecm.q0.tolist(), "camera": None}
         return str(yaml.safe_dump(data, sort_keys=False, allow_unicode=True))
 
     def gravity_model(self, key: str) -> GravityModel | None:
@@ -190,6 +193,10 @@ def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | Non
     Raises:
         SceneError, MeshError, SurfaceError: the scene is invalid; the message states where, why, and the correction.
     """
+    if scene.pairs:
+        what = f"the scene has several pairs: {', '.join(scene.pairs)}"
+        mend = "choose one: scene.pair(NAME) in Python; palpate run, check, certify and ros haptics take them all"
+        raise SceneError(what, where=scene.where("pairs"), mend=mend)
     gains.check_stiffness(scene)
     force_source.check_presence(scene)
     scene.mapping.require_device(scene.arms.leader.driver is not None, scene.where("mapping"))
@@ -206,11 +213,12 @@ def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | Non
     snapshot = surface.snapshot(scene, placed)
     check_method(scene, snapshot)
     path = hand.plan(scene, placed, until)
-    both = arms.place(scene, placed, path)
+    camera = placed_ecm.place(scene, path)
+    both = arms.place(scene, placed, path, None if camera is None else camera.R_WL)
     spheres = tool.tool_spheres(both.follower, scene.contact.spheres, scene.contact.whole_tool)
     context = guidance.fixture_context(scene, placed, both)
     frames = placing.whole_graph(scene, both.X_WL, both.X_WB)
-    rig = Rig(scene, placed, snapshot, path, both, spheres, context, frames, guidance.fixtures(scene, context))
+    rig = Rig(scene, placed, snapshot, path, both, spheres, context, frames, guidance.fixtures(scene, context), camera)
     for key in ("gravity_model", "plant_gravity_model"):
         rig.gravity_model(key)  # check the files before the run
     rig.options()

@@ -17,6 +17,8 @@ from palpate.frames import FrameSection
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.lists import with_unique_names
 from palpate.scene import explain, presets, shipped, text
+from palpate.scene import pairs as pairs_module
+from palpate.scene.ecm import EcmSection
 from palpate.scene.force import ForceSection
 from palpate.scene.mapping import MappingSection
 from palpate.scene.model import (
@@ -28,6 +30,7 @@ from palpate.scene.model import (
     TorqueSection,
 )
 from palpate.scene.operator import OperatorSection
+from palpate.scene.pairs import InstrumentsSection, PairSection
 from palpate.scene.planning import PlanningSection
 from palpate.scene.registration import RegistrationSection
 from palpate.scene.sensors import SensorSection, with_topics
@@ -52,6 +55,13 @@ class Scene(Section):
     """objects that can be touched"""
     arms: ArmsSection = ArmsSection()
     """leader and follower"""
+    pairs: dict[str, PairSection] = Field(default_factory=dict, exclude_if=lambda pairs: not pairs)
+    """instead of one pair: several, by name, each with its own arms, mapping, contact, guidance and limits
+    (docs/pairs.md)"""
+    instruments: InstrumentsSection = Field(default=InstrumentsSection(), exclude_if=lambda s: not s.model_fields_set)
+    """contact between the instruments of several pairs"""
+    ecm: EcmSection | None = None
+    """the endoscope arm: the surgeon's view, and the axes of the hands (docs/ecm.md)"""
     frames: Annotated[tuple[FrameSection, ...], Field(max_length=128)] = ()
     """frames of cameras, trackers, markers and anatomy, in which objects and arms are placed (docs/frames.md)"""
     trackers: dict[str, TrackerSection] = Field(default_factory=dict)
@@ -82,7 +92,7 @@ class Scene(Section):
     """random delay in addition to loop_delay, uniform from 0 to this for each cycle's force; the order is kept [s]"""
     operator: OperatorSection = OperatorSection()
     """the simulated hand"""
-    planning: PlanningSection = PlanningSection()
+    planning: PlanningSection = Field(default=PlanningSection(), exclude_if=lambda s: not s.model_fields_set)
     """motion plans of the follower (docs/planning.md)"""
     seed: Annotated[int, Field(strict=True, ge=0, lt=2**64)] = _C.seed
     """seed of all random numbers"""
@@ -121,8 +131,35 @@ class Scene(Section):
 
     def with_file_of(self, other: Scene) -> Scene:
         """Take over the file and line numbers of another scene, for relative paths and messages; return self."""
-        self._file, self._lines = other._file, other._lines
+        return self.with_origin(other._file, other._lines)
+
+    def with_origin(self, file: str, lines: dict[Place, int]) -> Scene:
+        """Set the file of the scene and the line of each value, for relative paths and messages; return self."""
+        self._file, self._lines = file, lines
         return self
+
+    def pair(self, name: str) -> Scene:
+        """The scene of one pair alone: the values of the scene, overridden by those of the pair.
+
+        Raises:
+            SceneError: there is no such pair, or its values contradict those of the scene.
+        """
+        if name not in self.pairs:
+            mend = f"name one of {', '.join(self.pairs)}" if self.pairs else "the scene has one pair, without a name"
+            raise SceneError(f"there is no pair {name!r}", where=self.where("pairs"), mend=mend)
+        data = self.model_dump(mode="json", exclude_unset=True, exclude={"pairs"})
+        own = self.pairs[name].model_dump(mode="json", exclude_unset=True, exclude={"devices"})
+        lines = self._lines | {at[2:]: n for at, n in self._lines.items() if at[:2] == ("pairs", name) and at[2:]}
+        try:
+            context = {"folder": Path(self._file).parent}
+            made = Scene.model_validate(pairs_module.merged(data, own), context=context)
+        except ValidationError as error:
+            raise explain.scene_error(error, Scene, self._file or f"pair {name}", lines) from None
+        return made.with_origin(self._file, lines)
+
+    def each_pair(self) -> dict[str, Scene]:
+        """The scenes of all pairs by name; the scene itself under the empty name if it has no section `pairs`."""
+        return {name: self.pair(name) for name in self.pairs} or {"": self}
 
     @property
     def file(self) -> str:
@@ -214,7 +251,11 @@ class Scene(Section):
 
     def to_yaml(self) -> str:
         """Every value of the scene, defaults included, as YAML that ``parse`` reads back."""
-        return str(yaml.safe_dump(self.model_dump(mode="json"), sort_keys=False, allow_unicode=True))
+        data = self.model_dump(mode="json", exclude={"pairs"})
+        if self.pairs:  # a key that a pair leaves out has the scene's value, not its default
+            each = {name: pair.model_dump(mode="json", exclude_unset=True) for name, pair in self.pairs.items()}
+            data["pairs"] = each
+        return str(yaml.safe_dump(data, sort_keys=False, allow_unicode=True))
 
     @model_validator(mode="before")
     @classmethod
@@ -238,6 +279,11 @@ class Scene(Section):
             names = ", ".join(o.name for o in named)
             what = f"there is no object {palpated!r} | name one of {names}"
             raise ValueAtError(what, "operator", "palpate", "object")
+        return self
+
+    @model_validator(mode="after")
+    def _check_pairs(self) -> Scene:
+        pairs_module.check(self.pairs)
         return self
 
     @model_validator(mode="after")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sys
+import warnings
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,13 +13,15 @@ import numpy as np
 
 from palpate import _core, surfaces
 from palpate.arrays import Array
-from palpate.errors import CloudError, MeshError, SceneError, SurfaceError
+from palpate.errors import CloudError, MeshError, PalpateWarning, SceneError, SurfaceError
 from palpate.mesh import Mesh
+from palpate.mesh.denoise import denoise
 from palpate.scene import materials, placing
 from palpate.scene.clouds import CloudSection
 from palpate.scene.model import ObjectSection
 from palpate.scene.scene import Scene
 from palpate.scene.trackers import TrackerSection
+from palpate.tissue import Tissue
 
 
 @dataclass(frozen=True)
@@ -69,7 +73,8 @@ def placed(scene: Scene, bodies: Bodies | None = None) -> list[PlacedSurface]:
     for i, X_WO in enumerate(placing.object_poses(scene)):
         key = _surface_key(scene, i)
         if key not in shared:
-            shared[key] = _body(scene, i)
+            body = _body(scene, i)
+            shared[key] = body if scene.objects[i].tissue is None else _filled(scene, i, body)
         found.append(PlacedSurface(shared[key], X_WO))
     return found
 
@@ -83,8 +88,8 @@ def _surface_key(scene: Scene, index: int) -> str:
         with suppress(OSError):  # reading the file later reports that it is missing
             state = path.stat()
             file = (str(path.resolve()), state.st_size, state.st_mtime_ns)
-    selected = (obj.unit, obj.label, obj.threshold)
-    return repr((obj.name, obj.source, getattr(obj, obj.source), file, selected, obj.triangles))
+    selected = (obj.unit, obj.label, obj.threshold, obj.noise)
+    return repr((obj.name, obj.source, getattr(obj, obj.source), file, selected, obj.triangles, obj.tissue))
 
 
 def snapshot(scene: Scene, surfaces_W: list[PlacedSurface]) -> _core.Snapshot:
@@ -98,8 +103,14 @@ def snapshot(scene: Scene, surfaces_W: list[PlacedSurface]) -> _core.Snapshot:
                 what = f"{obj.name!r} is the cloud of a sensor: it has no pose and motion, and no object is tracked"
                 raise SceneError(what, where=scene.where("objects", i), mend="leave them out; the sensor sees motion")
             live = cloud_options(obj.cloud)
-        objects.append(core_object(obj, one, materials.motion(obj, one.bounds.mean(axis=0)), live))
+        motion = materials.motion(obj, one.bounds.mean(axis=0))
+        objects.append(core_object(obj, one, motion, live, radius=_largest_radius(scene)))
     return _core.Snapshot(objects)
+
+
+def _largest_radius(scene: Scene) -> float:
+    """Radius of the largest sphere of the tool that the scene lists [m]."""
+    return max([scene.contact.radius, *(sphere.radius for sphere in scene.contact.spheres)])
 
 
 def cloud_options(section: CloudSection) -> _core.LiveOptions:
@@ -117,12 +128,20 @@ def live_options(section: TrackerSection, placed: PlacedSurface) -> _core.LiveOp
 
 
 def core_object(
-    obj: ObjectSection, placed: PlacedSurface, motion: _core.Motion, live: _core.LiveOptions | None = None
+    obj: ObjectSection,
+    placed: PlacedSurface,
+    motion: _core.Motion,
+    live: _core.LiveOptions | None = None,
+    *,
+    radius: float = 0.0,
 ) -> _core.Object:
-    """An object for the core: its surface and rest pose, material, regions, and its motion or limits of live motion."""
+    """An object for the core: its surface and rest pose, material, regions, and its motion or limits of live motion.
+
+    radius: of the largest sphere that touches it, if it is soft [m].
+    """
     return _core.Object(
         obj.name,
-        placed.body.core,
+        placed.body.core_for(radius) if isinstance(placed.body, Tissue) else placed.body.core,
         placed.X_WO,
         materials.material(obj),
         materials.regions(obj),
@@ -149,6 +168,28 @@ def _body(scene: Scene, index: int) -> Mesh | surfaces.Surface:
         raise SceneError(str(error), where=scene.where("objects", index), mend="change triangles") from None
 
 
+def _filled(scene: Scene, index: int, body: Mesh | surfaces.Surface) -> surfaces.Surface:
+    """The soft body that fills a closed surface."""
+    obj, where = scene.objects[index], scene.where("objects", index, "tissue")
+    section = obj.tissue
+    assert section is not None
+    mesh = body if isinstance(body, Mesh) else Mesh(body.vertices, body.triangles, name=obj.name)
+    path = None if section.volume is None else scene.path_to(section.volume, where)
+    try:
+        volume = section.tetrahedra(mesh, path, obj.unit or "mm", lambda line: print(line, file=sys.stderr))
+        made = section.make(volume, obj.name)
+    except (MeshError, SurfaceError) as error:
+        why = "; ".join(part for part in (error.where, error.why) if part)
+        raise type(error)(error.what, where=where, why=why, mend=error.mend) from None
+    if not section.fixed and section.springs == 0.0:
+        mend = "tissue.fixed: balls or boxes that hold it; or tissue.springs"
+        warnings.warn(
+            PalpateWarning(f"nothing holds {obj.name!r}: it floats away when pushed", where=where, mend=mend),
+            stacklevel=3,
+        )
+    return made
+
+
 def _from_file(scene: Scene, index: int) -> Mesh | surfaces.Surface:
     obj = scene.objects[index]
     path = scene.path_of(index) if obj.file is not None else Path()
@@ -156,7 +197,7 @@ def _from_file(scene: Scene, index: int) -> Mesh | surfaces.Surface:
         if obj.cloud is not None:
             return obj.cloud.make(obj.name, path, obj.unit)
         if obj.mesh is not None:
-            return Mesh.load(path, obj.unit, label=obj.label, threshold=obj.threshold)
+            return denoise(Mesh.load(path, obj.unit, label=obj.label, threshold=obj.threshold), obj.noise)
         return surfaces.DistanceGrid.load(path, obj.unit or "mm")
     except (CloudError, MeshError, SurfaceError) as error:
         why = "; ".join(part for part in (error.where, error.why) if part)

@@ -41,8 +41,8 @@ class Controls(_core.Controls):
                 value = np.asarray(value, dtype=np.float64)
             super().__setattr__(name, value)
         except (TypeError, ValueError):
-            kind = "three numbers [m]" if isinstance(present, np.ndarray) else type(present).__name__
+            array = isinstance(present, np.ndarray)
+            numbers = "three numbers [m]" if np.size(present) == 3 else "four numbers w, x, y, z"
+            kind = numbers if array else type(present).__name__
             what = f"controls.{name} must be {kind}. Got: {value!r:.60}"
-            raise PalpateError(
-                what, mend=f"assign e.g. {present.tolist() if kind.startswith('three') else present}"
-            ) from None
+            raise PalpateError(what, mend=f"assign e.g. {present.tolist() if array else present}") from None

@@ -13,6 +13,40 @@ NO_FAULTS = frozenset({
 })  # fmt: skip
 """Status bits of ordinary operation."""
 
+HOW_TO_LEAVE = {
+    "guarded": "restart the node: its guardian has taken over the arm, or ended",
+    "second_writer": "end the other program that commands this arm (ros2 topic info -v .../servo_cf names it)",
+    "other_teleop": "end or disable the other teleoperation",
+    "frame_unsure": "set body/set_cf_orientation_absolute and use_gravity_compensation again, or restart the node",
+    "jumped": "wait: a steady pose ends it; if it returns, look for a second source of poses or a loose encoder",
+    "clock_jumped": "wait for the clock to settle; synchronise both machines with chrony or NTP",
+    "bad_stamp": "let the device stamp its messages with valid times, and synchronise the clocks",
+    "stalled": "wait; if it returns, relieve this machine, or allow real-time priority (docs/platforms.md)",
+    "not_finite": "let the device report finite numbers; the next valid state ends it",
+    "leader_stale": "look for the leader: power, cable, its program; its next state ends it",
+    "follower_stale": "look for the follower: power, cable, its program; its next state ends it",
+    "lagging": "free the instrument, or move the hand slower; the tool is then engaged where it is",
+    "slow": "raise the rate at which the leader reports its state, or lower rates.haptic",
+    "not_enabled": "enable and home both arms",
+    "no_operator": "take place at the console: operator pedal pressed, head in the viewer",
+    "settling": "wait a tenth of a second",
+    "torque_limited": "press less, or move the arm's base so that the load is smaller",
+    "no_load_cell": "use torque.law: stiffness, or an arm with a force sensor in its handle",
+    "no_torques": "let the follower report its drive torques, or use force.source: contact",
+    "singular": "fold the leader: clutch, and bring the handle back to the middle",
+    "too_fast": "move slower",
+    "guidance_conflict": "switch one of the contradicting fixtures off",
+    "frame_lost": "bring the tracked body back into view of its tracker",
+    "hand_slipped": "lower the stiffness or the force cap, or raise operator.grip_force_max",
+}
+"""How an operator leaves each fault; the force returns by a ramp when its cause is gone."""
+
+
+def how_to_leave(status: int) -> str:
+    """Sentences on the faults in the bits of a status and on how to leave them; empty without a fault."""
+    present = [name for name, (bit, _) in STATUS.items() if status & bit and name in HOW_TO_LEAVE]
+    return "; ".join(f"{STATUS[name][1]}. To leave it: {HOW_TO_LEAVE[name]}" for name in present)
+
 
 @dataclass
 class Seen:

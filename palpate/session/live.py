@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from datetime import datetime, timedelta
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -24,7 +24,11 @@ from palpate.record.writer import Recorder
 from palpate.scene.rig import Rig
 from palpate.sensing import sensing as sensing_module
 from palpate.sensing.source import Clouds, as_sources
+from palpate.session import machine
+from palpate.session.camera import CameraArm
+from palpate.session.console import Console
 from palpate.session.controls import Controls
+from palpate.session.faults import how_to_leave
 from palpate.session.loop import Loop
 from palpate.session.recorded_frames import RecordedFrames
 from palpate.session.run_folder import keep_scene, new_folder, require_writable
@@ -50,6 +54,9 @@ class LiveSession:
     Raises:
         OutputError: `out` cannot be written. SceneError: an object has no source.
     """
+
+    paired = False
+    """True if the record holds the signals of contact with other pairs."""
 
     def __init__(
         self,
@@ -77,6 +84,13 @@ class LiveSession:
         self._dropped = 0
         self._taken = 0  # ticks of all records
         self._lock = threading.RLock()  # only one thread at a time writes to the recorder
+        self.console = Console([weakref.proxy(self)])  #: pedals, presence, locks and scale
+        self.camera: CameraArm | None = None  #: the endoscope arm of the scene
+        if rig.ecm is not None:
+            change = weakref.WeakMethod(self.change)
+            self.camera = CameraArm(rig.ecm, rig.arms.X_WL[:3, :3], [lambda **values: _call(change, values)])
+        self._camera_thread: threading.Thread | None = None
+        self._requests = threading.Lock()  # one thread at a time changes the controls by a request
         self._pump: threading.Thread | None = None
         self._stop_pump = threading.Event()
         self._interrupted = threading.Event()
@@ -106,6 +120,9 @@ class LiveSession:
         if self.tracking is not None:
             self._tracker_thread = threading.Thread(target=self._keep_tracking, name="palpate-tracking", daemon=True)
             self._tracker_thread.start()
+        if self.camera is not None:
+            self._camera_thread = threading.Thread(target=self._keep_steering, name="palpate-camera", daemon=True)
+            self._camera_thread.start()
         if self.sensing is not None:
             self._sensing_thread = threading.Thread(target=self._keep_sensing, name="palpate-sensing", daemon=True)
             self._sensing_thread.start()
@@ -118,6 +135,9 @@ class LiveSession:
         if self._tracker_thread is not None:
             self._tracker_thread.join()  # objects rest before the loop stops
             self._tracker_thread = None
+        if self._camera_thread is not None:
+            self._camera_thread.join()
+            self._camera_thread = None
         if self._sensing_thread is not None:
             self._sensing_thread.join()
             self._sensing_thread = None
@@ -152,6 +172,35 @@ class LiveSession:
     @controls.setter
     def controls(self, value: _core.Controls) -> None:
         self._loop.controls = value
+
+    def change(self, **values: Any) -> None:
+        """Assign some controls, e.g. ``session.change(clutch=True)``, and leave the others as they are.
+
+        Raises:
+            PalpateError: there is no such control, or the value has another type.
+        """
+        with self._requests:
+            controls = self.controls
+            for name, value in values.items():
+                setattr(controls, name, value)
+            self.controls = controls
+
+    def request(self, request: str) -> None:
+        """Ask for a change of the session's state, e.g. ``follow``, ``clutch`` or ``hold`` (docs/session.md).
+
+        The loop takes it with its next tick; a session that does not run takes it when it runs.
+
+        Raises:
+            StateError: the request is unknown, or has no effect in the present state; the message says what has.
+        """
+        with self._requests:
+            tick = self.latest()
+            state = machine.name_of(float(tick["session_state"]))
+            why = how_to_leave(int(tick["status"])) if state == "fault" else ""
+            machine.require(state, request, why)
+            controls = self._loop.controls
+            machine.apply(controls, request)
+            self._loop.controls = controls
 
     @property
     def fixtures(self) -> tuple[Fixture, ...]:
@@ -264,6 +313,17 @@ class LiveSession:
         finally:
             tracking.hold(float(self.latest()["t"]))
 
+    def _keep_steering(self) -> None:
+        while not self._stop_pump.wait(PERIOD):
+            self._steer_camera()
+
+    def _steer_camera(self) -> None:
+        """Let the hand move the camera for one `PERIOD` while the camera pedal is pressed."""
+        tick = self.latest()
+        if self.camera is not None:
+            pressed = machine.name_of(float(tick["session_state"])) == "camera"
+            self.camera.step(pressed, tick["p_LH"], PERIOD)
+
     def _keep_sensing(self) -> None:
         sensing = self.sensing
         assert sensing is not None
@@ -302,7 +362,7 @@ class LiveSession:
             self.notes = []
             self._recorder, self.record = None, None
             if self._out is not None and self.recording:
-                folder = new_folder(self._out, self.scene.title)
+                folder = self._new_folder()
                 self.record = folder / "record.mcap"
                 self.notes += keep_scene(folder, self.rig.resolved_yaml(absolute=True))
                 now = datetime.now().astimezone()
@@ -316,14 +376,27 @@ class LiveSession:
                     started=now - timedelta(seconds=float(self.latest()["t"])),
                     every=self.scene.record.every(self.rate),
                     tracked=self.tracking is not None,
+                    paired=self.paired,
                     extra=RecordedFrames(self.rig) if self.scene.record.frames else None,
                 )
+
+    def _new_folder(self) -> Path:
+        """Make the folder of a run."""
+        assert self._out is not None
+        return new_folder(self._out, self.scene.title)
 
     def _faults(self) -> list[str]:
         fault = self._loop.fault()
         lost = self._loop.dropped - self._dropped
         faults = [fault] if fault else []
         return [*faults, f"{lost} ticks are missing in the record: the disk was too slow"] if lost > 0 else faults
+
+
+def _call(method: weakref.WeakMethod[Any], values: dict[str, Any]) -> None:
+    """Call a method of a session that may be gone."""
+    alive = method()
+    if alive is not None:
+        alive(**values)
 
 
 def _sensing(rig: Rig, loop: Loop, clouds: Clouds | None) -> sensing_module.Sensing | None:

@@ -9,9 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from palpate import _core
 from palpate.errors import PalpateError
 from palpate.record.ticks import as_ticks
-from palpate.scene.rig import build
+from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.sensing.source import Clouds
 from palpate.session import signals
@@ -37,6 +38,7 @@ class Session(LiveSession):
         seed: seed of all random numbers; the scene's when left out.
         clouds: sources of the objects that are clouds of a sensor, by name: a ``CloudSource``, or an iterable of
             arrays (N, 3) [m] in W that is asked at 30 Hz.
+        rig: the rig of the scene, if it is built already.
 
     Raises:
         SceneError, MeshError: the scene cannot run. OutputError: `out` cannot be written.
@@ -48,6 +50,7 @@ class Session(LiveSession):
         out: str | os.PathLike[str] | None = None,
         seed: int | None = None,
         clouds: Clouds | None = None,
+        rig: Rig | None = None,
     ) -> None:
         if scene.arms.leader.driver is not None:
             raise PalpateError(
@@ -57,10 +60,15 @@ class Session(LiveSession):
             )
         if out is not None:
             require_writable(Path(out))
-        rig, seed = build(scene), scene.seed if seed is None else seed
-        self._sim: LockstepLoop = rig.simulation(seed)
+        rig, seed = rig or build(scene), scene.seed if seed is None else seed
+        self.simulation = self._simulation(rig, seed)  #: the loop of the session
+        self._sim: LockstepLoop = self.simulation
         self._ticks_to_tracking = 0  # of a lockstep run, until the trackers are read
         super().__init__(rig, self._sim, scene.rates.haptic, seed, out, clouds)
+
+    def _simulation(self, rig: Rig, seed: int) -> _core.Simulation:
+        """The simulation that the session runs."""
+        return rig.simulation(seed)
 
     def run(
         self,
@@ -105,7 +113,7 @@ class Session(LiveSession):
 
     def _advance(self, n: int) -> Rows:
         """Run `n` ticks; trackers and sensors are read every `PERIOD`."""
-        if self.tracking is None and self.sensing is None:
+        if self.tracking is None and self.sensing is None and self.camera is None:
             return self._sim.run(n)
         size, done = max(1, round(PERIOD * self.rate)), []
         while n > 0:
@@ -113,6 +121,7 @@ class Session(LiveSession):
                 for part in (self.tracking, self.sensing):
                     if part is not None:
                         part.step(float(self.latest()["t"]))
+                self._steer_camera()
                 self._ticks_to_tracking = size
             some = min(self._ticks_to_tracking, n)
             done.append(self._sim.run(some))

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from palpate.record.ticks import Ticks
+from palpate.session import machine
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,11 @@ class State:
     def t(self) -> float:
         """Time of the tick [s]."""
         return float(self.tick["t"])
+
+    @property
+    def session(self) -> str:
+        """State of the session: off, powered, homing, ..., following (docs/session.md)."""
+        return machine.name_of(float(self.tick["session_state"]))
 
     @property
     def force(self) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from typing import Any
 
 import numpy as np
 import viser
@@ -41,6 +42,11 @@ class ControlPanel:
             )
             self.path = gui.add_checkbox("follow the path", True, hint="Off: the hand stops on the scene's path")
             self.clutch = gui.add_checkbox("clutch", False, hint="Clutch pedal: the hand moves, the instrument stays")
+            self.pedals: dict[str, viser.GuiCheckboxHandle] = {"clutch": self.clutch}
+            if hasattr(source, "console"):
+                hint = "Camera pedal: the hand moves the endoscope, the instrument stays"
+                self.pedals["camera"] = gui.add_checkbox("camera", False, hint=hint)
+                self.pedals["coag"] = gui.add_checkbox("coag", False, hint="Coagulation pedal, for programs")
         with gui.add_folder("Tissue"):
             self.stiffness = _slider(gui, "stiffness [N/m]", stage.stiffness)
             self.damping = _slider(gui, "damping [N s/m]", stage.damping)
@@ -54,7 +60,9 @@ class ControlPanel:
 
         self.ball.on_drag("left")(self._drag)
         self.ball.on_drag("left", modifier="shift")(self._drag)
-        for knob in (self.path, self.clutch, self.stiffness, self.damping, self.pause):
+        for box in (self.path, *self.pedals.values(), self.pause):
+            box.on_update(lambda _: self._send())
+        for knob in (self.stiffness, self.damping):
             knob.on_update(lambda _: self._send())
         self.reset.on_click(lambda _: self._reset())
 
@@ -75,25 +83,36 @@ class ControlPanel:
             self.ball.radius = min(radius, 4.0 * BALL)
 
     def _send(self) -> None:
-        """Sends the values in the panel to the loop."""
+        """Sends the values in the panel to the loop, and its pedals to the console where there is one."""
+        values: dict[str, Any] = {
+            "hold": not self.path.value, "paused": self.pause.value, "p_hand_offset_W": self._offset,
+        }  # fmt: skip
+        for name in ("stiffness", "damping"):
+            nominal = getattr(self._stage, name)
+            if nominal > 0.0:
+                values[f"{name}_scale"] = getattr(self, name).value / nominal
+        console = getattr(self._source, "console", None)
         with self._lock:
-            controls = self._source.controls
-            controls.hold = not self.path.value
-            controls.clutch = self.clutch.value
-            controls.paused = self.pause.value
-            controls.p_hand_offset_W = self._offset
-            for name in ("stiffness", "damping"):
-                nominal = getattr(self._stage, name)
-                if nominal > 0.0:
-                    setattr(controls, f"{name}_scale", getattr(self, name).value / nominal)
-            self._source.controls = controls
+            if console is None:
+                self._assign(values | {"clutch": self.clutch.value})
+                return
+            self._source.change(**values)  # type: ignore[attr-defined]
+            for pedal, box in self.pedals.items():
+                console.set(pedal, box.value, "viewer")
+
+    def _assign(self, values: dict[str, Any]) -> None:
+        controls = self._source.controls
+        for name, value in values.items():
+            setattr(controls, name, value)
+        self._source.controls = controls
 
     def _reset(self) -> None:
         self._offset = np.zeros(3)
         set_value(self.stiffness, self._stage.stiffness)
         set_value(self.damping, self._stage.damping)
         set_value(self.path, True)
-        set_value(self.clutch, False)
+        for box in self.pedals.values():
+            set_value(box, False)
         set_value(self.pause, False)
         self._send()
 

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import viser
 from viser.transforms import SE3
 
+from palpate.arm.ecm import Ecm
 from palpate.arm.shapes import Visual
 from palpate.arrays import Array
 from palpate.record.ticks import Ticks
+from palpate.scene.placed_ecm import PlacedEcm
 from palpate.viewer.cue import ForceCue
 from palpate.viewer.fixtures import FixtureDrawing
 from palpate.viewer.frames import FrameDrawing
 from palpate.viewer.organs import OrganDrawing
 from palpate.viewer.stage import ArmPlace, Stage, TouchedObject
 from palpate.viewer.targets import TargetDrawing
-from palpate.viewer.tool import ToolDrawing
+from palpate.viewer.tool import Presses, ToolDrawing
 
 Color = tuple[int, int, int]
 
@@ -28,6 +32,8 @@ FORCE_SCALE = 0.06
 """Length of a force arrow [m/N]."""
 DEFLECTION_SCALE = 10.0
 """Length of the deflection arrow over the deflection [-]."""
+TINT = 0.55
+"""Share of a pair's colour in the colours of its arms [-]."""
 STILL = 2e-5
 """Smallest change of a link's pose that is drawn [m, rad]."""
 
@@ -61,8 +67,8 @@ class Arrow:
 class ArmDrawing:
     """The primitives of an arm's links, one node per link."""
 
-    def __init__(self, scene: viser.SceneApi, place: ArmPlace) -> None:
-        """Draws the arm at its home position."""
+    def __init__(self, scene: viser.SceneApi, place: ArmPlace, tint: Color | None = None) -> None:
+        """Draws the arm at its home position; `tint` is mixed into its colours."""
         self._arm = place.arm
         X = SE3.from_matrix(place.X_WA)
         base = f"/{place.name}"
@@ -73,7 +79,7 @@ class ArmDrawing:
             for link in dict.fromkeys(visual.link for visual in place.arm.visuals)
         }
         for k, visual in enumerate(place.arm.visuals):
-            _primitive(scene, f"{base}/{visual.link}/{k}", visual)
+            _primitive(scene, f"{base}/{visual.link}/{k}", visual, tint)
         self._shown: dict[str, Array] = {}
         self.show(place.arm.home, 0.0)
 
@@ -94,9 +100,11 @@ class ArmDrawing:
             self._shift, self._base.position = by, self._p_WA + by
 
 
-def _primitive(scene: viser.SceneApi, name: str, visual: Visual) -> None:
+def _primitive(scene: viser.SceneApi, name: str, visual: Visual, tint: Color | None) -> None:
     X = SE3.from_matrix(visual.X_link_visual)
-    r, g, b = (round(255 * c) for c in visual.colour[:3])
+    own = [255.0 * c for c in visual.colour[:3]]
+    share = 0.0 if tint is None else TINT
+    r, g, b = (round((1.0 - share) * c + share * t) for c, t in zip(own, tint or (0, 0, 0), strict=True))
     wxyz, p = X.rotation().wxyz, X.translation()
     if visual.shape == "box":
         x, y, z = visual.size
@@ -110,18 +118,28 @@ def _primitive(scene: viser.SceneApi, name: str, visual: Visual) -> None:
 class Drawing:
     """Arms, organs, tool sphere, proxy and arrows of one stage."""
 
-    def __init__(self, scene: viser.SceneApi, stage: Stage) -> None:
-        """Draws everything once."""
+    def __init__(self, scene: viser.SceneApi, stage: Stage, world: bool = True, tint: Color | None = None) -> None:
+        """Draws everything once.
+
+        Args:
+            scene: where to draw.
+            stage: what to draw.
+            world: False leaves out light, drape and objects, which another drawing of the same scene shows.
+            tint: colour that is mixed into those of the arms.
+        """
         self._stage = stage
-        _light(scene)
-        _drape(scene, stage)
-        self._organs = [OrganDrawing(scene, t, TISSUE[k % len(TISSUE)]) for k, t in enumerate(stage.objects)]
-        self._leader, self._follower = ArmDrawing(scene, stage.leader), ArmDrawing(scene, stage.follower)
+        if world:
+            _light(scene)
+            _drape(scene, stage)
+        shared = stage.objects if world else []
+        self._organs = [OrganDrawing(scene, t, TISSUE[k % len(TISSUE)]) for k, t in enumerate(shared)]
+        self._leader, self._follower = ArmDrawing(scene, stage.leader, tint), ArmDrawing(scene, stage.follower, tint)
+        self._ecm = None if stage.ecm is None or not world else ArmDrawing(scene, _ecm_place(stage.ecm))
         self._tool = ToolDrawing(scene, stage)
         self.cue = ForceCue(scene, stage)
         self.fixtures = [FixtureDrawing(scene, mark) for mark in stage.fixtures]
-        self._frames = [FrameDrawing(scene, frame) for frame in stage.frames]
-        self.targets = [TargetDrawing(scene, mark) for mark in stage.targets]
+        self._frames = [FrameDrawing(scene, frame) for frame in stage.frames if world]
+        self.targets = [TargetDrawing(scene, mark) for mark in stage.targets if world]
         self.labels = [*(one.label for one in self.fixtures), *(one.label for one in self._frames)]
         self.labels += [one.named for one in self.targets]
         self.deflection = Arrow(scene, "/arrows/deflection", RED, 0.0016)
@@ -139,13 +157,24 @@ class Drawing:
         for frame in self._frames:
             frame.node.visible = shown
 
+    def show_ecm(self, q: Array) -> None:
+        """Moves the endoscope arm to its joints q (4,) [rad, m]."""
+        if self._ecm is not None:
+            self._ecm.show(q, 0.0)
+
     @property
     def p_WT(self) -> Array:
         """Drawn position of the tool tip (3,) [m]."""
         return self._tool.p_WT
 
-    def show(self, tick: Ticks) -> None:
-        """Moves everything to one tick (a 0-d structured array or a row of one)."""
+    def show(self, tick: Ticks, others: Sequence[Presses] = ()) -> Presses:
+        """Moves everything to one tick (a 0-d structured array or a row of one).
+
+        others: contacts of other tools with the objects, which dent them as well.
+
+        Returns:
+            The contacts of this tool.
+        """
         self._leader.show(tick["q"], float(tick["gripper"]))
         links = self._follower.show(tick["q_follower"], float(tick["jaw"]))
         shift = self.cue.shift(tick)
@@ -155,7 +184,7 @@ class Drawing:
         presses = self._tool.presses(tick)
         for k, organ in enumerate(self._organs):
             organ.show(tick)
-            organ.press(presses.get(k, []))
+            organ.press([one for each in (presses, *others) for one in each.get(k, [])])
         for fixture in self.fixtures:
             fixture.show(float(tick["t"]))
         for frame in self._frames:
@@ -169,6 +198,14 @@ class Drawing:
         p_WH = X_WL[:3, :3] @ tick["p_LH"] + X_WL[:3, 3]
         self.force_spatial.show(p_WH, FORCE_SCALE * (X_WL[:3, :3] @ tick["F_H_L"]))
         self.force_body.show(p_WH, FORCE_SCALE * (X_WL[:3, :3] @ tick["F_H_H"]))
+        return presses
+
+
+def _ecm_place(placed: PlacedEcm) -> ArmPlace:
+    """The endoscope arm with an instance of its own, at its joints at the start."""
+    arm = Ecm(placed.ecm.tilt_deg).arm
+    arm.home = placed.q0
+    return ArmPlace("ecm", arm, placed.X_WB)
 
 
 def _light(scene: viser.SceneApi) -> None:

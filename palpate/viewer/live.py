@@ -9,6 +9,8 @@ import numpy as np
 import viser
 
 from palpate.renamed import RenamedMethod
+from palpate.session import LiveSession
+from palpate.session.rates import LiveRates
 from palpate.viewer import views
 from palpate.viewer.clouds import CloudDrawing
 from palpate.viewer.control_panel import ControlPanel
@@ -16,10 +18,12 @@ from palpate.viewer.drawing import Drawing
 from palpate.viewer.fixtures import FixturePanel
 from palpate.viewer.gauges import Gauges
 from palpate.viewer.labels import LabelPlacer
+from palpate.viewer.rates_panel import RatesPanel
 from palpate.viewer.run_buttons import Runner
 from palpate.viewer.server import close_server, open_server, url
 from palpate.viewer.source import Source
 from palpate.viewer.stage import Stage
+from palpate.viewer.surgeon import SurgeonView
 
 FRAME_RATE = 30.0
 """Update rate of poses and arrows [Hz]."""
@@ -74,7 +78,16 @@ class LiveViewer:
         self.guidance = (
             None if steered is None else FixturePanel(self._server, stage.fixtures, self._drawing.fixtures, steered)
         )
+        self._rates = None
+        if isinstance(source, LiveSession):
+            with self._gauges.panel.add_tab("Rates", viser.Icon.CLOCK):
+                self._rates = RatesPanel(self._server.gui, LiveRates({"": source}).rows)
         self.inset = views.add_buttons(self._server, stage, self._drawing)
+        camera = getattr(source, "camera", None)
+        self._camera = camera
+        self.surgeon = None
+        if camera is not None and stage.ecm is not None:
+            self.surgeon = SurgeonView(self._server, camera.placed, lambda: np.asarray(camera.q), source.latest)
         self._labels = LabelPlacer(self._server, self._drawing.labels)
         self.stopped = self.control_panel.run.stopped
         self._stop = threading.Event()
@@ -85,6 +98,8 @@ class LiveViewer:
         """Stops drawing and closes the port; the session continues."""
         self._stop.set()
         self.inset.close()
+        if self.surgeon is not None:
+            self.surgeon.close()
         self._thread.join(timeout=2.0)
         close_server(self._server)
 
@@ -107,6 +122,8 @@ class LiveViewer:
         tick = self._source.latest()
         with self._server.atomic():
             self._drawing.show(tick)
+            if self._camera is not None:
+                self._drawing.show_ecm(self._camera.q)
             if self._clouds is not None:
                 self._clouds.show(float(tick["t"]))
             self.control_panel.show(tick)
@@ -115,6 +132,8 @@ class LiveViewer:
             if frame % FRAMES_PER_READOUT == 0:
                 now = self._source.controls
                 self._gauges.show(tick, self.control_panel.pause.value, now.stiffness_scale, now.damping_scale)
+                if self._rates is not None:
+                    self._rates.show()
                 ball = self.control_panel.ball
                 self._labels.show(np.array(ball.position), float(ball.radius))
             if frame % FRAMES_PER_PLOT == 0:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from palpate.arm import Arm
 from palpate.arrays import Array
 from palpate.record.ticks import Ticks
+from palpate.scene.placed_ecm import PlacedEcm
 from palpate.scene.tool import LinkSphere
 
 
@@ -157,6 +158,9 @@ class Stage:
     """Frames of the scene, without arms and objects."""
     targets: tuple[TargetMark, ...] = ()
     """Targets of the scene's registration."""
+
+    ecm: PlacedEcm | None = None
+    """The endoscope arm."""
 
     def touches(self, tick: Ticks) -> list[str]:
         """Contact pairs with the force of the surface before all caps, the strongest first."""

@@ -22,6 +22,7 @@ from palpate.record import live
 from palpate.record.reader import Record
 from palpate.record.ticks import Ticks
 from palpate.scene import materials, placing
+from palpate.scene.gains import touched_stiffness
 from palpate.scene.model import ObjectSection
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
@@ -57,7 +58,7 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
         leader=ArmPlace("leader", scene.arm("leader"), arms.X_WL),
         follower=ArmPlace("follower", scene.arm("follower"), arms.X_WB),
         radius=scene.contact.radius,
-        stiffness=max(first.stiffness),
+        stiffness=touched_stiffness(scene, scene.objects.index(first)),
         damping=max(first.damping),
         force_cap=scene.stability.force_cap,
         motion_scale=scene.mapping.scale,
@@ -68,6 +69,7 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
         spheres=tuple(rig.spheres),
         frames=placed_frames(rig),
         targets=target_marks(rig),
+        ecm=rig.ecm,
         fixtures=tuple(fixture_mark(fixture, rig.context) for fixture in scene.guidance),
         extent=float(np.linalg.norm(middle - p_WH[:3]) + 0.5 * np.ptp(bounds, axis=(0, 1)).max()),
     )
@@ -185,7 +187,7 @@ def stable_below(rig: Rig) -> Callable[[float], float] | None:
     except PalpateError:
         return None
     first = _first_felt(rig.scene)
-    K, B_first = max(first.stiffness), max(first.damping)
+    K, B_first = touched_stiffness(rig.scene, rig.scene.objects.index(first)), max(first.damping)
 
     def limit(B: float) -> float:
         grown = B / B_first if B_first > 0.0 else 1.0

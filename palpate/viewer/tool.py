@@ -10,6 +10,8 @@ from palpate.arrays.so3 import pose
 from palpate.record.ticks import SIGNALS, Ticks
 from palpate.viewer.stage import Stage
 
+Presses = dict[int, list[tuple[Array, float, Array, Array | None]]]
+"""Arguments of `OrganDrawing.press` by the number of the object."""
 SMALL = 0.004
 """Largest radius of a tool sphere that is drawn opaque [m]."""
 BLUE, YELLOW, RED = (90, 170, 255), (255, 214, 70), (225, 20, 20)
@@ -40,9 +42,9 @@ class ToolDrawing:
         """Drawn position of the tool tip (3,) [m]."""
         return np.array(self._spr.position)
 
-    def presses(self, tick: Ticks) -> dict[int, list[tuple[Array, float, Array, Array | None]]]:
+    def presses(self, tick: Ticks) -> Presses:
         """Arguments of `OrganDrawing.press` by the number of the object, for the tool as drawn by `show`."""
-        found: dict[int, list[tuple[Array, float, Array, Array | None]]] = {}
+        found: Presses = {}
         points = np.asarray(tick["p_WC"]).reshape(-1, 3)
         for k in range(min(int(tick["contacts"]), len(points))):
             sphere, obj, point = int(tick["touch_sphere"][k]), int(tick["touch_object"][k]), points[k]

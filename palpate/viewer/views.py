@@ -29,7 +29,11 @@ def overview(stage: Stage, aspect: float = 0.8) -> View:
 
     aspect: width over height of the picture between the panels.
     """
-    p = stage.seen if len(stage.seen) else stage.focus + 0.4 * stage.extent * _CORNERS
+    return overview_of(stage.seen if len(stage.seen) else stage.focus + 0.4 * stage.extent * _CORNERS, aspect)
+
+
+def overview_of(p: Array, aspect: float) -> View:
+    """View that is filled by points (n, 3) in W [m]; aspect: width over height of the picture."""
     back = FROM_ABOVE_IN_FRONT / np.linalg.norm(FROM_ABOVE_IN_FRONT)
     right = np.cross([0.0, 0.0, 1.0], back)
     right /= np.linalg.norm(right)

@@ -94,7 +94,7 @@ def test_the_most_damped_axis_is_also_checked():
 def test_viewer_limit_is_that_of_the_stiffest_region_and_object():
     """The sliders scale all stiffnesses, so the limit shown for the first object must hold for every object."""
     one = "{name: table, plane: {size: 0.3}, stiffness: 800, damping: 1}"
-    stiff = one.replace("table", "stone").replace("800", "2400")
+    stiff = one.replace("table, ", "ceiling, pose: {xyz: [0, 0, 0.2], rpy_deg: [180, 0, 0]}, ").replace("800", "2400")
     alone, both = (build(palpate.Scene.parse(SCENE.replace(one, text))) for text in (one, f"{one}, {stiff}"))
     limits = [stable_below(rig) for rig in (alone, both)]
     assert limits[0] is not None

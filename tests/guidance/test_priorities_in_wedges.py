@@ -19,7 +19,7 @@ def walls(normals, depths, p, **policy):
     return made
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 6), st.floats(1e-3, 1.0))
 def test_guide_force_in_a_wedge_is_projected_on_the_walls_free_directions(seed, m, spread):
     """Reference: nonnegative least squares of scipy; `spread` sets how acute the wedges are."""

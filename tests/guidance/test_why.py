@@ -56,7 +56,7 @@ def tick_of(stage, fixtures, X, V, ticks=1500):
     }
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 4))
 def test_terms_add_up_to_the_wrench_without_residual(seed, n):
     rng = np.random.default_rng(seed)

@@ -2,6 +2,7 @@
 
 import ast
 import tomllib
+from collections import Counter
 from collections.abc import Iterable, Mapping
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
@@ -125,3 +126,9 @@ def test_import_cycle_is_found(tmp_path, monkeypatch, files, circle):
 def test_import_of_a_root_name_is_found():
     assert from_the_root("import palpate\ndef f():\n    return palpate.Session\n") == {"Session"}
     assert from_the_root("from palpate import Scene, _core\n") == {"Scene", "_core"}
+
+
+def test_test_modules_have_names_of_their_own():
+    """Pytest imports test modules by their names alone: of two with one name, only one can be collected."""
+    names = Counter(path.name for path in (ROOT / "tests").rglob("test_*.py"))
+    assert [name for name, count in names.items() if count > 1] == []

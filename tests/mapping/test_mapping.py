@@ -151,3 +151,53 @@ def test_stiffness_at_the_hand_is_scale_times_stiffness():
 def test_invalid_options_are_reported(name, value):
     with pytest.raises(ValueError, match=f"mapping.{name}"):
         make(**{name: value})
+
+
+def test_locked_rotation_keeps_the_attitude_and_unlocking_does_not_jump():
+    m, R_tool = make(scale=0.5), rotation([0, 1, 1], 0.4)
+    step(m, pose(), pose(R=R_tool))
+    before, *_ = step(m, pose(), pose(R=R_tool), lock_rotation=True)
+    for k in range(1, 30):
+        goal, *_ = step(m, pose([1e-3 * k, 0, 0], rotation([1, 0, 0], 0.02 * k)), pose(), lock_rotation=True)
+        np.testing.assert_array_equal(goal[:3, :3], before[:3, :3])
+        np.testing.assert_allclose(goal[:3, 3], [5e-4 * k, 0, 0], atol=1e-12)
+    after, *_ = step(m, pose([0.029, 0, 0], rotation([1, 0, 0], 0.58)), pose())
+    np.testing.assert_allclose(after, goal, atol=1e-12)
+
+
+def test_locked_translation_keeps_the_position_and_unlocking_does_not_jump():
+    m = make(scale=0.5, align_rate=0.0)
+    step(m, pose(), pose())
+    for k in range(30):
+        turn = rotation([0, 0, 1], 0.01 * k)
+        goal, _, v, _ = step(m, pose([2e-3 * k, 0, 0], turn), pose(), v=(1, 0, 0), lock_translation=True)
+        np.testing.assert_array_equal(goal[:3, 3], np.zeros(3))
+        np.testing.assert_allclose(goal[:3, :3], turn, atol=1e-12)
+        assert not np.any(v), "a tool that does not move is not damped"
+    after, *_ = step(m, pose([0.058, 0, 0], turn), pose())
+    np.testing.assert_allclose(after, goal, atol=1e-12)
+    moved, *_ = step(m, pose([0.068, 0, 0], turn), pose())
+    np.testing.assert_allclose(moved[:3, 3], [0.005, 0, 0], atol=1e-12)
+
+
+def test_ratchet_never_opens_the_jaw_by_itself():
+    """The hand arrives with the pinch open: the jaw waits until the pinch has closed to it, then follows."""
+    m = make(ratchet=True)
+    jaws = []
+    for pinch in (*np.full(50, 0.9), *np.linspace(0.9, 0.1, 400), *np.linspace(0.1, 0.8, 700)):
+        _, jaw, *_ = step(m, pose(), pose(), gripper=float(pinch), jaw=0.3)
+        jaws.append(jaw)
+    jaws = np.array(jaws)
+    np.testing.assert_array_equal(jaws[:300], 0.3)  # the pinch is still above 0.3 rad
+    assert jaws.max() <= 0.801
+    assert jaws[449] == pytest.approx(0.1, abs=2e-3)
+    assert jaws[-1] == pytest.approx(0.8, abs=2e-3)
+    step(m, pose(), pose(), gripper=0.8, jaw=0.8, clutch=True)
+    _, held, *_ = step(m, pose(), pose(), gripper=1.0, jaw=0.8)
+    assert held == jaws[-1], "held again after the clutch"
+
+
+def test_without_ratchet_the_jaw_opens():
+    m = make()
+    opened = [step(m, pose(), pose(), gripper=0.9, jaw=0.3)[1] for _ in range(100)]
+    assert opened[-1] > opened[0]

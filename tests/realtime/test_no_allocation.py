@@ -95,6 +95,7 @@ def test_collision_thread_of_the_paper_allocates_but_the_cycle_does_not(guard):
         "impedance",
         "admittance",
         "six_axis",
+        "soft",
         "delta",
         "identified",
         "estimating",

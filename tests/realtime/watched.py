@@ -1,7 +1,7 @@
 """Run under heap_guard (LD_PRELOAD): prints the heap and lock calls of a session's threads as JSON.
 
 python watched.py realtime METHOD RATE SECONDS
-    | lockstep METHOD [organ|solids|live|cloud|LAW|ARM|identified|estimating|guided]
+    | lockstep METHOD [organ|solids|soft|live|cloud|LAW|ARM|identified|estimating|guided]
     | planted METHOD RATE | robot following|impedance|moving | geometries all | crtk all | device all
 """
 
@@ -26,6 +26,8 @@ from palpate.scene.scene import Scene
 from palpate.shapes import analytic
 from palpate.shapes.organ import organ
 from palpate.simulators import dvrk
+from palpate.tissue import Tissue
+from palpate.tissue.blocks import block
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "loop"))
 import loop_rig
@@ -110,6 +112,15 @@ def cloud_scene() -> _core.Snapshot:
     return _core.Snapshot([_core.Object("cloud", surface, np.eye(4), material, live=_core.LiveOptions(gain=60.0))])
 
 
+def soft_scene() -> _core.Snapshot:
+    """A soft block whose top is at the origin."""
+    nodes, tets = block((5, 5, 3), (0.05, 0.05, 0.03))
+    nodes = nodes - [0.025, 0.025, 0.03]
+    soft = Tissue((nodes, tets), young=8e3, prony=[(0.3, 0.05)], fixed=nodes[:, 2] < -0.0299)
+    material = _core.Material(K=np.zeros(3), mu=0.3)
+    return _core.Snapshot([_core.Object("soft", soft.core_for(0.005), np.eye(4), material)])
+
+
 def press() -> _core.HandPath:
     """A hand path that is soon in contact, slides to and fro, and leaves repeatedly."""
     x = np.tile([0.0, 0.0, 0.008, -0.008, 0.0], 40)
@@ -129,12 +140,19 @@ def contacts(rows: np.ndarray) -> int:
     return int((as_ticks(rows)["contacts"] > 0).sum())
 
 
+def capsule(x: float) -> _core.ToolCapsule:
+    """A capsule of 4 mm radius along the axis of the tool, displaced by x [m]."""
+    ends = (_core.ToolSphere(np.array([x, 0.0, z]), 0.004) for z in (0.0, -0.05))
+    return _core.ToolCapsule(*ends, 0.004)
+
+
 def realtime(method: str, rate: float, seconds: float) -> dict[str, object]:
     """Count calls of the loop's thread while another thread replaces scenes and changes controls."""
     live = organ_scene(20_000, live=True)
     scenes = [live, live, solids_scene(), organ_scene(3_000, lift=0.001)]
     lists = [fixtures(), fixtures(0.5)]
-    sim = simulation(method, rate, scenes[0])
+    sim, other = simulation(method, rate, scenes[0]), simulation(method, rate, scenes[0])
+    _core.join_instruments([sim, other], [[capsule(0.0)], [capsule(0.003)]], 10.0, 0.1)  # they overlap all the time
     before = threads()
     sim.set_live(targets(0.0))
     sim.start()
@@ -153,6 +171,9 @@ def realtime(method: str, rate: float, seconds: float) -> dict[str, object]:
                 sim.set_live(targets(float(as_ticks(sim.latest().reshape(1, -1))["t"][0])))
             controls = _core.Controls()
             controls.stiffness_scale = 1.0 - 0.1 * (swaps % 2)
+            controls.lock_rotation, controls.scale = swaps % 3 == 1, 0.5 - 0.05 * (swaps % 2)
+            controls.clutch, controls.camera, controls.hold_all = swaps % 7 == 4, swaps % 7 == 5, swaps % 7 == 6
+            controls.quat_WL = np.eye(4)[0] if swaps % 4 == 3 else np.zeros(4)
             sim.controls = controls
 
     start, ticks0 = {t: counts(t) for t in new}, int(sim.timing()["ticks"])
@@ -276,7 +297,8 @@ def lockstep(method: str, what: str = "organ") -> dict[str, object]:
     elif what in ("six_axis", "delta"):
         sim = other_arm(what)
     else:
-        sim = simulation(method, 1000.0, solids_scene() if what == "solids" else organ_scene(20_000))
+        scene = {"solids": solids_scene, "soft": soft_scene}.get(what, lambda: organ_scene(20_000))
+        sim = simulation(method, 1000.0, scene())
     me, counted, touched = threading.get_native_id(), [], 0
     for n in (700, 700, 7, 2000, 7):
         before = counts(me)

@@ -82,6 +82,11 @@ void CollisionMethod::post(const scene::Snapshot& scene, const Vec3& p_WT, const
 
 void CollisionMethod::check(const scene::Snapshot& scene) const {
   for (const scene::Object& object : scene.objects) {
+    if (object.surface->deformable() != nullptr) {
+      throw std::invalid_argument("contact: object '" + object.name +
+                                  "' is soft, and the paper's methods index its triangles once; use method proxy or "
+                                  "penalty");
+    }
     if (!object.surface->mesh()) {
       throw std::invalid_argument("contact: object '" + object.name +
                                   "' has no triangles, and the paper's methods find collisions of triangles; use "

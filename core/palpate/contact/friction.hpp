@@ -26,6 +26,8 @@ class Friction {
   /// normal. Both are expressed in a frame that moves with the surface. depth: penetration depth, above 0 [m]. mu,
   /// mu_static: friction coefficients [-]; a mu_static below mu counts as mu.
   Vec3 step(const Vec3& p, const Vec3& normal, double depth, double mu, double mu_static) noexcept;
+  /// Moves the anchor with a surface that deforms, by `shift` [m].
+  void carry(const Vec3& shift) noexcept { anchor_ += shift; }
   /// True while the proxy slips.
   [[nodiscard]] bool slipping() const noexcept { return slipping_; }
 

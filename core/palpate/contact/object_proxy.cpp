@@ -39,6 +39,7 @@ ObjectProxy::ProxyContact contact_from_gradient(const Vec3& gradient, double dep
 ObjectProxy::ProxyContact ObjectProxy::step(const scene::Mesh& mesh, const Vec3& g, double radius,
                                             double release) noexcept {
   if (mesh_ != &mesh || mesh_id_ != mesh.id()) initialise(mesh, g, radius);
+  carry();
   if (follow_free_tool(g, radius)) return {};
 
   queries_left_ = kQueries;
@@ -68,6 +69,7 @@ void ObjectProxy::initialise(const scene::Mesh& mesh, const Vec3& g, double radi
   path_ = path;
   mesh_ = &mesh;
   mesh_id_ = mesh.id();
+  travelled_ = mesh.impl().travelled;
   centre_ = tool_ = clear_at_ = g;
   const scene::ClosestPoint near = mesh.closest(g, std::numeric_limits<double>::infinity());
   const Vec3 away = g - near.point;
@@ -85,6 +87,24 @@ void ObjectProxy::initialise(const scene::Mesh& mesh, const Vec3& g, double radi
 bool ObjectProxy::passed_through(const Vec3& g, double radius, double release) const noexcept {
   return (centre_ - g).squaredNorm() > release * release && mesh_->report().closed &&
          mesh_->nearest(g).distance > radius;
+}
+
+/// Carries the proxy along with a mesh that moved: by the mean motion of the points that hold it, which keep their
+/// triangles and barycentric weights.
+void ObjectProxy::carry() noexcept {
+  const scene::Mesh::Impl& m = mesh_->impl();
+  carried_.setZero();
+  if (m.travelled == travelled_) return;
+  for (int i = 0; i < constraint_count_; ++i) {
+    const Constraint& held = constraint_[to_index(i)];
+    carried_ += (m.position(held.at) - held.q) / constraint_count_;
+  }
+  if (constraint_count_ > 0) {
+    centre_ += carried_;
+    clear_at_ += carried_;
+  }
+  clear_ = std::max(clear_ - (m.travelled - travelled_), 0.0);
+  travelled_ = m.travelled;
 }
 
 void ObjectProxy::set_centre(const Vec3& centre) noexcept {

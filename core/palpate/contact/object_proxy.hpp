@@ -47,6 +47,8 @@ class ObjectProxy {
   /// Moves the proxy towards the tool at g [m] and returns the contact. radius: radius of the sphere [m]. release:
   /// deflection that releases a tool that has passed through a closed object [m].
   ProxyContact step(const scene::Mesh& mesh, const Vec3& g, double radius, double release) noexcept;
+  /// Motion of the proxy with its surface at the beginning of the last step, where the mesh moved [m].
+  [[nodiscard]] const Vec3& carried() const noexcept { return carried_; }
   /// For verification: appends every position of the centre to `path` (Method::record_path).
   void record_path(std::vector<Vec3>* path) noexcept { path_ = path; }
   /// True if the proxy started with the tool inside the object, until the tool is free.
@@ -61,6 +63,7 @@ class ObjectProxy {
   };
 
   void initialise(const scene::Mesh& mesh, const Vec3& g, double radius) noexcept;
+  void carry() noexcept;
   void set_centre(const Vec3& centre) noexcept;
   bool follow_free_tool(const Vec3& g, double radius) noexcept;
   [[nodiscard]] bool passed_through(const Vec3& g, double radius, double release) const noexcept;
@@ -87,6 +90,8 @@ class ObjectProxy {
   Vec3 tool_ = Vec3::Zero();  // position of the tool in the previous tick
   bool touching_ = false;
   bool started_inside_ = false;
+  Vec3 carried_ = Vec3::Zero();
+  double travelled_ = 0.0;        // Mesh::Impl::travelled in the previous tick
   Vec3 clear_at_ = Vec3::Zero();  // there is no triangle within clear_ [m] of this point
   double clear_ = 0.0;
   int queries_left_ = 0;      // nearest-point queries left in this tick

@@ -34,6 +34,7 @@ void Proxy::touch(const scene::Object& object, int index, const Pose& X_WO, cons
   const ObjectProxy::ProxyContact touch =
       surface.mesh() ? state.proxy.step(*surface.mesh(), p_OT, options_.radius, options_.release)
                      : state.field.step(surface, p_OT, options_.radius, options_.release);
+  if (surface.deformable() != nullptr) state.friction.carry(state.proxy.carried());
   set_.started_inside |= surface.mesh() ? state.proxy.started_inside() : state.field.started_inside();
   if (!touch.touching) {
     state.friction.release();

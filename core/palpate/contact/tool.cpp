@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "palpate/scene/deformable.hpp"
 #include "palpate/types/index.hpp"
 
 namespace palpate::contact {
@@ -69,6 +70,7 @@ const ContactSet& Tool::step(const scene::Snapshot& scene, const Vec3* p_WS, dou
 void Tool::complete(Contact& c, const scene::Object& object, double t) const noexcept {
   c.p_C = c.p_proxy - radius_[to_index(c.sphere)] * c.normal;
   c.v_surface = object.motion.velocity(c.p_C, t);
+  if (object.surface->deformable() != nullptr) return respond(c, object, t);
   if (object.regions.empty()) {
     c.material = object.material;
     return;
@@ -78,6 +80,18 @@ void Tool::complete(Contact& c, const scene::Object& object, double t) const noe
       object.material_at(X_WO.inverse() * (c.p_C - c.delta_x));  // at the sphere's deepest point
   c.material = local.material;
   c.F_grad_K = -0.5 * (X_WO.R * (local.dK.transpose() * c.delta_x.cwiseAbs2()));
+}
+
+/// Stiffness, energy and velocity of a surface that deforms. Damping and friction are those of the object.
+void Tool::respond(Contact& c, const scene::Object& object, double t) const noexcept {
+  const Pose X_WO = object.pose(t);
+  const scene::Response response = object.surface->deformable()->respond(
+      {X_WO.inverse() * c.p_C, X_WO.R.transpose() * c.normal, c.depth, radius_[to_index(c.sphere)], c.sphere});
+  c.material = object.material;
+  c.material.K.setConstant(response.stiffness);
+  c.stored = response.stored;
+  c.stiffening = response.stiffness > 0.0 ? response.tangent / response.stiffness : 1.0;
+  c.v_surface += X_WO.R * response.velocity;
 }
 
 /// Replaces the weakest contact of a full set by `c`, if `c` is stronger.

@@ -25,6 +25,8 @@ class Tool {
   Tool(const Tool&) = delete;
   Tool& operator=(const Tool&) = delete;
 
+  /// Radius of sphere s [m].
+  [[nodiscard]] double radius(int s) const noexcept { return radius_[static_cast<std::size_t>(s)]; }
   /// Number of spheres: 1 + options.spheres.size().
   [[nodiscard]] int size() const noexcept { return static_cast<int>(methods_.size()); }
   /// Finds the contacts at time t [s]. p_WS: centres of the size() spheres in W, the tip T first [m]. If there are more
@@ -39,6 +41,7 @@ class Tool {
 
  private:
   void complete(Contact& contact, const scene::Object& object, double t) const noexcept;
+  void respond(Contact& contact, const scene::Object& object, double t) const noexcept;
   void keep_if_stronger(const Contact& contact) noexcept;
 
   std::vector<std::unique_ptr<Method>> methods_;

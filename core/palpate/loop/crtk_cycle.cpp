@@ -162,7 +162,11 @@ const CrtkOutput& CrtkCycle::step(ClockTime now) noexcept {
   in_.handle.t = in_.tool.t = now.t;
   in_.handle.valid = in_.tool.valid = trusted;
   const Controls people = in_.controls;
-  in_.controls.following = people.following && (status & (kNoOperator | kNotEnabled | kNotFollowing)) == 0;
+  in_.controls.following = people.following && (status & kNotFollowing) == 0;
+  in_.controls.operator_present = people.operator_present && (status & kNoOperator) == 0;
+  in_.controls.camera = people.camera || gates_.camera;
+  in_.homed = (status & kNotEnabled) == 0;
+  in_.settling = (status & ~kGates) == kSettling;
   in_.controls.clutch = people.clutch || gates_.clutch;
   locate();
   const HapticsOutput& felt = haptics_.step(in_);

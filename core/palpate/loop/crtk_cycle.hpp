@@ -33,6 +33,7 @@ struct CrtkGates {
   bool following = false;                                 ///< the teleoperation is switched on
   bool operator_present = false;                          ///< an operator is at the console
   bool clutch = false;                                    ///< clutch pedal is pressed
+  bool camera = false;                                    ///< camera pedal is pressed
   bool leader_enabled = false, follower_enabled = false;  ///< operating state is ENABLED, and the arm is homed
   bool second_writer = false;                             ///< another node publishes wrenches to the same arm
   bool other_teleop = false;                              ///< own_teleop: another teleoperation is on as well

@@ -52,6 +52,8 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   in_.t = in.t;
   in_.controls = in.controls;
   in_.scene = in.scene;
+  in_.tool.F_others_W = in.F_others_W;
+  in_.tool.K_others = in.K_others;
   locate();
   const unsigned estimated = estimate();
   mark(Stage::kinematics);

@@ -26,6 +26,8 @@ struct CycleInput {
   FollowerState follower;
   Controls controls;
   const scene::Snapshot* scene = nullptr;
+  Wrench F_others_W;      ///< wrench of other instruments on the tool about its tip, in W, to be rendered
+  double K_others = 0.0;  ///< stiffness of this contact [N/m]
 };
 
 /// Output of a cycle.

@@ -27,6 +27,13 @@ void check(const Controls& controls) {
   if (!(controls.guidance >= 0.0 && controls.guidance <= 1.0)) {
     throw std::invalid_argument("controls: guidance = " + std::to_string(controls.guidance) + " must lie in 0..1");
   }
+  if (!(controls.scale >= 0.0 && controls.scale <= 10.0)) {
+    throw std::invalid_argument("controls: scale = " + std::to_string(controls.scale) +
+                                " must be above 0 and at most 10, or 0 for that of the scene");
+  }
+  if (!controls.quat_WL.isZero() && !(std::abs(controls.quat_WL.norm() - 1.0) < 1e-6)) {
+    throw std::invalid_argument("controls: quat_WL must be a unit quaternion w x y z, or zero for that of the scene");
+  }
   if (!(controls.stiffness_scale >= 0.0 && std::isfinite(controls.stiffness_scale)) ||
       !(controls.damping_scale >= 0.0 && std::isfinite(controls.damping_scale)) ||
       !controls.p_hand_offset_W.allFinite()) {
@@ -39,6 +46,7 @@ Front::Front(contact::Tool& contact, std::shared_ptr<const scene::Snapshot> scen
     : contact_(contact),
       newest_scene_(present(std::move(scene))),
       scene_(std::make_shared<RenderedScene>(newest_scene_, 0)),
+      newest_rendered_(scene_.current().objects),
       fixtures_(std::make_shared<const guidance::Fixtures>()),
       ring_(static_cast<std::size_t>(kRingSeconds * rate), false) {
   contact_.check(*newest_scene_);
@@ -63,7 +71,9 @@ void Front::set_scene(std::shared_ptr<const scene::Snapshot> scene) {
   const std::lock_guard lock(callers_);
   if (!same_objects(*newest_scene_, *scene)) ++newest_epoch_;
   newest_scene_ = scene;
-  scene_.publish(std::make_shared<RenderedScene>(std::move(scene), newest_epoch_));
+  auto rendered = std::make_shared<RenderedScene>(std::move(scene), newest_epoch_, &newest_rendered_);
+  newest_rendered_ = rendered->objects;
+  scene_.publish(std::move(rendered));
 }
 
 void Front::set_live(LiveTargets targets) {

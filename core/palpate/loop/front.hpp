@@ -88,6 +88,7 @@ class Front {
   Mailbox<Tick> latest_;
   Mailbox<LiveTargets> targets_in_;
   Handover<RenderedScene> scene_;
+  scene::Snapshot newest_rendered_;  ///< copy of the newest scene that was handed over, for its soft bodies
   Handover<const guidance::Fixtures> fixtures_;
   LiveObjects live_;         ///< used by the loop only
   std::uint64_t epoch_ = 0;  ///< epoch of scene(), used by the loop only

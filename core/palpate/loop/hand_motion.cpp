@@ -124,6 +124,14 @@ void HandMotion::follow(const mapping::Mapping& mapping, const Vec3& p_offset_W,
   v_glide_ += before.v - after.v;
 }
 
+void HandMotion::turn(const Mat3& R_WL) noexcept {
+  const Mat3 R_change = R_WL * X_WL_.R.transpose();
+  const Vec3 p_before = X_WL_ * target_.X_LH.p;
+  X_WL_.R = R_WL;
+  glide_ += X_WL_ * target_.X_LH.p - p_before;
+  v_glide_ = R_change * v_glide_;
+}
+
 HandPath::Point HandMotion::intended(double t) const noexcept {
   HandPath::Point point = path_.at(paused_ ? t_paused_ : t - pause_duration_);
   point.v *= paused_ ? 0.0 : 1.0;

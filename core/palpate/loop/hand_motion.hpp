@@ -60,6 +60,8 @@ class HandMotion {
   /// To be called once per tick, at time t [s]. mapping: its present map; p_offset_W: offset from dragging in the
   /// viewer [m]; hold: the path is held.
   void follow(const mapping::Mapping& mapping, const Vec3& p_offset_W, bool paused, double t) noexcept;
+  /// Sets another orientation of the leader base in W; the hand stays where it is in L.
+  void turn(const Mat3& R_WL) noexcept;
   /// Moves the hand in the coming tick, of length `tick` [s], straight and at constant speed to the additional offset
   /// p_W [m]. An operator model that reacts to the run uses it. The offset is not smoothed.
   void steer(const Vec3& p_W, double tick) noexcept { v_steered_ = (p_W - steered_) / tick; }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "palpate/loop/soft_objects.hpp"
+
 namespace palpate::loop {
 namespace {
 
@@ -19,6 +21,7 @@ double period(double rate) {
 
 Haptics::Haptics(const HapticsOptions& options)
     : options_(options),
+      R_WL0_(options.X_WL.R),
       mapping_(options.mapping, options.X_WL.R, period(options.rate)),
       guidance_(options.guidance, period(options.rate)),
       contact_(options.method, options.contact),
@@ -28,10 +31,12 @@ Haptics::Haptics(const HapticsOptions& options)
 const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
   const Handle& handle = in.handle;
   const ToolWithSpheres& tool = in.tool;
-  const bool following = in.controls.following && handle.valid && tool.valid;
+  take_mapping(in.controls);
+  const bool following = advance(in) == SessionState::following;
   out_.mapped = mapping_.step({options_.X_WL * handle.X_LH, handle.V_LH, handle.gripper, tool.X_WT, tool.jaw, following,
                                in.controls.clutch, tool.reached, in.t, handle.X_LH.p,
-                               tool_force_.F_T_W.f + out_.guided.on_tool.F.f, out_.guided.correction});
+                               tool_force_.F_T_W.f + out_.guided.on_tool.F.f, out_.guided.correction,
+                               in.controls.lock_rotation, in.controls.lock_translation});
   mark(Stage::mapping);
   guide(in);
   mark(Stage::guidance);
@@ -40,10 +45,53 @@ const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
   out_.force = force::step(*out_.contacts, out_.mapped.V_WT, in.controls.stiffness_scale, in.controls.damping_scale);
   tool_force_ = contact_force(in);
   out_.commanded = mapping_.damped_wrench_on_hand({tool_force_.F_T_W + out_.guided.on_tool.F, out_.guided.on_tool.B});
+  if (in.controls.lock_rotation) out_.commanded.F.t.setZero();  // a moment that turns no tool could feed the hand
+  advance_soft(*in.scene, contact_, *out_.contacts, out_.force, in.t, 1.0 / options_.rate);
+  soft_ = soft_state(*in.scene);
   mark(Stage::force);
   out_.rendered = stabilise(in);
   mark(Stage::stability);
   return out_;
+}
+
+// Steps the state machine by the levels of this tick. A fault waits for a new request unless it is left by itself.
+SessionState Haptics::advance(const HapticsInput& in) noexcept {
+  const Controls& c = in.controls;
+  const bool valid = in.handle.valid && in.tool.valid;
+  const bool leaves_fault = session_.state() == SessionState::fault || session_.state() == SessionState::recover;
+  if (session_.state() != SessionState::fault) recover_seen_ = c.recover_requests;
+  SessionInput now;
+  now.power = c.power;
+  now.home = c.home;
+  now.at_home = in.homed;
+  now.follow = c.following && c.operator_present;
+  now.aligned = mapping_.aligned(options_.X_WL * in.handle.X_LH, in.tool.X_WT);
+  now.clutch = c.clutch;
+  now.camera = c.camera;
+  now.hold = c.hold_all;
+  now.fault = !valid && !(in.settling && leaves_fault);
+  now.recover = c.recover_by_itself || c.recover_requests != recover_seen_;
+  now.settled = valid;
+  return session_.step(now);
+}
+
+// Takes the motion scale and the orientation of the leader base, if they have changed.
+void Haptics::take_mapping(const Controls& controls) noexcept {
+  if (controls.scale != scale_) {
+    scale_ = controls.scale;
+    mapping_.rescale(scale_ > 0.0 ? scale_ : options_.mapping.scale);
+  }
+  if (controls.quat_WL != quat_WL_) {
+    const Eigen::Vector4d& q = quat_WL_ = controls.quat_WL;
+    options_.X_WL.R =
+        q.isZero() ? R_WL0_ : Mat3(Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized().toRotationMatrix());
+    mapping_.turn(options_.X_WL.R);
+  }
+}
+
+// True if the hand receives forces. A constant force on a hand that does not move the tool would feed it with energy.
+bool Haptics::feels(const HapticsInput& in) const noexcept {
+  return out_.mapped.engaged && !in.controls.lock_translation;
 }
 
 void Haptics::finish(const HapticsInput& in, const Wrench& F, Tick& tick) noexcept {
@@ -71,16 +119,16 @@ ToolForce Haptics::contact_force(const HapticsInput& in) const noexcept {
     case force::Source::both:
       return {{out_.force.F + F_estimate_W, out_.force.torque}};
     default:
-      return {{out_.force.F, out_.force.torque},
-              stability::stiffness_along(out_.force.F, *out_.contacts, in.controls.stiffness_scale)};
+      return {Wrench{out_.force.F, out_.force.torque} + in.tool.F_others_W,
+              stability::stiffness_along(out_.force.F, *out_.contacts, in.controls.stiffness_scale) + in.tool.K_others};
   }
 }
 
 stability::Output Haptics::stabilise(const HapticsInput& in) noexcept {
   const Vec3 F_T_W = out_.force.F + out_.guided.on_tool.F.f;
-  const double K =
-      stability::stiffness_along(F_T_W, *out_.contacts, in.controls.stiffness_scale) + guidance_.stiffness_along(F_T_W);
-  return stability_.step({out_.commanded, in.t, in.handle, in.tool, out_.mapped.engaged, mapping_.stiffness_on_hand(K),
+  const double K = stability::stiffness_along(F_T_W, *out_.contacts, in.controls.stiffness_scale) +
+                   guidance_.stiffness_along(F_T_W) + in.tool.K_others;
+  return stability_.step({out_.commanded, in.t, in.handle, in.tool, feels(in), mapping_.stiffness_on_hand(K),
                           mapping_.energy_ratio() * out_.guided.credit});
 }
 

@@ -7,9 +7,11 @@
 #include "palpate/contact/tool.hpp"
 #include "palpate/force/force.hpp"
 #include "palpate/guidance/guidance.hpp"
+#include "palpate/loop/session_machine.hpp"
 #include "palpate/loop/stage_clock.hpp"
 #include "palpate/loop/tick.hpp"
 #include "palpate/mapping/mapping.hpp"
+#include "palpate/scene/deformable.hpp"
 #include "palpate/scene/snapshot.hpp"
 #include "palpate/stability/ledger.hpp"
 #include "palpate/stability/stability.hpp"
@@ -42,6 +44,8 @@ struct HapticsInput {
   Handle handle;
   ToolWithSpheres tool;
   Controls controls;
+  bool homed = true;      ///< both arms are homed
+  bool settling = false;  ///< a fault is over, but not yet for long enough
   const scene::Snapshot* scene = nullptr;
 };
 
@@ -78,6 +82,7 @@ class Haptics {
   /// Replaces the fixtures, which must outlive their use.
   void take(const guidance::Fixtures& fixtures) noexcept { guidance_.take(fixtures); }
   [[nodiscard]] const guidance::Guidance& guidance() const noexcept { return guidance_; }
+  [[nodiscard]] SessionState state() const noexcept { return session_.state(); }
   /// Changes the motion scale [-]; the map is anchored anew.
   void rescale(double scale) noexcept { mapping_.rescale(scale); }
   /// Resets contact to the tool's position.
@@ -91,6 +96,9 @@ class Haptics {
   void mark(Stage stage) noexcept {
     if (clock_ != nullptr) clock_->mark(stage);
   }
+  SessionState advance(const HapticsInput& in) noexcept;
+  void take_mapping(const Controls& controls) noexcept;
+  [[nodiscard]] bool feels(const HapticsInput& in) const noexcept;
   void guide(const HapticsInput& in) noexcept;
   [[nodiscard]] ToolForce contact_force(const HapticsInput& in) const noexcept;
   [[nodiscard]] stability::Output stabilise(const HapticsInput& in) noexcept;
@@ -102,6 +110,11 @@ class Haptics {
                         Tick& tick) const noexcept;
 
   HapticsOptions options_;
+  SessionMachine session_;
+  int recover_seen_ = 0;                               ///< recover_requests when the last fault began
+  Mat3 R_WL0_;                                         ///< orientation of the leader base by the options
+  double scale_ = 0.0;                                 ///< Controls::scale of the last tick
+  Eigen::Vector4d quat_WL_ = Eigen::Vector4d::Zero();  ///< Controls::quat_WL of the last tick
   mapping::Mapping mapping_;
   guidance::Guidance guidance_;
   contact::Tool contact_;
@@ -109,7 +122,8 @@ class Haptics {
   stability::Ledger ledger_;
   StageClock* clock_ = nullptr;
   HapticsOutput out_;
-  ToolForce tool_force_;  ///< contact force of the previous tick
+  scene::DeformableState soft_;  ///< of the soft objects
+  ToolForce tool_force_;         ///< contact force of the previous tick
 };
 
 }  // namespace palpate::loop

@@ -34,7 +34,7 @@ stability::Energy Haptics::book(const HapticsInput& in, const Wrench& F_H_L) noe
   const ContactSet& contacts = *out_.contacts;
   const stability::Output& rendered = out_.rendered;
   const Vec3& v_LH = in.handle.V_LH.v;
-  const Wrench commanded = out_.mapped.engaged ? out_.commanded.total(v_LH) : Wrench{};
+  const Wrench commanded = feels(in) ? out_.commanded.total(v_LH) : Wrench{};
   const bool law = options_.source != force::Source::estimate;  // the force law contributes to the wrench on the hand
   const bool engaged = commanded.f != Vec3::Zero() || commanded.t != Vec3::Zero();
   stability::PortForces forces;
@@ -54,7 +54,7 @@ stability::Energy Haptics::book(const HapticsInput& in, const Wrench& F_H_L) noe
     source = source + F_contact;
     rest = rest - F_contact;
   }
-  if (out_.mapped.engaged) {
+  if (feels(in)) {
     const Wrench F_guidance = finite(mapping_.damped_wrench_on_hand(out_.guided.on_tool).total(v_LH));
     forces.F_source[kGuidanceSource] = F_guidance;
     rest = rest - F_guidance;
@@ -62,13 +62,15 @@ stability::Energy Haptics::book(const HapticsInput& in, const Wrench& F_H_L) noe
   forces.F_source.back() = rest;
   // Energy of the contact springs, converted to the hand's port.
   const double per_hand = law ? mapping_.energy_ratio() : 0.0;
-  const double spring = per_hand * stability::spring_energy(contacts, in.controls.stiffness_scale);
+  const double spring =
+      per_hand * (stability::spring_energy(contacts, in.controls.stiffness_scale) + soft_.potential + soft_.kinetic);
   return ledger_.step(in.handle.X_LH, forces, spring, mapping_.energy_ratio() * mapping_.released());
 }
 
 void Haptics::record(const HapticsInput& in, Tick& tick) const noexcept {
   loop::record(in.handle, tick);
   const Pose& X_WT = in.tool.X_WT;
+  tick.session_state = static_cast<double>(session_.state());
   tick.jaw = in.tool.jaw;
   copy(out_.mapped.X_WT_goal.p, tick.p_WT_goal);
   copy(X_WT.p, tick.p_WT);
@@ -134,6 +136,9 @@ void Haptics::record_stability(const HapticsInput& in, const Wrench& F_H_L, cons
   tick.energy_low_pass = energy.low_pass;
   tick.energy_coupling = energy.coupling;
   std::copy(energy.source.begin(), energy.source.end(), tick.energy_source);
+  tick.tissue_potential = soft_.potential;
+  tick.tissue_kinetic = soft_.kinetic;
+  tick.tissue_status = (soft_.hurried ? 1.0 : 0.0) + (soft_.frozen ? 2.0 : 0.0);
   tick.energy_stored = stability_.passivity().stored();
   tick.energy_lent = stability_.passivity().credited();
   tick.energy_reserved = stability_.passivity().reserved();

@@ -19,8 +19,10 @@ struct RenderedScene {
   std::uint64_t epoch = 0;                       ///< grows whenever a scene with other objects is set
 
   /// Copies the snapshot; allocates memory.
-  RenderedScene(std::shared_ptr<const scene::Snapshot> snapshot, std::uint64_t number)
-      : given(std::move(snapshot)), objects(*given), epoch(number) {
+  /// Its soft bodies are those of `before` that have the same id, or else copies at rest.
+  RenderedScene(std::shared_ptr<const scene::Snapshot> snapshot, std::uint64_t number,
+                const scene::Snapshot* before = nullptr)
+      : given(std::move(snapshot)), objects(scene::with_own_deformables(*given, before)), epoch(number) {
     share.fill(1.0);
   }
 

@@ -59,7 +59,7 @@ SIGNAL(hand, Reals<3>, F_cell_L, "N", "L", "load cell: force of the arm on the h
 SIGNAL(hand, Reals<3>, p_hand_L, "m", "L", "where the hand wants to be", true)
 SIGNAL(stability, double, energy_port, "J", "",
        "energy the rendered force took from the hand; below zero it generated", true)
-SIGNAL(stability, double, energy_spring, "J", "", "stored in the contact springs", true)
+SIGNAL(stability, double, energy_spring, "J", "", "stored in the contact springs and in soft bodies", true)
 SIGNAL(stability, double, energy_damping, "J", "", "dissipated by the damping term", true)
 SIGNAL(stability, double, energy_mapping, "J", "", "released from the springs by motion of the mapping itself", true)
 SIGNAL(stability, double, energy_cut, "J", "", "withheld by the caps", true)
@@ -68,6 +68,9 @@ SIGNAL(stability, double, energy_low_pass, "J", "", "withheld by the low-pass", 
 SIGNAL(stability, double, energy_coupling, "J", "", "withheld by the virtual coupling", true)
 SIGNAL(stability, Reals<kSources>, energy_source, "J", "",
        "wanted by each object, by guidance, and last by all the rest, before the stage", true)
+SIGNAL(contact, double, tissue_potential, "J", "", "stored in soft bodies by strain", true)
+SIGNAL(contact, double, tissue_kinetic, "J", "", "kinetic energy of soft bodies", true)
+SIGNAL(contact, double, tissue_status, "1", "", "of soft bodies: +1 more time steps, +2 diverged and stands still", true)
 SIGNAL(stability, double, energy_stored, "J", "", "energy that the force may still return to the hand", true)
 SIGNAL(stability, double, energy_lent, "J", "", "credited for fixtures that were switched on where the hand was", true)
 SIGNAL(stability, double, energy_reserved, "J", "", "part of energy_stored that is kept for wrenches not yet applied", true)
@@ -81,6 +84,12 @@ SIGNAL(tracking, Reals<3 * kMaxLive>, tracked_p, "m", "W",
 SIGNAL(tracking, Reals<4 * kMaxLive>, tracked_quat, "1", "W", "its orientation, w x y z", true)
 SIGNAL(tracking, Reals<kMaxLive>, tracked_age, "s", "", "age of this pose; infinite before the first", true)
 SIGNAL(tracking, Reals<kMaxLive>, tracked_status, "1", "", "0: not seen yet, 1: tracked, 2: lost", true)
+SIGNAL(loop, double, session_state, "1", "", "state of the session, by its number in docs/session.md", true)
+SIGNAL(pairs, Reals<3>, F_instrument_W, "N", "W", "force of other instruments on the tool", true)
+SIGNAL(pairs, Reals<3>, t_instrument_W, "N m", "W", "torque of other instruments about the tool tip", true)
+SIGNAL(pairs, double, instrument_gap, "m", "",
+       "smallest distance to another instrument, negative in contact", true)
+SIGNAL(pairs, double, handle_gap, "m", "", "smallest distance to the handle of another leader", true)
 SIGNAL(loop, double, cycle_us, "us", "", "compute time of the haptic cycle", false)
 SIGNAL(loop, double, lateness_us, "us", "", "start of the tick after its deadline", false)
 // clang-format on

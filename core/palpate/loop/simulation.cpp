@@ -1,9 +1,11 @@
 #include "palpate/loop/simulation.hpp"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <sstream>
 #include <stdexcept>
+#include <thread>
 
 namespace palpate::loop {
 namespace {
@@ -58,6 +60,8 @@ Simulation::Simulation(const SimulationOptions& options, arm::Arm leader, arm::A
       hand_(std::move(path), options_.X_WL, options_.tremor, options_.seed),
       substeps_(static_cast<int>(std::ceil(options_.plant_rate / options_.rate - 1e-9))),
       plant_dt_(1.0 / (options_.rate * substeps_)),
+      leader_model_(leader),
+      follower_model_(follower),
       thread_(options_.realtime),
       front_(cycle_.contact(), std::move(scene), options_.rate) {
   leader_.reset(options_.q_leader0);
@@ -91,6 +95,24 @@ std::size_t Simulation::run(std::size_t n, Tick* rows, const Vec3* hand_W) {
   return done;
 }
 
+void Simulation::join(std::shared_ptr<Board> board, int index, std::vector<ToolCapsule> capsules,
+                      contact::InstrumentLaw law) {
+  const std::lock_guard lock(driver_);
+  if (running()) throw std::logic_error("the simulation runs in real time: stop() it before join()");
+  for (const ToolCapsule& capsule : capsules) {
+    if (std::max(capsule.a.link, capsule.b.link) >= static_cast<int>(follower_model_.link_names().size())) {
+      throw std::invalid_argument("instruments: a capsule sits on a link that the follower does not have");
+    }
+  }
+  in_world_ = std::make_unique<InWorld>(std::move(board), index, std::move(capsules), law, leader_model_,
+                                        follower_model_, options_.X_WL, options_.X_WB, options_.rate);
+  publish();
+}
+
+void Simulation::publish() noexcept {
+  if (in_world_) in_world_->publish(leader_.measured(), follower_.measured());
+}
+
 void Simulation::watch_stages() {
   const std::lock_guard lock(driver_);
   if (running()) throw std::logic_error("the simulation runs in real time: stop() it before watch_stages()");
@@ -118,10 +140,14 @@ bool Simulation::wake(const Wake& w) noexcept {
     plant();
   }
   take(w.stopping);
+  if (const std::int64_t stall = stall_ns_.exchange(0); stall > 0) {
+    std::this_thread::sleep_for(std::chrono::nanoseconds(stall));
+  }
   if (in_.controls.paused) {
     return true;
   }
   tick(1e-3 * static_cast<double>(w.lateness_ns));
+  publish();
   front_.keep(tick_);
   const auto zero = [](const double (&x)[3]) { return x[0] == 0.0 && x[1] == 0.0 && x[2] == 0.0; };
   const bool quiet = zero(tick_.F_H_L) && zero(tick_.t_H_L);
@@ -135,6 +161,7 @@ void Simulation::take(bool stopping) noexcept {
     in_.controls.following = false;
     in_.controls.paused = false;
   }
+  turn_hand();
   const bool other = front_.take_scene(now());
   in_.scene = &front_.scene();
   if (other) {
@@ -142,6 +169,14 @@ void Simulation::take(bool stopping) noexcept {
     if (tool_contact_) tool_contact_->reset();
   }
   if (front_.take_fixtures()) cycle_.take(front_.fixtures());
+}
+
+// The simulated hand sees the picture: it moves in the axes in which the mapping reads it.
+void Simulation::turn_hand() noexcept {
+  const Eigen::Vector4d& q = in_.controls.quat_WL;
+  if (q == quat_WL_) return;
+  quat_WL_ = q;
+  hand_.turn(q.isZero() ? options_.X_WL.R : Mat3(Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized()));
 }
 
 void Simulation::tick(double lateness_us) noexcept {
@@ -152,6 +187,7 @@ void Simulation::tick(double lateness_us) noexcept {
   const HandMotion::Target& hand = hand_.step(0.0);
 
   const std::int64_t begin = now_ns();
+  meet();
   const CycleOutput& out = cycle_.step(in_);
   const std::int64_t spent = now_ns() - begin;
   cycle_time_.add(spent);
@@ -165,6 +201,7 @@ void Simulation::tick(double lateness_us) noexcept {
   }
   tick_.status |= leader_.hand_slipped() ? kHandSlipped : 0u;
   front_.record(tick_);
+  if (in_world_) on_tool_.record(tick_);
   tick_.cycle_us = 1e-3 * static_cast<double>(spent);
   tick_.lateness_us = lateness_us;
   front_.show(tick_);
@@ -176,6 +213,16 @@ void Simulation::tick(double lateness_us) noexcept {
   leader_.command(out.leader);
   follower_.command(out.follower);
   plant();
+}
+
+// Wrench of the other instruments on the tool. A follower without drives renders it to the hand; a driven follower is
+// pushed by it, and the hand feels it through the estimated force.
+void Simulation::meet() noexcept {
+  if (!in_world_) return;
+  on_tool_ = in_world_->step();
+  if (tool_contact_) return;
+  in_.F_others_W = on_tool_.F_T_W;
+  in_.K_others = on_tool_.stiffness;
 }
 
 // Steps the simulated world by one period of the cycle.
@@ -201,7 +248,8 @@ Wrench Simulation::touch(double t) noexcept {
   const force::ForceTerms terms = force::step(contacts, {X_WB.R * V_BT.v, X_WB.R * V_BT.w},
                                               in_.controls.stiffness_scale, in_.controls.damping_scale);
   F_touch_W_ = terms.F;
-  return {X_WB.R.transpose() * terms.F, X_WB.R.transpose() * terms.torque};
+  const Wrench F_T_W = Wrench{terms.F, terms.torque} + on_tool_.F_T_W;
+  return {X_WB.R.transpose() * F_T_W.f, X_WB.R.transpose() * F_T_W.t};
 }
 
 std::string Simulation::fault() {

@@ -1,6 +1,7 @@
 // The simulation: hand, leader and follower around the haptic cycle, in lockstep or in real time.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -12,6 +13,7 @@
 #include "palpate/loop/front.hpp"
 #include "palpate/loop/hand_motion.hpp"
 #include "palpate/loop/histogram.hpp"
+#include "palpate/loop/instruments.hpp"
 #include "palpate/loop/realtime.hpp"
 #include "palpate/plant/follower.hpp"
 #include "palpate/plant/hand.hpp"
@@ -63,6 +65,16 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): a singl
   /// collider; empty without a fault. From any thread.
   [[nodiscard]] std::string fault();
 
+  /// Puts the instrument among those of other simulations, which push it from the next tick on. Throws std::logic_error
+  /// in real time.
+  void join(std::shared_ptr<Board> board, int index, std::vector<ToolCapsule> capsules, contact::InstrumentLaw law);
+  /// Shows the instrument to the other simulations; a real-time loop does so after each tick.
+  void publish() noexcept;
+  /// For tests of isolation: the loop sleeps once in its next tick [s].
+  void stall(double seconds) noexcept { stall_ns_ = static_cast<std::int64_t>(1e9 * seconds); }
+  /// True if simulated time stands still.
+  [[nodiscard]] bool paused() const { return front_.controls().paused; }
+
   /// Measures the time of the stages from now on, which takes about 0.25 us per tick. Throws std::logic_error in real
   /// time.
   void watch_stages();
@@ -77,8 +89,10 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): a singl
   /// Time of the next tick [s].
   [[nodiscard]] double now() const noexcept { return static_cast<double>(k_) / options_.rate; }
   void take(bool stopping) noexcept;
+  void turn_hand() noexcept;
   void tick(double lateness_us) noexcept;
   void plant() noexcept;
+  void meet() noexcept;
   Wrench touch(double t) noexcept;
   bool wake(const Wake& wake) noexcept;
 
@@ -89,11 +103,16 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): a singl
   std::unique_ptr<contact::Tool> tool_contact_;  ///< contact of a driven follower; null otherwise
   Vec3 F_touch_W_ = Vec3::Zero();
   HandMotion hand_;
+  Eigen::Vector4d quat_WL_ = Eigen::Vector4d::Zero();  ///< Controls::quat_WL of the last tick
   int substeps_;
   double plant_dt_;
   std::uint64_t k_ = 0;  ///< ticks since the start; t = k / rate does not accumulate rounding errors
   CycleInput in_;
   Tick tick_{};
+  arm::Arm leader_model_, follower_model_;  ///< copied into in_world_
+  std::unique_ptr<InWorld> in_world_;       ///< null without other instruments
+  OnTool on_tool_;                          ///< forces of the other instruments at this tick
+  std::atomic<std::int64_t> stall_ns_{0};
 
   RealTimeThread thread_;
   Front front_;

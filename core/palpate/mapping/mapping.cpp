@@ -28,6 +28,8 @@ Mapping::Mapping(const Options& options, const Mat3& R_WL, double dt)
           "must be 0 rad/s (keep the offset) or more");
   require("mapping", options.gripper_max > options.gripper_min, "gripper_max", options.gripper_max,
           "must be above mapping.gripper_min");
+  require("mapping", options.align_tolerance >= 0.0, "align_tolerance", options.align_tolerance,
+          "must be 0 rad (do not wait) or more, for example 0.17");
   require("mapping", options.jaw_rate > 0.0, "jaw_rate", options.jaw_rate, "must be above 0 rad/s, for example 2");
 }
 
@@ -43,7 +45,10 @@ ToolGoal Mapping::step(const Input& in) noexcept {
     goal_ = in.X_WT;
     jaw_ = in.jaw;
   }
-  if (engaged && !engaged_) {
+  const bool other_locks = in.lock_rotation != lock_rotation_ || in.lock_translation != lock_translation_;
+  lock_rotation_ = in.lock_rotation;
+  lock_translation_ = in.lock_translation;
+  if (engaged && (!engaged_ || other_locks)) {
     anchor(in);
   }
   engaged_ = engaged;
@@ -53,18 +58,27 @@ ToolGoal Mapping::step(const Input& in) noexcept {
     return {goal_, jaw_, Twist{}, false};
   }
 
-  p_WT0_ +=
-      recentring_.step({in.p_LH, options_.scale * in.V_LH.v.norm(), R_WL_, in.F_T_W, in.correction_W, in.reached}, dt);
-  goal_.p = p_WT0_ + options_.scale * (in.X_WH.p - p_WH0_);
-  goal_.R = in.X_WH.R * R_off_.toRotationMatrix();
-  R_off_ = towards_identity(R_off_, options_.align_rate * dt_);
+  if (lock_translation_) {
+    recentring_.pause();
+  } else {
+    p_WT0_ += recentring_.step(
+        {in.p_LH, options_.scale * in.V_LH.v.norm(), R_WL_, in.F_T_W, in.correction_W, in.reached}, dt);
+  }
+  if (!lock_translation_) goal_.p = p_WT0_ + options_.scale * (in.X_WH.p - p_WH0_);
+  if (!lock_rotation_) {
+    goal_.R = in.X_WH.R * R_off_.toRotationMatrix();
+    R_off_ = towards_identity(R_off_, options_.align_rate * dt_);
+  }
 
   const double opening = (in.gripper - options_.gripper_min) / (options_.gripper_max - options_.gripper_min);
   const double jaw = options_.jaw_min + std::clamp(opening, 0.0, 1.0) * (options_.jaw_max - options_.jaw_min);
   const double jaw_step = options_.jaw_rate * dt_;
-  jaw_ += std::clamp(jaw - jaw_, -jaw_step, jaw_step);
+  jaw_held_ = jaw_held_ && jaw > jaw_;
+  if (!jaw_held_) jaw_ += std::clamp(jaw - jaw_, -jaw_step, jaw_step);
 
-  return {goal_, jaw_, {options_.scale * (R_WL_ * in.V_LH.v), R_WL_ * in.V_LH.w}, true};
+  const Vec3 v = lock_translation_ ? Vec3::Zero() : Vec3(options_.scale * (R_WL_ * in.V_LH.v));
+  const Vec3 w = lock_rotation_ ? Vec3::Zero() : Vec3(R_WL_ * in.V_LH.w);
+  return {goal_, jaw_, {v, w}, true};
 }
 
 Vec3 Mapping::force_on_hand(const Vec3& F_T_W) const noexcept {
@@ -92,7 +106,13 @@ void Mapping::anchor(const Input& in) noexcept {
   p_WH0_ = in.X_WH.p;
   p_WT0_ = goal_.p;
   R_off_ = Eigen::Quaterniond(Mat3(in.X_WH.R.transpose() * goal_.R)).normalized();
+  jaw_held_ = options_.ratchet;
   ++anchor_count_;
+}
+
+bool Mapping::aligned(const Pose& X_WH, const Pose& X_WT) const noexcept {
+  if (options_.align_tolerance == 0.0) return true;
+  return Eigen::AngleAxisd(Mat3(X_WH.R.transpose() * X_WT.R)).angle() <= options_.align_tolerance;
 }
 
 }  // namespace palpate::mapping

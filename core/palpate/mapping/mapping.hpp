@@ -20,6 +20,8 @@ struct Options {
   double jaw_min = 0.0;          ///< jaw angle when closed [rad]
   double jaw_max = 1.047;        ///< jaw angle when fully open [rad]
   double jaw_rate = 2.0;         ///< largest speed of the jaw [rad/s]
+  bool ratchet = false;          ///< on engaging, the jaw does not open before the pinch has closed to its angle
+  double align_tolerance = 0.0;  ///< orientation error up to which the handle counts as aligned; 0: any [rad]
   RecentringOptions recentring;  ///< motion of the tool in addition to that of the hand, for small workspaces
 };
 
@@ -33,10 +35,11 @@ struct Input {
   bool following = true;  ///< teleoperation is on
   bool clutch = false;    ///< clutch pedal pressed
   bool reached = true;    ///< the follower reported its state and could reach the last goal (inverse kinematics)
-  double t = std::numeric_limits<double>::quiet_NaN();  ///< time; NaN: one period after the last step [s]
-  Vec3 p_LH = Vec3::Zero();                             ///< position of the handle in L [m]
-  Vec3 F_T_W = Vec3::Zero();                            ///< newest force on the tool, of contacts and fixtures [N]
-  Vec3 correction_W = Vec3::Zero();                     ///< displacement of the last goal by hard fixtures [m]
+  double t = std::numeric_limits<double>::quiet_NaN();   ///< time; NaN: one period after the last step [s]
+  Vec3 p_LH = Vec3::Zero();                              ///< position of the handle in L [m]
+  Vec3 F_T_W = Vec3::Zero();                             ///< newest force on the tool, of contacts and fixtures [N]
+  Vec3 correction_W = Vec3::Zero();                      ///< displacement of the last goal by hard fixtures [m]
+  bool lock_rotation = false, lock_translation = false;  ///< the tool keeps its orientation, its position
 };
 
 /// Relative, scaled position and absolute orientation (Fig 4):
@@ -66,6 +69,13 @@ class Mapping {
     options_.scale = scale;
     engaged_ = false;
   }
+  /// Sets another orientation of the leader base L in W, valid from the next step on, without a jump of the goal.
+  void turn(const Mat3& R_WL) noexcept {
+    R_WL_ = R_WL;
+    engaged_ = false;
+  }
+  /// True if the handle at X_WH has the orientation of the tool at X_WT, within align_tolerance.
+  [[nodiscard]] bool aligned(const Pose& X_WH, const Pose& X_WT) const noexcept;
   /// Force on the hand in L that renders a force on the tool in W: F_H_L = force_scale R_LW F_T_W [N].
   [[nodiscard]] Vec3 force_on_hand(const Vec3& F_T_W) const noexcept;
   /// Wrench on the hand about the origin of the handle, in L, that renders a wrench about the tool tip, in W. The hand
@@ -101,6 +111,8 @@ class Mapping {
   Recentring recentring_;
   double t_ = std::numeric_limits<double>::quiet_NaN();
   bool started_ = false, engaged_ = false;
+  bool lock_rotation_ = false, lock_translation_ = false;
+  bool jaw_held_ = false;  ///< ratchet: the pinch has not yet closed to the angle of the jaw
   int anchor_count_ = 0;
   Vec3 p_WH0_ = Vec3::Zero(), p_WT0_ = Vec3::Zero();
   Eigen::Quaterniond R_off_ = Eigen::Quaterniond::Identity();

@@ -73,6 +73,12 @@ class Mesh final : public Surface {
   /// Edges of only one triangle: 2 vertex indices per edge, in the orientation of the triangle.
   [[nodiscard]] std::vector<std::int32_t> rims() const;
 
+  /// A copy of the mesh whose vertices can move.
+  [[nodiscard]] std::shared_ptr<Mesh> movable() const;
+  /// Moves the vertices, 3 finite coordinates per vertex [m]. Normals and the index follow; adjacency and creases stay.
+  /// It does not allocate. Only the thread that uses a movable copy may call it.
+  void move(std::span<const double> vertices) noexcept;
+
   [[nodiscard]] Nearest nearest(const Vec3& p) const noexcept override;
   /// Same as nearest(p), but faster if the triangle `seed` is near p (-1: none). Sets `seed` to the nearest triangle.
   [[nodiscard]] Nearest nearest(const Vec3& p, int& seed) const noexcept;

@@ -27,6 +27,7 @@ struct Mesh::Impl {
   Topology topology;                    ///< adjacency and smooth normals
   Bvh bvh;                              ///< hierarchy of the triangles
   MeshReport report;                    ///< defects found and repaired
+  double travelled = 0.0;               ///< bound on the way of every vertex since the mesh was built [m]
 
   /// Position of the corner at the start of a half-edge [m].
   [[nodiscard]] Vec3 corner(std::int32_t half_edge) const noexcept {

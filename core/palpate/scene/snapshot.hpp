@@ -44,4 +44,8 @@ struct Snapshot {
   std::vector<Object> objects;  ///< at most kMaxObjects objects
 };
 
+/// A copy of `scene` with its own deformable surfaces, at rest, except that it takes those of `before` that have the
+/// same id.
+Snapshot with_own_deformables(Snapshot scene, const Snapshot* before = nullptr);
+
 }  // namespace palpate::scene

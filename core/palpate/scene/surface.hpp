@@ -7,6 +7,7 @@
 
 namespace palpate::scene {
 
+class Deformable;
 class Mesh;
 
 /// Nearest point of a surface to a query point. All vectors are expressed in the surface's frame O.
@@ -33,6 +34,8 @@ class Surface {
   }
   /// This surface as a mesh, for methods that walk on triangles. Null for any other kind of surface.
   [[nodiscard]] virtual const Mesh* mesh() const noexcept { return nullptr; }
+  /// The state of this surface if it deforms under the tool, for the loop that owns it; null for any other surface.
+  [[nodiscard]] virtual Deformable* deformable() const noexcept { return nullptr; }
   /// Unique number of this surface, or of the stream of surfaces that it continues. Unlike an address, it is never used
   /// again.
   [[nodiscard]] std::uint64_t id() const noexcept { return id_; }

@@ -35,7 +35,7 @@ double spring_energy(const ContactSet& contacts, double stiffness_scale) noexcep
   for (int i = 0; i < contacts.size; ++i) {
     const Contact& c = contacts.contact[static_cast<std::size_t>(i)];
     const Vec3& K = c.material.K;
-    energy += 0.5 * stiffness_scale * c.delta_x.dot(K.cwiseProduct(c.delta_x));
+    energy += c.stored >= 0.0 ? c.stored : 0.5 * stiffness_scale * c.delta_x.dot(K.cwiseProduct(c.delta_x));
   }
   return energy;
 }
@@ -47,7 +47,7 @@ double stiffness_along(const Vec3& F, const ContactSet& contacts, double stiffne
   for (int i = 0; i < contacts.size; ++i) {
     const Contact& c = contacts.contact[static_cast<std::size_t>(i)];
     const double share = c.normal.dot(F) / size;
-    sum += share * share * stiffness_scale * c.normal.dot(c.material.K.cwiseProduct(c.normal));
+    sum += share * share * stiffness_scale * c.stiffening * c.normal.dot(c.material.K.cwiseProduct(c.normal));
   }
   return sum;
 }

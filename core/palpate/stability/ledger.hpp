@@ -59,9 +59,10 @@ class Ledger {
   Energy energy_;
 };
 
-/// Energy stored in the contacts on the tool's side, the sum of 1/2 delta_x^T K delta_x [J].
+/// Energy stored in the contacts on the tool's side, the sum of 1/2 delta_x^T K delta_x or Contact::stored [J].
 [[nodiscard]] double spring_energy(const ContactSet& contacts, double stiffness_scale) noexcept;
-/// Stiffness of all contacts along f = F / |F| on the tool's side, the sum of (f . n)^2 n^T K n [N/m].
+/// Stiffness of all contacts along f = F / |F| on the tool's side, the sum of (f . n)^2 n^T K n, with the
+/// tangent stiffness where K depends on the depth [N/m].
 [[nodiscard]] double stiffness_along(const Vec3& F, const ContactSet& contacts, double stiffness_scale) noexcept;
 
 }  // namespace palpate::stability

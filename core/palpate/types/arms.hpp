@@ -60,8 +60,20 @@ struct FollowerCommand {
 
 /// Console inputs: pedals, and values that the operator may change at run time.
 struct Controls {
-  bool following = true;                ///< the follower follows the leader, and the hand receives forces
-  bool clutch = false;                  ///< clutch pedal pressed: the hand moves freely, the follower stays
+  bool following = true;          ///< the follower follows the leader, and the hand receives forces
+  bool clutch = false;            ///< clutch pedal pressed: the hand moves freely, the follower stays
+  bool camera = false;            ///< camera pedal pressed: the hands move the endoscope, the follower stays
+  bool power = true;              ///< the arms shall have power
+  bool home = true;               ///< the arms shall be homed
+  bool operator_present = true;   ///< an operator is at the console, with the head in the viewer
+  bool hold_all = false;          ///< everything shall hold where it is
+  bool recover_by_itself = true;  ///< a fault is left as soon as its cause is gone
+  int recover_requests = 0;       ///< a new number leaves a fault whose cause is gone
+  bool lock_rotation = false;     ///< the tool keeps its orientation while it follows
+  bool lock_translation = false;  ///< the tool keeps its position while it follows, and the hand feels no force
+  double scale = 0.0;             ///< tool motion per hand motion; 0: as in the options [-]
+  Eigen::Vector4d quat_WL =
+      Eigen::Vector4d::Zero();          ///< orientation of the leader base in W, w x y z; zero: as in the options
   bool paused = false;                  ///< simulated time stands still (simulation only)
   bool hand_paused = false;             ///< the simulated hand pauses on its path; it resumes there on release
   double stiffness_scale = 1.0;         ///< factor on the stiffness of every object [-]

@@ -32,6 +32,8 @@ struct Contact {
   Vec3 F_grad_K = Vec3::Zero();   ///< force caused by the stiffness gradient, -1/2 delta_x^2 grad K [N]
   int sphere = 0;                 ///< index of the tool sphere; 0 is the SPR at the tip
   Vec3 p_C = Vec3::Zero();        ///< contact point C of the proxy sphere on the surface [m]
+  double stored = -1.0;           ///< energy stored in the contact; negative: 1/2 delta_x^T K delta_x [J]
+  double stiffening = 1.0;        ///< tangent stiffness over K, along the normal [-]
   Vec3 p_TS = Vec3::Zero();       ///< vector from the tool tip T to the sphere centre S, the lever arm of the force [m]
 };
 

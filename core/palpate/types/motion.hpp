@@ -33,6 +33,8 @@ struct ToolState : Sample {
   bool reached = true;                 ///< true if the follower could reach the last goal
   Pose X_WT;                           ///< measured pose of the tool in W
   double jaw = 0.0;                    ///< measured jaw angle [rad]
+  Wrench F_others_W;                   ///< wrench of other instruments on the tool, rendered in addition [N, N m]
+  double K_others = 0.0;               ///< stiffness of this contact [N/m]
   Vec3 F_estimate_W = Vec3::Zero();    ///< estimated force of the environment on the tool, if in use [N]
   const ToolJoints* joints = nullptr;  ///< joint state, for hard fixtures that respect the joint limits; may be null
 };

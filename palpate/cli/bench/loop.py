@@ -9,6 +9,7 @@ from typing import Annotated
 from tyro.conf import arg
 
 from palpate.console.output import console_for, require_writable, say, write_json
+from palpate.errors import PalpateError
 
 
 @dataclass
@@ -25,12 +26,16 @@ class Command:
     """Write the figures as JSON (docs/json.md); - for the standard output."""
 
     arms: int = 0
-    """Arms that run at once in real time at 1 kHz, in turns with bare loops; then one arm at 10 kHz. 0: neither."""
+    """Pairs that run at once in real time at 1 kHz, in turns with bare loops; then one at 10 kHz. 0: neither. At most
+    8, which share the scene and read each other's instruments."""
 
     def __call__(self) -> int:
         """Measure, print the table, write the JSON contract."""
+        from palpate.scene.pairs import MOST
         from palpate.verify.bench import loop
 
+        if not 0 <= self.arms <= MOST:
+            raise PalpateError(f"--arms {self.arms}: must be 0 to {MOST}", mend="e.g. --arms 4")
         console = console_for(self.json)
         require_writable(self.json)
         figures = loop.run(arms=self.arms, on_progress=lambda text: say(console, text))

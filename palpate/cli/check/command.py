@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from palpate.cli.check import grid, mesh, scene
 
-    Findings = grid.Findings | mesh.Findings | scene.Findings
+    Findings = grid.Findings | mesh.Findings | scene.Findings | scene.PairsFindings
 
 _SCENES = (".yaml", ".yml")
 _GRIDS = (".npz", ".nrrd")
@@ -63,11 +63,13 @@ class Command:
 
     def __call__(self) -> int:
         """Check the file; warnings are printed, mistakes are raised. Returns the exit code."""
-        console, path = console_for(self.json), self.file
+        from palpate.scene import shipped
+
+        console, path = console_for(self.json), shipped.find(self.file)
         is_scene = path.suffix.lower() in _SCENES
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            result = self._inspect(console)
+            result = self._inspect(path, console)
         texts = [str(w.message) for w in caught if issubclass(w.category, PalpateWarning)]
         for text in texts:
             say(console, text, "warning:", "yellow")
@@ -79,17 +81,17 @@ class Command:
             write_json(self.json, {"file": str(path), "ok": True, "warnings": texts, **plain(result)})
         return 0
 
-    def _inspect(self, console: Console) -> Findings:
+    def _inspect(self, path: Path, console: Console) -> Findings:
         from palpate.cli.check import grid, mesh, scene
         from palpate.mesh.volumes import Selection
         from palpate.surfaces import nrrd
 
         touch = mesh.Touch.of(self.radius, self.stiffness, self.feature, self.noise, self.repair, self.hole, self.force)
-        ending = self.file.suffix.lower()
+        ending = path.suffix.lower()
         if ending in _SCENES:
-            return scene.inspect(self.file, console)
+            return scene.inspect(path, console)
         label = int(self.label) if self.label is not None and self.label.isdigit() else self.label
         part = Selection(label, self.threshold)
-        if ending in _GRIDS and part == Selection() and not nrrd.is_segmentation(self.file):
-            return grid.inspect(self.file, self.unit or "mm", console)
-        return mesh.inspect(self.file, self.unit, part, touch, console)
+        if ending in _GRIDS and part == Selection() and not nrrd.is_segmentation(path):
+            return grid.inspect(path, self.unit or "mm", console)
+        return mesh.inspect(path, self.unit, part, touch, console)

@@ -132,12 +132,12 @@ def _warn_of_radius(suits: touchable.Radius, where: str) -> None:
             f"features need {suits.largest_mm:.2g} mm or less"
         )
         why = f"at {suits.recommended_mm:g} mm the noise turns the force by {suits.direction_noise_deg:.0f} deg"
-        mend = "smooth the mesh, or filter the force: stability.rate_cap of 5 to 10 N/s (palpate study radius)"
+        mend = f"{_smoothed(suits)}, or filter the force: stability.rate_cap of 5 to 10 N/s (palpate study radius)"
         warnings.warn(PalpateWarning(what, where=where, why=why, mend=mend), stacklevel=2)
     elif suits.smallest_mm == 0.0 and suits.direction_noise_deg > touchable.DIRECTION_LIMIT_DEG:
         what = f"noise of {suits.noise_mm:.2g} mm turns the force by {suits.direction_noise_deg:.0f} deg at any radius"
         why = "the surface that is felt goes through every vertex"
-        warnings.warn(PalpateWarning(what, where=where, why=why, mend="smooth the mesh"), stacklevel=2)
+        warnings.warn(PalpateWarning(what, where=where, why=why, mend=_smoothed(suits)), stacklevel=2)
     elif suits.given_mm < 0.99 * suits.smallest_mm:
         what = f"radius {suits.given_mm:g} mm is small for noise of {suits.noise_mm:.2g} mm"
         limit = f"{touchable.DIRECTION_LIMIT_DEG:g} deg"
@@ -147,6 +147,11 @@ def _warn_of_radius(suits: touchable.Radius, where: str) -> None:
         what = f"radius {suits.given_mm:g} mm is too large to feel {suits.feature_mm:.2g} mm"
         why = f"{suits.unreachable_share:.1%} of the surface lies in hollows tighter than this radius"
         warnings.warn(PalpateWarning(what, where=where, why=why, mend=f"{suits.recommended_mm:g} mm"), stacklevel=2)
+
+
+def _smoothed(suits: touchable.Radius) -> str:
+    """The key of a scene that removes the noise."""
+    return f"smooth the mesh: noise: {suits.noise_mm:.2g}mm beside mesh: in the scene"
 
 
 def _rows(core: _core.Mesh, r: check.MeshReport, unit: Unit) -> tuple[tuple[str, str], ...]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 from pathlib import Path
 
 import numpy as np
@@ -15,15 +16,18 @@ from palpate.arrays.checks import finite_or_none
 from palpate.certificate.scene import warn_outside
 from palpate.cli.check.device import DeviceFindings, inspect_device
 from palpate.cli.check.mesh import warn_of_facets
+from palpate.cli.check.tissue import TissueFindings, inspect_tissue, tissue_words
 from palpate.console.output import say
 from palpate.contact import touchable
 from palpate.mesh import Mesh
 from palpate.mesh.check import MeshReport
 from palpate.scene import Scene
-from palpate.scene.gains import felt_stiffness
+from palpate.scene.gains import felt_stiffness, touched_stiffness
 from palpate.scene.guidance import LIVE
 from palpate.scene.rig import Rig, build
+from palpate.scene.together import build_pairs, gap_at_start
 from palpate.surfaces import PointSurface
+from palpate.tissue import Tissue
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,7 @@ class ObjectFindings:
     felt_stiffness_N_per_m: float
     surface: str
     mesh: MeshReport | None
+    tissue: TissueFindings | None = None
 
 
 @dataclass(frozen=True)
@@ -71,9 +76,20 @@ class Findings:
     device: DeviceFindings | None  # None: the leader is a simulated arm
 
 
-def inspect(path: Path, console: Console) -> Findings:
+@dataclass(frozen=True)
+class PairsFindings:
+    """What `palpate check` finds on a scene with several pairs."""
+
+    pairs: dict[str, Findings]
+    instruments_apart_m: float | None  # smallest distance between two instruments at the start
+    handles_apart_m: float | None  # smallest distance between two handles at the start
+
+
+def inspect(path: Path, console: Console) -> Findings | PairsFindings:
     """Print the objects, fixtures and initial poses of a scene, and return them."""
     scene = Scene.load(path)
+    if scene.pairs:
+        return _inspect_pairs(scene, console)
     device = None if scene.arms.leader.driver is None else inspect_device(scene)
     rig = build(scene) if device is None else device.rig
     rig.simulation()
@@ -82,6 +98,24 @@ def inspect(path: Path, console: Console) -> Findings:
     objects, fixtures = _objects(rig, console), _fixtures(rig, console)
     start = _start(rig, console, device is None)
     return Findings(objects, fixtures, start, None if device is None else device.tell(console))
+
+
+def _inspect_pairs(scene: Scene, console: Console) -> PairsFindings:
+    rigs = build_pairs(scene)
+    found = {}
+    for name, rig in rigs.items():
+        say(console, name, "pair", "bold")
+        rig.simulation()
+        warn_outside(rig)
+        objects, fixtures = _objects(rig, console), _fixtures(rig, console)
+        found[name] = Findings(objects, fixtures, _start(rig, console, True), None)
+    both = list(combinations(rigs.values(), 2))
+    apart = min((gap_at_start(a, b) for a, b in both), default=np.inf)
+    hands = [rig.arms.X_WL @ rig.arms.leader.fk(rig.arms.q_leader0)[:, 3] for rig in rigs.values()]
+    near = min((float(np.linalg.norm(a - b)) for a, b in combinations(hands, 2)), default=np.inf)
+    if both:
+        say(console, f"at the start the instruments are {1e3 * apart:.1f} mm apart, the handles {1e3 * near:.0f} mm")
+    return PairsFindings(found, finite_or_none(apart), finite_or_none(near))
 
 
 def _objects(rig: Rig, console: Console) -> list[ObjectFindings]:
@@ -93,17 +127,22 @@ def _objects(rig: Rig, console: Console) -> list[ObjectFindings]:
     for i, (obj, surface) in enumerate(zip(rig.scene.objects, rig.surfaces, strict=True)):
         felt, body = felt_stiffness(rig.scene, i), surface.body
         mesh = body if isinstance(body, Mesh) else None
+        soft = inspect_tissue(body) if isinstance(body, Tissue) else None
         extents = " x ".join(f"{1e3 * e:.0f}" for e in np.ptp(body.vertices, axis=0))
-        kind = f"{mesh.report.triangles:,} triangles" if mesh else obj.source
+        kind = f"{mesh.report.triangles:,} triangles" if mesh else f"{soft.tets:,} tetrahedra" if soft else obj.source
         K, B = (" ".join(f"{x:g}" for x in dict.fromkeys(v)) for v in (obj.stiffness, obj.damping))
+        K, B = (K, B) if soft is None else (f"up to {touched_stiffness(rig.scene, i):.0f}", "tissue")
         table.add_row(obj.name, kind, extents, K, f"{felt:g}", B, f"{obj.friction:g}")
-        found.append(ObjectFindings(obj.name, felt, kind if mesh else str(body), mesh.report if mesh else None))
+        found.append(ObjectFindings(obj.name, felt, kind if mesh else str(body), mesh.report if mesh else None, soft))
         if mesh:
             warn_of_facets(touchable.fineness(mesh.core, max(obj.stiffness)), f"object {obj.name!r}")
     console.print(table)
     for obj, surface in zip(rig.scene.objects, rig.surfaces, strict=True):
         if isinstance(surface.body, PointSurface):
             say(console, f"{obj.name}: {surface.body}; the scene's radius is {1e3 * rig.scene.contact.radius:g} mm")
+    for one in found:
+        if one.tissue is not None:
+            say(console, f"{one.name}: {tissue_words(one.tissue)}")
     return found
 
 

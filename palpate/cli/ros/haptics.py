@@ -32,7 +32,8 @@ class Command:
 
     With a running teleoperation component (--teleop NAME), forces go to its topic following/mtm/body/servo_cf. With
     --teleop none, forces go to the leader itself, and Palpate moves the follower. A guardian process sends zero
-    wrenches if this process dies.
+    wrenches if this process dies. A scene with pairs names the arms of each under devices; all pairs run in this
+    process, each with its own node, guardian and record, and its topics in the namespace of its name.
     """
 
     scene: Positional[Path]
@@ -55,6 +56,8 @@ class Command:
     """Do not wait for ENABLED: for devices that report no operating state."""
     bare: bool = False
     """Render forces only: no frames, markers, diagnostics, parameters or services."""
+    pair: str = ""
+    """Of a scene with pairs: the only pair to render, e.g. when each runs in a process of its own."""
     duration: float | None = None
     """End after this time [s]."""
     network: bool = False
@@ -75,6 +78,13 @@ class Command:
         console = console_for(self.json)
         require_writable(self.json)
         scene = Scene.load(self.scene)
+        if scene.pairs:
+            from palpate.cli.ros._pairs import run_pairs
+
+            return run_pairs(self, scene)
+        if self.pair:
+            mend = "leave --pair out, or give the scene a section pairs"
+            raise PalpateError(f"--pair {self.pair}: the scene has no pairs", where=scene.file, mend=mend)
         session = HapticSession(
             scene,
             Devices(self.leader, self.follower, self.teleop, self.console),

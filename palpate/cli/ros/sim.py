@@ -25,7 +25,7 @@ class Command:
     The MTMs have dynamics: they move under servo_cf, and fall without gravity compensation. Ctrl-C ends the simulation.
     """
 
-    arms: tuple[str, ...] = ("MTMR", "MTML", "PSM1", "PSM2", "ECM")
+    arms: tuple[str, ...] = ("MTMR", "MTML", "PSM1", "PSM2", "PSM3", "ECM")
     """Arms among MTMR, MTML, PSM1, PSM2, PSM3, ECM; the pairs MTMR_PSM1 and MTML_PSM2 get a teleoperation."""
     rate: Annotated[float, arg(metavar="HZ")] = 100.0
     """Rate of the measured states, 1 to 1000 [Hz]."""

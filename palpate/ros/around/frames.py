@@ -25,7 +25,7 @@ class Frames:
     latched on /tf_static where its pose is known or registered, on /tf where a tracker sees it.
     """
 
-    def __init__(self, node: Any, session: HapticSession) -> None:
+    def __init__(self, node: Any, session: HapticSession, pair: str = "", draws_objects: bool = True) -> None:
         from sensor_msgs.msg import JointState
         from std_msgs.msg import String
         from tf2_msgs.msg import TFMessage
@@ -34,7 +34,9 @@ class Frames:
         self._tf = node.create_publisher(TFMessage, "/tf", 10)
         self._static = node.create_publisher(TFMessage, "/tf_static", latched())
         scene, arms, names = session.rig.scene, session.rig.arms, session.loop.names
-        self._leader, self._follower = names.leader, names.follower or "virtual"
+        own = f"{pair}_" if pair else ""  # frames of several pairs in one tree
+        self._leader, self._follower = names.leader, names.follower or f"{own}virtual"
+        self._proxy, self._draws_objects = f"{own}palpate_proxy", draws_objects
         self._arms = {
             self._leader: (scene.arm("leader"), arms.X_WL, "q", "gripper"),
             self._follower: (scene.arm("follower"), arms.X_WB, "q_follower", "jaw"),
@@ -57,7 +59,7 @@ class Frames:
 
         stamp = self._node.get_clock().now().to_msg()
         found = [transform(*edge, stamp) for edge in self._edges(live=False)]
-        if found:
+        if found and self._draws_objects:
             self._static.publish(TFMessage(transforms=found))
 
     def show(self, tick: Ticks) -> None:
@@ -65,7 +67,7 @@ class Frames:
         from tf2_msgs.msg import TFMessage
 
         stamp = self._node.get_clock().now().to_msg()
-        found = [(WORLD, "palpate_proxy", _translation(tick["p_WP"]))]
+        found = [(WORLD, self._proxy, _translation(tick["p_WP"]))]
         X_WL = self._session.rig.arms.X_WL
         found.append((WORLD, f"{self._leader}_handle", X_WL @ pose(tick["p_LH"], tick["quat_LH"])))
         found.append((WORLD, f"{self._follower}_tool", pose(tick["p_WT"], tick["quat_WT"])))
@@ -77,8 +79,9 @@ class Frames:
                 found += [(f"{name}_base", f"{name}/{link}", X) for link, X in links.items()]
                 self._joints[name].publish(_joint_state(arm, q, stamp, name))
         poses = object_poses(self._session.rig, tick)
-        found += [(WORLD, f"palpate_object_{name}", X_WO) for name, X_WO in poses.items()]
-        found += self._edges(live=True)
+        if self._draws_objects:
+            found += [(WORLD, f"palpate_object_{name}", X_WO) for name, X_WO in poses.items()]
+            found += self._edges(live=True)
         good = [transform(parent, child, X, stamp) for parent, child, X in found if np.isfinite(X).all()]
         self._tf.publish(TFMessage(transforms=good))
 

@@ -24,10 +24,13 @@ class Around:
 
     Args:
         session: the session, started or not.
-        name: name of the node; must be unique for several sessions on one network.
+        name: name of the node.
+        pair: name of the session's pair, which is the namespace of the node: names and topics of several sessions on
+            one network differ.
+        draws_objects: False leaves out the frames of the objects, which another pair publishes.
     """
 
-    def __init__(self, session: HapticSession, name: str = NAME) -> None:
+    def __init__(self, session: HapticSession, name: str = NAME, pair: str = "", draws_objects: bool = True) -> None:
         ros.messages()
         import rclpy
         from rclpy.context import Context
@@ -40,10 +43,12 @@ class Around:
 
         self._context = Context()
         rclpy.init(context=self._context, domain_id=session.loop.context.domain)
-        self.node: Any = rclpy.create_node(name, context=self._context, enable_rosout=False)
+        self.node: Any = rclpy.create_node(
+            name, namespace=f"/{pair}" if pair else None, context=self._context, enable_rosout=False
+        )
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
-        frames, markers = Frames(self.node, session), Markers(self.node, session)
+        frames, markers = Frames(self.node, session, pair, draws_objects), Markers(self.node, session)
         Swap(self.node, session, on_swap=markers.draw_objects)
 
         def show() -> None:

@@ -21,6 +21,7 @@ from palpate import _core
 from palpate.errors import PalpateError
 from palpate.record.ticks import TICK, Ticks, Timing
 from palpate.scene import Scene, rig
+from palpate.scene.together import capsules
 
 Progress = Callable[[str], None]
 
@@ -273,11 +274,15 @@ def _real_time(simulation: _core.Simulation, rate: float, seconds: float) -> Rea
 
 
 def _several(setup: rig.Rig, count: int, rate: float, seconds: float) -> list[OneArm]:
-    """`count` simulations at once in real time, in turns with as many bare loops; on any core, and nobody spins."""
+    """`count` pairs at once in real time, in turns with as many bare loops; on any core, and nobody spins.
+
+    All pairs share the scene, publish their instrument and read those of the others, which push with zero stiffness.
+    """
     options, shared = setup.options(), _core.RealTimeOptions()
     shared.allow_affinity, shared.spin_us = False, 0.0
     options.realtime = shared
     simulations = [setup.simulation(options=options) for _ in range(count)]
+    _core.join_instruments(simulations, [capsules(setup)] * count, 0.0, 0.0)
     controls = [_core.BareLoop(rate, shared) for _ in range(count)]
     for _ in range(_TURNS):
         for loops in (controls, simulations):

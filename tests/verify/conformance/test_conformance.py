@@ -25,7 +25,7 @@ from palpate.verify.conformance.laws import LAWS
 from palpate.verify.conformance.run import CHECKS, NO_JUDGE
 from palpate.verify.conformance.specimens import SPECIMENS
 
-FEW = 40
+FEW = 8
 ALL = combinations()
 MEANT = [c for c in ALL if not c.meaningless]
 SOFT = Combination("forbid", "sphere", "spring", "soft")

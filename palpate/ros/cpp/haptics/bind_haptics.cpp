@@ -46,6 +46,7 @@ void bind_node(nb::module_& m) {
       .def_rw("leader", &HapticNames::leader)
       .def_rw("follower", &HapticNames::follower, "Empty: a virtual follower.")
       .def_rw("teleop", &HapticNames::teleop, "Name of an external teleoperation; empty: Palpate's own.")
+      .def_rw("space", &HapticNames::space)
       .def_rw("console", &HapticNames::console)
       .def_prop_ro("wrench", &HapticNames::wrench, "Topic of the wrenches on the leader.");
 

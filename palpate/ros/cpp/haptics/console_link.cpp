@@ -56,7 +56,8 @@ ConsoleLink::ConsoleLink(std::shared_ptr<Context> context, const HapticNames& na
       writers_(std::move(writers)),
       absolute_frame_(!device.tip_frame),
       needs_frame_(device.needs_state),
-      node_(std::move(context), "palpate_haptics_console", "", [this](const std::string& words) { report(words); }),
+      node_(std::move(context), names.node() + "_console", names.space,
+            [this](const std::string& words) { report(words); }),
       absolute_(node_, names.of_leader("body/set_cf_orientation_absolute")),
       gravity_(node_, names.of_leader("use_gravity_compensation")),
       absolute_sub_(node_, absolute_.topic(),
@@ -110,6 +111,7 @@ loop::CrtkGates ConsoleLink::gates() noexcept {
   gates.following = (g & kFollowing) != 0;
   gates.operator_present = (g & kOperator) != 0;
   gates.clutch = (g & (kClutch | kCamera)) != 0;
+  gates.camera = (g & kCamera) != 0;
   gates.leader_enabled = (g & kLeader) != 0;
   gates.follower_enabled = (g & kFollower) != 0;
   gates.second_writer = (g & kWriter) != 0;

@@ -1,6 +1,7 @@
 // The devices of a haptic node and the CRTK names of their topics.
 #pragma once
 
+#include <algorithm>
 #include <string>
 
 namespace palpate::ros {
@@ -10,6 +11,14 @@ struct HapticNames {
   std::string follower = "PSM1";     ///< empty: a virtual follower without an arm
   std::string teleop = "MTMR_PSM1";  ///< the external teleoperation component; empty: Palpate moves the follower
   std::string console = "console";
+  std::string space;  ///< namespace of the nodes, e.g. /right; empty: none
+
+  /// Name of the haptic node, which differs from those of the nodes on other leaders.
+  [[nodiscard]] std::string node() const {
+    std::string name = "palpate_haptics_" + leader;
+    std::replace(name.begin(), name.end(), '/', '_');
+    return name;
+  }
 
   [[nodiscard]] bool own_teleop() const { return teleop.empty(); }
   [[nodiscard]] std::string of_leader(const std::string& topic) const { return "/" + leader + "/" + topic; }

@@ -1,0 +1,178 @@
+// Soft bodies.
+#include <nanobind/eigen/dense.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/pair.h>
+#include <nanobind/stl/vector.h>
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "bindings.hpp"
+#include "palpate/tissue/body.hpp"
+#include "palpate/tissue/soft_surface.hpp"
+#include "types.hpp"
+
+namespace nb = nanobind;
+
+namespace palpate::bindings {
+namespace {
+
+using tissue::Body;
+using tissue::BodyData;
+using Points = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+using Tets = nb::ndarray<const std::int32_t, nb::shape<-1, 4>, nb::c_contig, nb::device::cpu>;
+using Triangles = nb::ndarray<const std::int32_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
+using Values = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Flags = nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+template <class Out, class In>
+std::vector<Out> copy_of(const In& in) {
+  return std::vector<Out>(in.data(), in.data() + in.size());
+}
+
+void make_body(Body* self, const Points& nodes, const Tets& tets, const Triangles& surface, const Values& mu,
+               const Values& bulk, const Values& density, const Values& yeoh,
+               const std::vector<std::pair<double, double>>& prony, const Flags& fixed, const Values& spring,
+               double step, double tick, double damping, double mass_limit, bool portable) {
+  BodyData data{copy_of<double>(nodes),
+                copy_of<std::int32_t>(tets),
+                copy_of<std::int32_t>(surface),
+                copy_of<double>(mu),
+                copy_of<double>(bulk),
+                copy_of<double>(density),
+                copy_of<double>(yeoh),
+                {},
+                copy_of<std::uint8_t>(fixed),
+                copy_of<double>(spring),
+                step,
+                tick,
+                damping,
+                mass_limit,
+                portable};
+  for (const auto& [g, tau] : prony) data.prony.push_back({g, tau});
+  const nb::gil_scoped_release release;
+  new (self) Body(std::move(data));
+}
+
+Array rows_of(std::vector<double>&& values) {
+  const std::size_t n = values.size() / 3;
+  return array(std::move(values), {n, 3});
+}
+
+Array positions(const Body& body) {
+  std::vector<double> x = body.data().nodes;
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] += body.displacements()[i];
+  return rows_of(std::move(x));
+}
+
+void set_loads(Body& body, const Points& forces) {
+  if (forces.shape(0) != body.node_count())
+    throw std::invalid_argument("forces has " + std::to_string(forces.shape(0)) + " rows for " +
+                                std::to_string(body.node_count()) + " nodes");
+  body.clear_loads();
+  for (std::size_t i = 0; i < body.node_count(); ++i) {
+    const Vec3 force(forces.data() + 3 * i);
+    if (force != Vec3::Zero()) body.add_load(static_cast<std::int32_t>(i), force);
+  }
+}
+
+void set_state(Body& body, const Points& positions, const Points& velocities) {
+  if (positions.shape(0) != body.node_count() || velocities.shape(0) != body.node_count())
+    throw std::invalid_argument("positions and velocities must have one row for each of the " +
+                                std::to_string(body.node_count()) + " nodes");
+  std::vector<double> u(positions.data(), positions.data() + positions.size());
+  for (std::size_t i = 0; i < u.size(); ++i) u[i] -= body.data().nodes[i];
+  body.set_state(u, {velocities.data(), velocities.size()});
+}
+
+void bind_body(nb::module_& m) {
+  nb::class_<Body>(
+      m, "TissueBody",
+      "A soft body of linear tetrahedra, stepped explicitly; all in the object's frame O. Energy per volume: "
+      "mu/2 (w + c max(w, 0)^2) + k/2 (J - 1)^2 with w = I1 - 3 - 2 (J - 1), I1 = tr F^T F, J = det F and "
+      "k = bulk + mu/3: a stable Neo-Hookean solid (after Smith, de Goes and Kim 2018) with the stiffening of Yeoh "
+      "(1993). Prony terms are quasi-linear on the second Piola-Kirchhoff stress of the terms with mu.")
+      .def("__init__", &make_body, nb::kw_only(), nb::arg("nodes"), nb::arg("tets"), nb::arg("surface"), nb::arg("mu"),
+           nb::arg("bulk"), nb::arg("density"), nb::arg("yeoh"), nb::arg("prony"), nb::arg("fixed"), nb::arg("spring"),
+           nb::arg("step") = 0.0, nb::arg("tick") = 1e-3, nb::arg("damping") = BodyData{}.damping,
+           nb::arg("mass_limit") = BodyData{}.mass_limit, nb::arg("portable") = false,
+           "nodes (n, 3) [m]; tets (m, 4), surface (k, 3) with outward winding: int32 indices of nodes; mu, bulk (m,) "
+           "[Pa]: shear modulus after full relaxation and bulk modulus; density (m,) [kg/m^3]; yeoh (m,): c [-]; "
+           "prony: pairs (g [-], tau [s]), instantaneous modulus mu (1 + sum g); fixed (n,) bool; spring (n,) [N/m] to "
+           "the rest positions; step [s], 0: chosen so that the added mass stays below mass_limit [-]; tick: period of "
+           "the loop [s]; damping: force per mass and velocity [1/s]. Raises ValueError naming the invalid value.")
+      .def(
+          "step",
+          [](Body& body, int n) {
+            const nb::gil_scoped_release release;
+            for (int i = 0; i < n; ++i) body.step();
+          },
+          nb::arg("n") = 1, "Advances by n time steps.")
+      .def("reset", &Body::reset, "Returns to rest.")
+      .def("set_loads", &set_loads, nb::arg("forces"), "Sets the forces on the nodes (n, 3) [N].")
+      .def("set_state", &set_state, nb::arg("positions"), nb::arg("velocities"),
+           "Sets positions (n, 3) [m] and velocities (n, 3) [m/s].")
+      .def("positions", &positions, "Positions of the nodes (n, 3) [m].")
+      .def(
+          "velocities", [](const Body& body) { return rows_of({body.velocities().begin(), body.velocities().end()}); },
+          "Velocities of the nodes (n, 3) [m/s].")
+      .def(
+          "internal_forces",
+          [](Body& body) {
+            std::vector<double> out(3 * body.node_count());
+            body.internal_forces(out);
+            return rows_of(std::move(out));
+          },
+          "Elastic forces on the nodes at the present positions, without Prony terms and springs (n, 3) [N].")
+      .def(
+          "masses",
+          [](const Body& body) {
+            std::vector<double> out(body.masses().begin(), body.masses().end());
+            const std::size_t n = out.size();
+            return array(std::move(out), {n});
+          },
+          "Masses of the nodes, added mass included (n,) [kg].")
+      .def(
+          "energies",
+          [](const Body& body) {
+            const tissue::BodyEnergy e = body.energy();
+            return std::make_pair(e.potential, e.kinetic);
+          },
+          "(potential, kinetic) [J]; the potential is that at the beginning of the last step.")
+      .def("stable_step", &Body::stable_step, "Longest stable step without added mass: a bound, at rest [s].")
+      .def("added_mass", &Body::added_mass, "Mass added for the time step, as a share of the mass [-].")
+      .def_prop_ro("time_step", &Body::time_step, "Time step [s].")
+      .def_prop_ro("steps_per_tick", &Body::steps_per_tick, "Steps in a period of the loop.")
+      .def_prop_ro("least_volume", &Body::least_volume,
+                   "Smallest det F at the beginning of the last step; zero or less: inverted [-].")
+      .def_prop_ro_static(
+          "has_avx2", [](nb::handle) { return tissue::has_avx2(); }, "True if the AVX2 kernels are used.");
+}
+
+}  // namespace
+
+void bind_tissue(nb::module_& m) {
+  bind_body(m);
+  using tissue::SoftSurface;
+  nb::class_<SoftSurface, scene::Surface>(
+      m, "TissueSurface", "The surface of a soft body, for contact. Each loop and each rendering uses a copy at rest.")
+      .def(
+          "__init__",
+          [](SoftSurface* self, const Body& body, double width) {
+            const nb::gil_scoped_release release;
+            new (self) SoftSurface(body.data(), width);
+          },
+          nb::arg("body"), nb::arg("width") = 0.0,
+          "body: gives the mesh, the material and the step; its state is not used. width: standard deviation of the "
+          "spread contact force [m], 0: .7 of the mean edge; at least .45 of the largest sphere's radius. Raises "
+          "ValueError "
+          "if "
+          "the body has no surface.")
+      .def_prop_ro("edge", &SoftSurface::edge, "Mean length of the edges of the surface [m].")
+      .def_prop_ro("width", &SoftSurface::width, "Standard deviation of the spread contact force [m].");
+}
+
+}  // namespace palpate::bindings

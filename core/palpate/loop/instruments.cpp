@@ -1,0 +1,122 @@
+#include "palpate/loop/instruments.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "palpate/loop/record.hpp"
+#include "palpate/types/index.hpp"
+
+namespace palpate::loop {
+namespace {
+
+constexpr int kSilent = 5;  // ticks without news after which another instrument counts as at rest
+
+}  // namespace
+
+void Board::write(int writer, const contact::Instrument& instrument) noexcept {
+  for (int reader = 0; reader < size_; ++reader) {
+    if (reader != writer) boxes_[to_index(writer * size_ + reader)].write(instrument);
+  }
+}
+
+void OnTool::record(Tick& tick) const noexcept {
+  copy(F_T_W.f, tick.F_instrument_W);
+  copy(F_T_W.t, tick.t_instrument_W);
+  tick.instrument_gap = gap;
+  tick.handle_gap = handle_gap;
+}
+
+InWorld::InWorld(std::shared_ptr<Board> board, int index, std::vector<ToolCapsule> capsules, contact::InstrumentLaw law,
+                 arm::Arm leader, arm::Arm follower, const Pose& X_WL, const Pose& X_WB, double rate)
+    : board_(std::move(board)),
+      index_(index),
+      capsules_(std::move(capsules)),
+      law_(law),
+      leader_(std::move(leader)),
+      follower_(std::move(follower)),
+      X_WL_(X_WL),
+      X_WB_(X_WB),
+      zero_leader_(JointVector::Zero(leader_.n())),
+      zero_follower_(JointVector::Zero(follower_.n())),
+      rate_(rate) {
+  if (board_->size() > kMaxInstruments || index < 0 || index >= board_->size()) {
+    throw std::invalid_argument("instruments: " + std::to_string(board_->size()) + " in one world; at most " +
+                                std::to_string(kMaxInstruments) + " are possible");
+  }
+  if (capsules_.empty() || capsules_.size() > to_index(contact::kMaxCapsules)) {
+    throw std::invalid_argument("instruments: " + std::to_string(capsules_.size()) +
+                                " capsules; an instrument has 1 to " + std::to_string(contact::kMaxCapsules));
+  }
+  if (!(law.stiffness >= 0.0 && std::isfinite(law.stiffness)) || !(law.damping >= 0.0 && std::isfinite(law.damping))) {
+    throw std::invalid_argument("instruments: stiffness and damping must be finite and at least 0");
+  }
+}
+
+void InWorld::publish(const LeaderState& leader, const FollowerState& follower) noexcept {
+  const bool known = leader.q.size() == leader_.n() && follower.q.size() == follower_.n() && leader.q.allFinite() &&
+                     follower.q.allFinite() && std::isfinite(follower.jaw);
+  if (!known) return;
+  leader_.update(leader.q, zero_leader_);
+  follower_.update(follower.q, zero_follower_);
+  const Pose X_WT = X_WB_ * follower_.tip();
+  p_WT_ = X_WT.p;
+  own_.p_WH = X_WL_ * leader_.tip().p;
+  const bool moving = own_.size > 0;
+  const auto place = [&](const contact::ToolSphere& s) -> Vec3 {
+    const Vec3 p = s.centre(follower.jaw);
+    return s.link < 0 ? X_WT * p : X_WB_ * (follower_.link_pose(s.link) * p);
+  };
+  for (std::size_t i = 0; i < capsules_.size(); ++i) {
+    contact::Capsule& c = own_.capsule[i];
+    const Vec3 a = place(capsules_[i].a), b = place(capsules_[i].b);
+    c.v_a = moving ? Vec3((a - c.a) * rate_) : Vec3::Zero();
+    c.v_b = moving ? Vec3((b - c.b) * rate_) : Vec3::Zero();
+    c.a = a;
+    c.b = b;
+    c.radius = capsules_[i].radius;
+  }
+  own_.size = static_cast<int>(capsules_.size());
+  ++own_.sequence;
+  board_->write(index_, own_);
+}
+
+// The newest state of another instrument. One that is no longer published stands where it was.
+const contact::Instrument& InWorld::seen(int other) noexcept {
+  const std::size_t k = to_index(other);
+  const contact::Instrument& newest = board_->read(other, index_);
+  if (newest.sequence != other_[k].sequence) {
+    other_[k] = newest;
+    silent_[k] = 0;
+  } else if (++silent_[k] == kSilent) {
+    for (contact::Capsule& c : other_[k].capsule) c.v_a = c.v_b = Vec3::Zero();
+  }
+  return other_[k];
+}
+
+const OnTool& InWorld::step() noexcept {
+  out_ = OnTool{};
+  for (int k = 0; k < board_->size() && own_.size > 0; ++k) {
+    if (k == index_) continue;
+    const contact::Instrument& other = seen(k);
+    if (other.size == 0) continue;
+    out_.handle_gap = std::min(out_.handle_gap, (own_.p_WH - other.p_WH).norm());
+    // Both loops evaluate the pair in the same order, so that their forces are opposite bit by bit.
+    const bool first = index_ < k;
+    double gap = 0.0;
+    const int found = pair_[to_index(k)].step(first ? own_ : other, first ? other : own_, law_, pushes_, gap);
+    out_.gap = std::min(out_.gap, gap);
+    for (int i = 0; i < found; ++i) {
+      const contact::Push& push = pushes_[to_index(i)];
+      const Vec3 F = first ? push.F_A_W : Vec3(-push.F_A_W);
+      out_.F_T_W.f += F;
+      out_.F_T_W.t += (push.p_WC - p_WT_).cross(F);
+      out_.stiffness += law_.stiffness;
+    }
+  }
+  return out_;
+}
+
+}  // namespace palpate::loop

@@ -1,0 +1,87 @@
+// Several instruments in one world: every loop publishes its own instrument and reads those of the others. No loop
+// waits for another: a loop that stalls leaves its instrument at rest where it was last seen.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <vector>
+
+#include "palpate/arm/arm.hpp"
+#include "palpate/contact/capsules.hpp"
+#include "palpate/contact/contact.hpp"
+#include "palpate/loop/tick.hpp"
+#include "palpate/types/arms.hpp"
+#include "palpate/types/mailbox.hpp"
+
+namespace palpate::loop {
+
+/// Maximum number of instruments in one world.
+inline constexpr int kMaxInstruments = 8;
+
+/// A capsule of an instrument: its axis runs from the centre of one sphere to that of another, on any link.
+struct ToolCapsule {
+  contact::ToolSphere a, b;
+  double radius = 0.002;  ///< [m]
+};
+
+/// Mailboxes between the loops of one world: one for each ordered pair of writer and reader.
+class Board {
+ public:
+  explicit Board(int size) : size_(size), boxes_(static_cast<std::size_t>(size * size)) {}
+  [[nodiscard]] int size() const noexcept { return size_; }
+  void write(int writer, const contact::Instrument& instrument) noexcept;
+  [[nodiscard]] const contact::Instrument& read(int writer, int reader) noexcept {
+    return boxes_[static_cast<std::size_t>(writer * size_ + reader)].read();
+  }
+
+ private:
+  int size_;
+  std::vector<Mailbox<contact::Instrument>> boxes_;
+};
+
+/// Forces of the other instruments on one tool.
+struct OnTool {
+  Wrench F_T_W;                                          ///< wrench about the tool tip T, in W
+  double stiffness = 0.0;                                ///< stiffness of the touching instruments together [N/m]
+  double gap = std::numeric_limits<double>::infinity();  ///< smallest distance to another instrument [m]
+  double handle_gap = std::numeric_limits<double>::infinity();  ///< smallest distance between two handles [m]
+
+  /// Writes the signals of other instruments to a tick.
+  void record(Tick& tick) const noexcept;
+};
+
+/// One instrument of a world, published by its loop and pushed by the other instruments.
+class InWorld {
+ public:
+  /// X_WL, X_WB: bases of the arms, which are copied. Throws std::invalid_argument naming an invalid value.
+  InWorld(std::shared_ptr<Board> board, int index, std::vector<ToolCapsule> capsules, contact::InstrumentLaw law,
+          arm::Arm leader, arm::Arm follower, const Pose& X_WL, const Pose& X_WB, double rate);
+
+  /// Shows the instrument at its measured state to the other loops. Called by the loop between two ticks.
+  void publish(const LeaderState& leader, const FollowerState& follower) noexcept;
+  /// Wrench of the other instruments on the tool as published.
+  [[nodiscard]] const OnTool& step() noexcept;
+
+ private:
+  [[nodiscard]] const contact::Instrument& seen(int other) noexcept;
+
+  std::shared_ptr<Board> board_;
+  int index_;
+  std::vector<ToolCapsule> capsules_;
+  contact::InstrumentLaw law_;
+  arm::Arm leader_, follower_;
+  Pose X_WL_, X_WB_;
+  JointVector zero_leader_, zero_follower_;
+  double rate_;
+  Vec3 p_WT_ = Vec3::Zero();
+  contact::Instrument own_;
+  std::array<contact::Instrument, kMaxInstruments> other_;
+  std::array<int, kMaxInstruments> silent_{};  ///< ticks since the other instrument was last published
+  std::array<contact::InstrumentPair, kMaxInstruments> pair_;
+  std::array<contact::Push, contact::kMaxCapsules * contact::kMaxCapsules> pushes_;
+  OnTool out_;
+};
+
+}  // namespace palpate::loop

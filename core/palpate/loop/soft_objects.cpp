@@ -1,0 +1,42 @@
+#include "palpate/loop/soft_objects.hpp"
+
+#include <array>
+#include <cstddef>
+
+#include "palpate/types/index.hpp"
+
+namespace palpate::loop {
+
+void advance_soft(const scene::Snapshot& scene, const contact::Tool& tool, const ContactSet& contacts,
+                  const force::ForceTerms& forces, double t, double dt) noexcept {
+  for (std::size_t k = 0; k < scene.objects.size(); ++k) {
+    scene::Deformable* const soft = scene.objects[k].surface->deformable();
+    if (soft == nullptr) continue;
+    const Pose X_OW = scene.objects[k].pose(t).inverse();
+    std::array<scene::SurfaceLoad, kMaxContacts> loads;
+    std::size_t n = 0;
+    for (int i = 0; i < contacts.size; ++i) {
+      const Contact& c = contacts.contact[to_index(i)];
+      if (to_index(c.object) != k) continue;
+      loads[n++] = {{X_OW * c.p_C, X_OW.R * c.normal, c.depth, tool.radius(c.sphere), c.sphere},
+                    X_OW.R * forces.F_contact[to_index(i)].f};
+    }
+    soft->advance({loads.data(), n}, dt);
+  }
+}
+
+scene::DeformableState soft_state(const scene::Snapshot& scene) noexcept {
+  scene::DeformableState sum;
+  for (const scene::Object& object : scene.objects) {
+    const scene::Deformable* const soft = object.surface->deformable();
+    if (soft == nullptr) continue;
+    const scene::DeformableState one = soft->state();
+    sum.potential += one.potential;
+    sum.kinetic += one.kinetic;
+    sum.hurried |= one.hurried;
+    sum.frozen |= one.frozen;
+  }
+  return sum;
+}
+
+}  // namespace palpate::loop

@@ -1,0 +1,201 @@
+// Construction of a body: checks, blocks of tetrahedra, masses and the time step.
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+
+#include "palpate/tissue/body.hpp"
+#include "palpate/types/index.hpp"
+
+namespace palpate::tissue {
+namespace {
+
+constexpr double kOwnShare = 0.1;  // of the volume term that a tetrahedron computes alone; it suppresses checkerboards
+constexpr double kSafety = 0.8;    // of the stable step at rest, because compression stiffens
+constexpr std::array kSteps = {1, 2, 3, 4, 6, 8};  // steps per tick to choose from
+
+[[noreturn]] void refuse(const std::string& what) { throw std::invalid_argument("tissue: " + what); }
+
+void check_each(const std::vector<double>& values, std::size_t n, const char* name, double lowest, bool open) {
+  if (values.size() != n)
+    refuse(std::string(name) + " has " + std::to_string(values.size()) + " values for " + std::to_string(n) +
+           (n == 1 ? " entry" : " entries"));
+  for (std::size_t i = 0; i < n; ++i) {
+    if (std::isfinite(values[i]) && (open ? values[i] > lowest : values[i] >= lowest)) continue;
+    refuse(std::string(name) + "[" + std::to_string(i) + "] = " + std::to_string(values[i]) + " must be " +
+           (open ? "above " : "at least ") + std::to_string(lowest));
+  }
+}
+
+void check_indices(const std::vector<std::int32_t>& rows, std::size_t width, std::size_t n, const char* name) {
+  if (rows.size() % width != 0) refuse(std::string(name) + " is not a list of rows of " + std::to_string(width));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i] >= 0 && to_index(rows[i]) < n) continue;
+    refuse(std::string(name) + "[" + std::to_string(i / width) + "] names node " + std::to_string(rows[i]) +
+           ", there are " + std::to_string(n));
+  }
+}
+
+/// Edges of a tetrahedron from its first corner, as columns [m].
+Mat3 edges_of(const BodyData& data, std::size_t t) {
+  const auto corner = [&](std::size_t k) { return Vec3(&data.nodes[3 * to_index(data.tets[4 * t + k])]); };
+  Mat3 D;
+  for (int k = 0; k < 3; ++k) D.col(k) = corner(to_index(k) + 1) - corner(0);
+  return D;
+}
+
+/// Largest squared frequency of a tetrahedron with its own lumped mass [1/s^2].
+double largest_frequency2(const Mat3& slope, double lambda, double mu, double density) {
+  Eigen::Matrix<double, 6, 12> B = Eigen::Matrix<double, 6, 12>::Zero();
+  for (int a = 0; a < 4; ++a) {
+    const Vec3 g = a == 0 ? Vec3(-slope.colwise().sum().transpose()) : Vec3(slope.row(a - 1).transpose());
+    for (int k = 0; k < 3; ++k) {
+      B(k, 3 * a + k) = g[k];
+      B(3 + k, 3 * a + (k + 1) % 3) = g[(k + 2) % 3];
+      B(3 + k, 3 * a + (k + 2) % 3) = g[(k + 1) % 3];
+    }
+  }
+  Eigen::Matrix<double, 6, 6> D = Eigen::Matrix<double, 6, 6>::Zero();
+  D.topLeftCorner<3, 3>().setConstant(lambda);
+  for (int k = 0; k < 6; ++k) D(k, k) += k < 3 ? 2.0 * mu : mu;
+  const Eigen::Matrix<double, 6, 6> root = Eigen::LLT<Eigen::Matrix<double, 6, 6>>(D).matrixL();
+  const Eigen::Matrix<double, 6, 6> S = root.transpose() * (B * B.transpose()) * root;
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>>(S, Eigen::EigenvaluesOnly).eigenvalues()[5] * 4.0 /
+         density;
+}
+
+}  // namespace
+
+Body::Body(BodyData data)
+    : data_(std::move(data)), kernel_(data_.portable || !has_avx2() ? portable_kernel() : avx2_kernel()) {
+  check();
+  const std::size_t n = node_count();
+  u_.assign(3 * n, 0.0);
+  v_ = load_ = u_;
+  loaded_.assign(n, 0);
+  u32_.assign(n + 1, Four{});
+  force_ = u32_;
+  dilatation_.assign(n, 0.0F);
+  pressure_ = dilatation_;
+  make_blocks();
+  for (int parts = 1; parts <= 2; ++parts)
+    for (const PronyTerm& term : data_.prony) {
+      Viscosity& viscosity = viscosity_[parts - 1];
+      const auto k = viscosity.terms++;
+      viscosity.share[k] = static_cast<float>(term.g);
+      viscosity.recover[k] = static_cast<float>(-std::expm1(-data_.step / (parts * term.tau)));
+    }
+  history_.assign(blocks_.size() * data_.prony.size(), HistoryBlock{});
+  reset();
+}
+
+void Body::check() const {
+  const std::size_t n = node_count(), m = tet_count();
+  if (m == 0) refuse("no tetrahedra");
+  if (data_.nodes.size() % 3 != 0) refuse("nodes is not a list of points");
+  for (std::size_t i = 0; i < data_.nodes.size(); ++i)
+    if (!std::isfinite(data_.nodes[i])) refuse("nodes[" + std::to_string(i / 3) + "] is not finite");
+  check_indices(data_.tets, 4, n, "tets");
+  check_indices(data_.surface, 3, n, "surface");
+  check_each(data_.mu, m, "mu", 0.0, true);
+  check_each(data_.bulk, m, "bulk", 0.0, true);
+  check_each(data_.density, m, "density", 0.0, true);
+  check_each(data_.yeoh, m, "yeoh", 0.0, false);
+  if (!data_.fixed.empty() && data_.fixed.size() != n)
+    refuse("fixed has " + std::to_string(data_.fixed.size()) + " values for " + std::to_string(n) + " nodes");
+  if (!data_.spring.empty()) check_each(data_.spring, n, "spring", 0.0, false);
+  if (data_.prony.size() > to_index(kMaxProny))
+    refuse(std::to_string(data_.prony.size()) + " Prony terms; at most " + std::to_string(kMaxProny));
+  for (const PronyTerm& term : data_.prony) {
+    check_each({term.g}, 1, "prony g", 0.0, false);
+    check_each({term.tau}, 1, "prony tau", 0.0, true);
+  }
+  check_each({data_.step}, 1, "step", 0.0, false);
+  check_each({data_.tick}, 1, "tick", 0.0, true);
+  check_each({data_.damping}, 1, "damping", 0.0, false);
+  check_each({data_.mass_limit}, 1, "mass_limit", 0.0, false);
+}
+
+// Fills the blocks and sums the masses and volumes of the nodes.
+void Body::make_blocks() {
+  const std::size_t n = node_count(), m = tet_count();
+  blocks_.assign((m + kWide - 1) / kWide, ElementBlock{});
+  node_volume_.assign(n, 0.0);
+  node_bulk_.assign(n, 0.0);
+  std::vector<double> frequency2(m);
+  double instantaneous = 1.0;
+  for (const PronyTerm& term : data_.prony) instantaneous += term.g;
+  least_height_ = HUGE_VAL;
+  for (std::size_t t = 0; t < m; ++t) {
+    const Mat3 D = edges_of(data_, t);
+    const double volume = D.determinant() / 6.0;
+    if (!(volume > 0.0))
+      refuse("tetrahedron " + std::to_string(t) + " has the volume " + std::to_string(1e9 * volume) +
+             " mm^3: it is flat or inverted; mesh the surface again");
+    const Mat3 slope = D.inverse();  // row k: gradient of the shape function of corner k + 1
+    const double mu = data_.mu[t], lambda = data_.bulk[t] - 2.0 / 3.0 * mu, k = lambda + mu;
+    if (!(lambda > -mu / 3.0)) refuse("bulk[" + std::to_string(t) + "] is too small for this shear modulus");
+    frequency2[t] = largest_frequency2(slope, lambda, mu * instantaneous, data_.density[t]);
+    const double steepest2 = std::max(slope.rowwise().squaredNorm().maxCoeff(), slope.colwise().sum().squaredNorm());
+    least_height_ = std::min(least_height_, 1.0 / std::sqrt(steepest2));
+    ElementBlock& block = blocks_[t / kWide];
+    const std::size_t lane = t % kWide;
+    for (std::size_t c = 0; c < 4; ++c) {
+      const std::size_t node = to_index(block.node[c][lane] = data_.tets[4 * t + c]);
+      node_volume_[node] += volume / 4.0;
+      node_bulk_[node] += (1.0 - kOwnShare) * k * volume / 4.0;
+    }
+    for (std::size_t i = 0; i < 9; ++i)
+      block.slope[i][lane] =
+          static_cast<float>(slope(static_cast<Eigen::Index>(i / 3), static_cast<Eigen::Index>(i % 3)));
+    block.shear[lane] = static_cast<float>(mu * volume);
+    block.bulk[lane] = static_cast<float>(kOwnShare * k * volume);
+    block.volume[lane] = static_cast<float>(volume);
+    block.yeoh[lane] = static_cast<float>(data_.yeoh[t]);
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    if (!(node_volume_[i] > 0.0)) refuse("node " + std::to_string(i) + " belongs to no tetrahedron");
+    node_bulk_[i] /= node_volume_[i];
+  }
+  choose_step(frequency2);
+}
+
+// Chooses the time step and adds mass where a tetrahedron is too stiff for it: the largest frequency of a mesh is at
+// most that of its tetrahedra alone, so that scaling the mass of each bounds it (Olovsson and others 2005).
+void Body::choose_step(const std::vector<double>& frequency2) {
+  stable_step_ = 2.0 / std::sqrt(*std::max_element(frequency2.begin(), frequency2.end()));
+  std::vector<double> volume(tet_count());
+  for (std::size_t t = 0; t < volume.size(); ++t) volume[t] = static_cast<double>(blocks_[t / kWide].volume[t % kWide]);
+  const auto scale = [&](std::size_t t, double dt) {
+    return std::max(1.0, dt * dt * frequency2[t] / (4.0 * kSafety * kSafety));
+  };
+  const auto added = [&](double dt) {
+    double mass = 0.0, more = 0.0;
+    for (std::size_t t = 0; t < volume.size(); ++t) {
+      mass += data_.density[t] * volume[t];
+      more += data_.density[t] * volume[t] * (scale(t, dt) - 1.0);
+    }
+    return more / mass;
+  };
+  if (data_.step > 0.0) {
+    steps_ = std::max(1, static_cast<int>(std::lround(data_.tick / data_.step)));
+  } else {
+    for (const int steps : kSteps) {
+      steps_ = steps;
+      if (added(data_.tick / steps) <= data_.mass_limit) break;
+    }
+    data_.step = data_.tick / steps_;
+  }
+  added_mass_ = added(data_.step);
+  mass_.assign(node_count(), 0.0);
+  for (std::size_t t = 0; t < volume.size(); ++t)
+    for (std::size_t c = 0; c < 4; ++c)
+      mass_[to_index(data_.tets[4 * t + c])] += data_.density[t] * volume[t] * scale(t, data_.step) / 4.0;
+  inverse_mass_.resize(mass_.size());
+  for (std::size_t i = 0; i < mass_.size(); ++i)
+    inverse_mass_[i] = !data_.fixed.empty() && data_.fixed[i] != 0 ? 0.0 : 1.0 / mass_[i];
+}
+
+}  // namespace palpate::tissue

@@ -1,0 +1,97 @@
+// The kernels for AVX2 and FMA. Only functions with PALPATE_TARGET may use these instructions. elements_portable.cpp
+// selects the kernels.
+#include <cstddef>
+#include <cstdint>
+
+#include "palpate/tissue/elements.hpp"
+
+#if defined(__x86_64__)
+#include <immintrin.h>
+
+#define PALPATE_TARGET __attribute__((target("avx2,fma")))
+
+namespace palpate::tissue {
+namespace avx2 {
+namespace {
+
+struct F8 {
+  __m256 x;
+  PALPATE_TARGET static F8 all(float s) { return {_mm256_set1_ps(s)}; }
+  PALPATE_TARGET static F8 load(const float* s) { return {_mm256_load_ps(s)}; }
+  PALPATE_TARGET void store(float* s) const { _mm256_storeu_ps(s, x); }
+};
+PALPATE_TARGET inline F8 operator+(F8 a, F8 b) { return {_mm256_add_ps(a.x, b.x)}; }
+PALPATE_TARGET inline F8 operator-(F8 a, F8 b) { return {_mm256_sub_ps(a.x, b.x)}; }
+PALPATE_TARGET inline F8 operator*(F8 a, F8 b) { return {_mm256_mul_ps(a.x, b.x)}; }
+PALPATE_TARGET inline F8 mad(F8 a, F8 b, F8 c) { return {_mm256_fmadd_ps(a.x, b.x, c.x)}; }
+PALPATE_TARGET inline F8 negative(F8 a) { return {_mm256_xor_ps(a.x, _mm256_set1_ps(-0.0F))}; }
+PALPATE_TARGET inline F8 max(F8 a, F8 b) { return {_mm256_max_ps(a.x, b.x)}; }
+PALPATE_TARGET inline F8 min(F8 a, F8 b) { return {_mm256_min_ps(a.x, b.x)}; }
+PALPATE_TARGET inline F8 reciprocal(F8 a) { return {_mm256_div_ps(_mm256_set1_ps(1.0F), a.x)}; }
+
+/// Transposes four rows of four numbers in each half of the registers.
+PALPATE_TARGET inline void transpose(__m256 r[4]) {
+  const __m256 t0 = _mm256_unpacklo_ps(r[0], r[1]), t1 = _mm256_unpackhi_ps(r[0], r[1]);
+  const __m256 t2 = _mm256_unpacklo_ps(r[2], r[3]), t3 = _mm256_unpackhi_ps(r[2], r[3]);
+  r[0] = _mm256_shuffle_ps(t0, t2, 0x44);
+  r[1] = _mm256_shuffle_ps(t0, t2, 0xEE);
+  r[2] = _mm256_shuffle_ps(t1, t3, 0x44);
+  r[3] = _mm256_shuffle_ps(t1, t3, 0xEE);
+}
+
+/// Vectors of eight nodes by component.
+PALPATE_TARGET inline void gather(const float* u, const std::int32_t node[kWide], F8 out[3]) {
+  __m256 r[4];
+  for (int i = 0; i < 4; ++i)
+    r[i] =
+        _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(u + 4 * node[i])), _mm_load_ps(u + 4 * node[i + 4]), 1);
+  transpose(r);
+  for (int k = 0; k < 3; ++k) out[k].x = r[k];
+}
+
+/// Adds vectors to eight nodes, one after the other, because a node may occur more than once.
+PALPATE_TARGET inline void scatter_add(const F8 f[3], const std::int32_t node[kWide], float* force) {
+  __m256 r[4] = {f[0].x, f[1].x, f[2].x, _mm256_setzero_ps()};
+  transpose(r);
+  for (int i = 0; i < kWide; ++i) {
+    float* const to = force + 4 * node[i];
+    const __m128 add = i < 4 ? _mm256_castps256_ps128(r[i]) : _mm256_extractf128_ps(r[i - 4], 1);
+    _mm_store_ps(to, _mm_add_ps(_mm_load_ps(to), add));
+  }
+}
+
+PALPATE_TARGET inline F8 mean_of_corners(const float* value, const std::int32_t node[4][kWide]) {
+  __m256 sum = _mm256_setzero_ps();
+  for (int k = 0; k < 4; ++k)
+    sum =
+        _mm256_add_ps(sum, _mm256_i32gather_ps(value, _mm256_load_si256(reinterpret_cast<const __m256i*>(node[k])), 4));
+  return {_mm256_mul_ps(sum, _mm256_set1_ps(0.25F))};
+}
+
+#include "palpate/tissue/elements.inl"
+
+PALPATE_TARGET void dilatation(ElementArrays& a) noexcept { dilatation_in(a); }
+PALPATE_TARGET void forces(ElementArrays& a) noexcept { forces_in(a); }
+
+}  // namespace
+}  // namespace avx2
+
+Kernel avx2_kernel() noexcept { return {&avx2::dilatation, &avx2::forces}; }
+
+bool has_avx2() noexcept {
+  __builtin_cpu_init();  // needed because static initialisers may run before those of the compiler's library
+  return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
+}
+
+}  // namespace palpate::tissue
+
+#else  // other processors use the portable kernels
+
+namespace palpate::tissue {
+
+Kernel avx2_kernel() noexcept { return portable_kernel(); }
+bool has_avx2() noexcept { return false; }
+
+}  // namespace palpate::tissue
+
+#endif

@@ -1,0 +1,83 @@
+// The near field of a contact: the force of a sphere that indents a half-space, less what the mesh already yields.
+//
+//   F(d) = 4/3 E* sqrt(R) d^1.5 (1 - x / 10 - x^2 / 840 + 11 x^3 / 15120),    x = d / R <= 1
+//
+// The force is that of Hertz with the series for the true shape of a sphere (Sneddon 1965, Mueller and others 2019). A
+// Neo-Hookean half-space departs from it by less than 7 % up to d = R (palpate.verify.tissue). Beyond x = 1 the force
+// goes on as a power of x with the same slope. A body that yields by C F under a smooth load of the same size leaves
+// the depth delta = d - C F(d) to the sphere, so that near and far field add up. The tangent of delta keeps at least
+// the share kLeast, where the contact is about as wide as the load.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace palpate::tissue {
+
+/// Force and energy of a sphere at one contact point.
+class LocalLaw {
+ public:
+  /// plane_modulus: E* = E / (1 - nu^2) [Pa]; radius: of the sphere [m]; compliance: of the body under the load [m/N].
+  LocalLaw(double plane_modulus, double radius, double compliance) noexcept
+      : scale_(4.0 / 3.0 * plane_modulus * radius * radius), radius_(radius), compliance_(compliance) {
+    double low = 0.0, high = 64.0;  // [radius] depth at which the tangent reaches its least share
+    if (compliance_ * slope(high) > 1.0 - kLeast)
+      for (int i = 0; i < 40; ++i) {
+        const double middle = 0.5 * (low + high);
+        (compliance_ * slope(middle) > 1.0 - kLeast ? high : low) = middle;
+      }
+    limit_ = high;
+  }
+
+  /// Values at the depth delta of the sphere below the surface of the body.
+  struct Value {
+    double force = 0.0;    ///< [N]
+    double tangent = 0.0;  ///< d force / d delta [N/m]
+    double stored = 0.0;   ///< integral of the force over delta [J]
+  };
+  [[nodiscard]] Value at(double delta) const noexcept {
+    if (!(delta > 0.0)) return {};
+    double x = delta / radius_;
+    for (int i = 0; i < 8; ++i) x += std::max(delta - remaining(x), 0.0) / (radius_ * share(x));
+    const double F = force(x);
+    if (x <= limit_) return {F, slope(x) / share(x), energy(x) - 0.5 * compliance_ * F * F};
+    const double F_limit = force(limit_);
+    return {F, slope(x) / kLeast,
+            energy(limit_) - 0.5 * compliance_ * F_limit * F_limit + kLeast * (energy(x) - energy(limit_))};
+  }
+
+ private:
+  static constexpr double kLeast = 0.2;                                       // share of the tangent of delta
+  static constexpr double kA = -0.1, kB = -1.0 / 840.0, kC = 11.0 / 15120.0;  // of the series in x
+  static constexpr double kOne = 1.0 + kA + kB + kC;                          // the series at x = 1
+  static constexpr double kPower = (1.5 + 2.5 * kA + 3.5 * kB + 4.5 * kC) / kOne;
+
+  [[nodiscard]] double force(double x) const noexcept {
+    return scale_ * (x <= 1.0 ? x * std::sqrt(x) * (1.0 + x * (kA + x * (kB + x * kC))) : kOne * std::pow(x, kPower));
+  }
+  [[nodiscard]] double slope(double x) const noexcept {  // dF / dd [N/m]
+    return scale_ / radius_ *
+           (x <= 1.0 ? std::sqrt(x) * (1.5 + x * (2.5 * kA + x * (3.5 * kB + x * 4.5 * kC)))
+                     : kPower * kOne * std::pow(x, kPower - 1.0));
+  }
+  [[nodiscard]] double energy(double x) const noexcept {  // integral of F over d [J]
+    const auto series = [](double y) {
+      return y * y * std::sqrt(y) * (1.0 / 2.5 + y * (kA / 3.5 + y * (kB / 4.5 + y * kC / 5.5)));
+    };
+    return scale_ * radius_ *
+           (x <= 1.0 ? series(x) : series(1.0) + kOne / (kPower + 1.0) * (std::pow(x, kPower + 1.0) - 1.0));
+  }
+  /// d delta / dd.
+  [[nodiscard]] double share(double x) const noexcept {
+    return x > limit_ ? kLeast : std::max(1.0 - compliance_ * slope(x), kLeast);
+  }
+  /// delta at d = x R [m].
+  [[nodiscard]] double remaining(double x) const noexcept {
+    const double y = std::min(x, limit_);
+    return radius_ * y - compliance_ * force(y) + kLeast * radius_ * (x - y);
+  }
+
+  double scale_, radius_, compliance_, limit_ = 64.0;
+};
+
+}  // namespace palpate::tissue

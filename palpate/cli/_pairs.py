@@ -1,0 +1,125 @@
+"""`palpate run` of a scene with several pairs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol
+
+from palpate.console import INTERRUPTED
+from palpate.console.output import console_for, say, write_json
+from palpate.errors import PalpateError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rich.console import Console
+
+    from palpate.scene import Scene
+    from palpate.session import PairsSession
+    from palpate.session.pairs_summary import PairsSummary
+
+
+class Options(Protocol):
+    """The options of `palpate run`."""
+
+    duration: float | None
+    realtime: bool
+    fast: bool
+    seed: int | None
+    out: Path | None
+    json: Path | None
+    openigtlink: int | None
+    port: int
+    host: str
+
+
+def run_pairs(command: Options, scene: Scene, viewer: bool) -> int:
+    """Run all pairs of a scene, print their summaries and write the JSON; returns the exit code."""
+    console = console_for(command.json)
+    if command.openigtlink is not None:
+        what = "--openigtlink sends the frames of one pair, and the scene has several"
+        raise PalpateError(what, where=scene.where("pairs"), mend="leave it out, or run one pair as a scene of its own")
+    for name, one in scene.each_pair().items():
+        if one.arms.leader.driver is not None:
+            what = f"pair {name} is felt on a device, and palpate run simulates the arms of several pairs"
+            mend = "leave the drivers out, or use palpate ros haptics for arms on ROS 2"
+            raise PalpateError(what, where=one.where("arms", "leader", "driver"), mend=mend)
+    if viewer:
+        from palpate.console.view import live_pairs, open_page
+
+        page = open_page(scene.title, command.port, console, command.host)
+        begin = partial(_session, command, scene, page.say)
+        run = partial(_run, command, console, realtime=not command.fast)
+        summary = live_pairs(begin, run, partial(_report, console, scene), page, console)
+    else:
+        session = _session(command, scene, lambda line: None)
+        summary = _report(console, scene, _run(command, console, session, realtime=command.realtime))
+    write_json(command.json, summary)
+    return INTERRUPTED if summary.interrupted else 0
+
+
+def _session(command: Options, scene: Scene, say_progress: Callable[[str], None]) -> PairsSession:
+    from palpate.certificate.scene import warn_outside
+    from palpate.session import PairsSession
+
+    say_progress("reading surfaces, placing arms and planning the paths")
+    session = PairsSession(scene, out=command.out or Path(scene.record.folder), seed=command.seed)
+    say_progress("computing the stability certificates")
+    for rig in session.rigs.values():
+        warn_outside(rig)
+    return session
+
+
+def _run(command: Options, console: Console, session: PairsSession, realtime: bool) -> PairsSummary:
+    from palpate.console.pairs import PairsProgress
+
+    duration = session.scene.duration if command.duration is None else command.duration
+    mode = "real time" if realtime else "lockstep, as fast as possible"
+    with PairsProgress(console, duration, mode) as progress:
+        return session.run(duration, realtime=realtime, on_progress=progress)
+
+
+def _with_page(summary: PairsSummary) -> PairsSummary:
+    """Write the page of all pairs; a failure is added to the faults, or printed if an extra is missing."""
+    from palpate.errors import MissingExtraError
+    from palpate.report.pairs import write_pairs_report
+
+    if summary.record is None:
+        return summary
+    try:
+        return replace(summary, report=str(write_pairs_report(Path(summary.record), each=False)))
+    except MissingExtraError:
+        return summary  # said once for each pair
+    except (PalpateError, OSError) as error:
+        return replace(summary, faults=(*summary.faults, f"no report: {error}"))
+
+
+def _report(console: Console, scene: Scene, summary: PairsSummary) -> PairsSummary:
+    """Write the reports of all pairs and print their summaries."""
+    from palpate.console import outcome
+    from palpate.console.pairs import pairs_table
+
+    each = scene.each_pair()
+    pairs = {name: outcome.with_report(one, each[name]) for name, one in summary.pairs.items()}
+    faults = tuple(f"{name}: {fault}" for name, one in pairs.items() for fault in one.faults)
+    interrupted = summary.interrupted or any(one.interrupted for one in pairs.values())
+    summary = replace(summary, pairs=pairs, faults=faults, interrupted=interrupted)
+    summary = _with_page(summary) if scene.record.report else summary
+    console.print(pairs_table(summary))
+    if summary.interrupted:
+        say(console, "stopped by Ctrl-C; the records are complete up to this moment")
+    for name, one in pairs.items():
+        if one.scheduler:
+            say(console, f"scheduling of {name}: {one.scheduler}")
+    if summary.instruments.handles_close_s > 0.0:
+        least = f"closer than {1e3 * scene.instruments.handle_distance:g} mm"
+        words = f"the handles of two leaders were {least} for {summary.instruments.handles_close_s:.2f} s"
+        say(console, words, "warning:", "yellow")
+    for fault in summary.faults:
+        say(console, fault, "fault:", "red")
+    for label, path in (("records", summary.record), ("report", summary.report)):
+        if path is not None:
+            say(console, f"{label}: {path}")
+    return summary

@@ -1,0 +1,52 @@
+"""`palpate check` of the soft tissue in a scene: quality of its tetrahedra, and the time step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate.tissue import Tissue, edge_lengths, shapes
+from palpate.tissue.quality import POOR
+
+
+@dataclass(frozen=True)
+class TissueFindings:
+    """Soft tissue of an object."""
+
+    tets: int
+    nodes: int
+    edge_mm: float  # median length of the edges
+    shortest_edge_mm: float
+    worst_quality: float  # 1: regular tetrahedron, 0: flat
+    poor_tets: int  # with a quality below POOR
+    stable_step_ms: float  # longest stable time step without added mass
+    step_ms: float  # time step
+    added_mass_percent: float  # mass added for this time step
+
+
+def inspect_tissue(soft: Tissue) -> TissueFindings:
+    """Judge the tetrahedra and the time step of a soft body."""
+    quality, edges = shapes(soft), edge_lengths(soft)
+    return TissueFindings(
+        tets=len(soft.tets),
+        nodes=len(soft.nodes),
+        edge_mm=1e3 * float(np.median(edges)),
+        shortest_edge_mm=1e3 * float(edges.min()),
+        worst_quality=float(quality.min()),
+        poor_tets=int((quality < POOR).sum()),
+        stable_step_ms=1e3 * soft.body.stable_step(),
+        step_ms=1e3 * soft.body.time_step,
+        added_mass_percent=100.0 * soft.body.added_mass(),
+    )
+
+
+def tissue_words(found: TissueFindings) -> str:
+    """The findings in a sentence."""
+    poor = f", {found.poor_tets:,} are poor (below {POOR:g})" if found.poor_tets else ""
+    return (
+        f"{found.tets:,} tetrahedra with {found.nodes:,} nodes, edges of {found.edge_mm:.3g} mm (shortest "
+        f"{found.shortest_edge_mm:.2g} mm), worst quality {found.worst_quality:.2f}{poor}; time step "
+        f"{found.step_ms:.3g} ms with {found.added_mass_percent:.2g} % added mass (without any: "
+        f"{found.stable_step_ms:.3g} ms)"
+    )

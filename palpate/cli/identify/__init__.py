@@ -1,0 +1,1 @@
+"""Identify what is touched from recordings."""

@@ -1,0 +1,124 @@
+"""The report of a run of several pairs: one page with all hands, and a link to the report of each pair."""
+
+from __future__ import annotations
+
+from functools import partial
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from palpate.errors import MissingExtraError
+from palpate.record.reader import Record
+from palpate.report.html import page_of, section, write_report
+from palpate.report.page import write
+from palpate.report.rates import WORDS, rates_of, table
+from palpate.report.run import Run
+from palpate.report.summary import rows, summary_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from palpate.plotting.style import Canvas
+
+_STORY = "Force on each hand over time; below, the force with which the instruments push each other."
+_MEETING = "How close the instruments and the handles came. The forces of two instruments on each other are opposite."
+
+
+def pair_records(folder: Path) -> dict[str, Path]:
+    """The records of a run of several pairs by the name of the pair; empty for any other path."""
+    if not folder.is_dir() or (folder / "record.mcap").exists():
+        return {}
+    return {path.parent.name: path for path in sorted(folder.glob("*/record.mcap"))}
+
+
+def write_pairs_report(folder: Path, out: Path | None = None, each: bool = True) -> Path:
+    """Write the report of a run of several pairs.
+
+    Args:
+        folder: folder of the run.
+        out: the HTML file; ``report.html`` in the folder when left out.
+        each: True also writes the report of each pair, next to its record.
+
+    Raises:
+        RecordError: a record cannot be read. MissingExtraError: matplotlib is not installed.
+        OutputError: a page cannot be written.
+    """
+    paths = pair_records(folder)
+    for path in paths.values() if each else ():
+        write_report(path)
+    records = {name: Record.open(path) for name, path in paths.items()}
+    return write(folder / "report.html" if out is None else out, _text(folder, records))
+
+
+def _text(folder: Path, records: dict[str, Record]) -> str:
+    try:
+        from palpate.plotting.style import picture
+    except ImportError as error:
+        raise MissingExtraError("the report's figures", "report") from error
+    links = ", ".join(
+        f'<a href="{escape(name)}/report.html">{escape(name)}</a>' for name in records if (folder / name).is_dir()
+    )
+    title = Run(next(iter(records.values()))).title if len(records) == 1 else folder.name
+    rates = [row for name, record in records.items() for row in rates_of(record, name)]
+    image = picture(partial(_story, records), alt=f"Force on each hand. {_STORY}")
+    parts = [
+        f"<header><h1>{escape(title)}</h1><p>{len(records)} pairs; the report of each: {links}</p></header>",
+        section("What the hands felt", _STORY, image),
+        section("Numbers", "The summary of each pair.", _numbers(records)),
+        section("Meetings", _MEETING, _meetings(records)),
+        section("Rates", WORDS, table(rates)),
+    ]
+    return page_of(title, "".join(parts))
+
+
+def _numbers(records: dict[str, Record]) -> str:
+    each = {name: {key: value for key, value, _ in rows(summary_of(r))} for name, r in records.items()}
+    keys = list(dict.fromkeys(key for values in each.values() for key in values))
+    head = "<tr><th></th>" + "".join(f"<th>{escape(name)}</th>" for name in each) + "</tr>"
+    body = "".join(
+        f"<tr><td>{escape(key)}</td>"
+        + "".join(f'<td class="value">{escape(values.get(key, "-"))}</td>' for values in each.values())
+        + "</tr>"
+        for key in keys
+    )
+    return f'<div class="scroll"><table class="signals">{head}{body}</table></div>'
+
+
+def _meetings(records: dict[str, Record]) -> str:
+    lines = []
+    for name, record in records.items():
+        ticks = record.ticks
+        push = np.linalg.norm(ticks["F_instrument_W"], axis=1)
+        lines.append(
+            f"<tr><td>{escape(name)}</td><td>{1e3 * float(np.min(ticks['instrument_gap'])):.1f} mm</td>"
+            f"<td>{float(push.max()):.2f} N</td><td>{float((push > 0).sum()) / record.rate:.2f} s</td>"
+            f"<td>{1e3 * float(np.min(ticks['handle_gap'])):.0f} mm</td></tr>"
+        )
+    head = (
+        "<tr><th>pair</th><th>closest instrument</th><th>largest push</th><th>in contact</th>"
+        "<th>closest handle</th></tr>"
+    )
+    return f'<div class="scroll"><table class="signals">{head}{"".join(lines)}</table></div>'
+
+
+def _story(records: dict[str, Record], canvas: Canvas) -> Figure:
+    from matplotlib.figure import Figure as NewFigure
+
+    from palpate.plotting.style import JOINTS, curve
+
+    figure = NewFigure(figsize=(canvas.width, 4.2), layout="constrained")
+    force, push = figure.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])
+    for k, (name, record) in enumerate(records.items()):
+        ticks, color = record.ticks, JOINTS[k % len(JOINTS)]
+        t = ticks["t"]
+        curve(force, t, np.linalg.norm(ticks["F_H_L"], axis=1), canvas.points(), color=color, label=name)
+        curve(push, t, np.linalg.norm(ticks["F_instrument_W"], axis=1), canvas.points(), color=color)
+    force.set_ylabel("on the hand [N]")
+    force.set_ylim(bottom=0.0)
+    force.legend(ncols=len(records), loc="upper left")
+    push.set_ylabel("of instruments [N]")
+    push.set_ylim(0.0, max(0.1, 1.1 * push.get_ylim()[1]))
+    push.set_xlabel("time [s]")
+    return figure

@@ -1,0 +1,202 @@
+"""The graph of a ROS 2 network: nodes and topics, with the measured rate of each topic and the age of its messages."""
+
+from __future__ import annotations
+
+import struct
+import time
+from collections import Counter
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from palpate.errors import PalpateError
+from palpate.ros import topic
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from palpate.plotting.style import Canvas
+
+DISCOVERY = 1.5
+"""Time for discovery before the measurement [s]."""
+_HIDDEN = ("/rosout", "/parameter_events")
+_AT_ONCE = 24  # topics that are listened to at the same time
+_OWN = "palpate_topic"  # name of the node that looks
+
+
+@dataclass(frozen=True)
+class TopicFacts:
+    """A topic with its endpoints and its measured rate."""
+
+    name: str
+    type: str
+    publishers: list[str]
+    """full names of the nodes, sorted"""
+    subscribers: list[str]
+    messages: int
+    rate_hz: float | None  # None: fewer than two messages
+    age_p50_ms: float | None  # arrival after the header's stamp; None: no header, or no stamp
+    age_max_ms: float | None
+
+
+@dataclass(frozen=True)
+class NodeFacts:
+    """A node with its topics."""
+
+    name: str
+    publishes: list[str]
+    subscribes: list[str]
+
+
+@dataclass(frozen=True)
+class Graph:
+    """Nodes and topics as measured."""
+
+    seconds: float
+    nodes: list[NodeFacts]
+    topics: list[TopicFacts]
+    duplicate_nodes: list[str]
+    """names that several nodes have, which ROS 2 does not allow"""
+
+
+@dataclass
+class _Meter:
+    """Counts the messages of one topic."""
+
+    stamped: bool
+    arrivals: list[float] = field(default_factory=list)
+    ages: list[float] = field(default_factory=list)
+
+    def take(self, message: bytes) -> None:
+        self.arrivals.append(time.monotonic())
+        if self.stamped and len(message) >= 12:  # CDR: four bytes, then the header's seconds and nanoseconds
+            order = "<" if message[1] & 1 else ">"
+            seconds, rest = struct.unpack_from(f"{order}iI", message, 4)
+            if seconds or rest:
+                self.ages.append(time.time() - seconds - 1e-9 * rest)
+
+    @property
+    def rate(self) -> float | None:
+        span = self.arrivals[-1] - self.arrivals[0] if len(self.arrivals) > 1 else 0.0
+        return (len(self.arrivals) - 1) / span if span > 0.0 else None
+
+
+def measure(seconds: float = 3.0, network: bool = False) -> Graph:
+    """Discover the graph and listen to every topic for `seconds` [s], `_AT_ONCE` topics at a time.
+
+    Raises:
+        RosMissingError: no ROS 2. PalpateError: there is no other node.
+    """
+    with topic.node(network) as here:
+        topic.topics(here, DISCOVERY)
+        names = [f"{space.rstrip('/')}/{name}" for name, space in here.get_node_names_and_namespaces() if name != _OWN]
+        found = {name: types[0] for name, types in here.get_topic_names_and_types() if name not in _HIDDEN}
+        meters: dict[str, _Meter] = {}
+        for k in range(0, len(found), _AT_ONCE):
+            meters |= _hear(here, sorted(found)[k : k + _AT_ONCE], seconds)
+        topics = [_facts(here, name, kind, meters.get(name)) for name, kind in sorted(found.items())]
+    topics = [one for one in topics if one.publishers or one.subscribers]
+    if not names and not topics:
+        raise PalpateError("there is no node on this network", mend="start one, e.g. palpate ros sim; or add --network")
+    nodes = [
+        NodeFacts(
+            name,
+            [one.name for one in topics if name in one.publishers],
+            [one.name for one in topics if name in one.subscribers],
+        )
+        for name in sorted(set(names))
+    ]
+    return Graph(seconds, nodes, topics, sorted(name for name, n in Counter(names).items() if n > 1))
+
+
+def _hear(here: Any, names: list[str], seconds: float) -> dict[str, _Meter]:
+    """Listen to some topics for `seconds` [s]; few at once, because Python shall not slow the messages down."""
+    listening = {name: found for name in names if (found := _listen(here, name)) is not None}
+    end = time.monotonic() + seconds
+    while listening and (left := end - time.monotonic()) > 0.0:
+        topic.spin(here, min(left, 0.1))
+    for _, subscription in listening.values():
+        here.destroy_subscription(subscription)
+    return {name: meter for name, (meter, _) in listening.items()}
+
+
+def _listen(here: Any, name: str) -> tuple[_Meter, Any] | None:
+    """Subscribe to the bytes of a topic; None if nobody publishes it or its type is not known here."""
+    if not here.get_publishers_info_by_topic(name):
+        return None
+    try:
+        kind, quality = topic.publisher_type(here, name)
+    except PalpateError:
+        return None
+    first = next(iter(kind.get_fields_and_field_types().values()), "")
+    meter = _Meter(first == "std_msgs/Header")
+    return meter, here.create_subscription(kind, name, meter.take, quality, raw=True)
+
+
+def _facts(here: Any, name: str, kind: str, meter: _Meter | None) -> TopicFacts:
+    def nodes(ends: Any) -> list[str]:
+        full = {f"{end.node_namespace.rstrip('/')}/{end.node_name}" for end in ends if end.node_name != _OWN}
+        return sorted(full)
+
+    ages = 1e3 * np.array(meter.ages) if meter is not None else np.zeros(0)
+    return TopicFacts(
+        name,
+        kind,
+        nodes(here.get_publishers_info_by_topic(name)),
+        nodes(here.get_subscriptions_info_by_topic(name)),
+        len(meter.arrivals) if meter is not None else 0,
+        meter.rate if meter is not None else None,
+        float(np.median(ages)) if len(ages) else None,
+        float(ages.max()) if len(ages) else None,
+    )
+
+
+def draw(graph: Graph, path: Path) -> int:
+    """Draw publishers, topics with their rates and ages, and subscribers; returns the number of topics drawn.
+
+    Topics that connect two nodes, or else those with messages, are drawn.
+    """
+    from palpate.plotting.style import png
+
+    shown = [one for one in graph.topics if one.publishers and one.subscribers]
+    shown = shown or [one for one in graph.topics if one.messages]
+    shown = shown[:60]
+    png(partial(_drawing, shown), path)
+    return len(shown)
+
+
+def _drawing(shown: list[TopicFacts], canvas: Canvas) -> Figure:
+    from matplotlib.figure import Figure as NewFigure
+
+    from palpate.plotting.style import JOINTS
+
+    left = list(dict.fromkeys(node for one in shown for node in one.publishers))
+    right = list(dict.fromkeys(node for one in shown for node in one.subscribers))
+    height = max(2.0, 0.24 * max(len(shown), len(left), len(right)) + 0.6)
+    figure = NewFigure(figsize=(10.0, height), layout="constrained")
+    axes = figure.subplots()
+    axes.axis("off")
+    place = {key: dict(zip(names, _spread(len(names)), strict=True)) for key, names in (("l", left), ("r", right))}
+    for k, (one, y) in enumerate(zip(shown, _spread(len(shown)), strict=True)):
+        color = JOINTS[k % len(JOINTS)]
+        for node in one.publishers:
+            axes.plot([0.0, 0.8], [place["l"][node], y], color=color, lw=0.8)
+        for node in one.subscribers:
+            axes.plot([2.2, 3.0], [y, place["r"][node]], color=color, lw=0.8)
+        rate = "silent" if one.rate_hz is None else f"{one.rate_hz:.0f} Hz"
+        age = "" if one.age_p50_ms is None or one.rate_hz is None else f", {one.age_p50_ms:.2f} ms old"
+        axes.text(1.5, y, f"{one.name}   {rate}{age}", ha="center", va="center", fontsize=7)
+    for x, key, side in ((0.0, "l", "right"), (3.0, "r", "left")):
+        for node, y in place[key].items():
+            axes.text(x, y, f" {node} ", ha=side, va="center", fontsize=7.5, weight="bold")
+    axes.set_xlim(-1.1, 4.1)
+    axes.set_ylim(-0.05, 1.05)
+    return figure
+
+
+def _spread(n: int) -> list[float]:
+    """Heights of n entries from top to bottom."""
+    return [0.5] if n == 1 else np.linspace(1.0, 0.0, n).tolist()

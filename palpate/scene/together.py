@@ -1,0 +1,114 @@
+"""Builds all pairs of a scene: they share the objects, and their arms must not stand in each other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from palpate import _core
+from palpate.errors import SceneError
+from palpate.scene.rig import Rig, build
+from palpate.scene.scene import Scene
+from palpate.scene.surface import Bodies
+from palpate.scene.tool import ToolSphereSection, tool_sphere
+
+Rigs = dict[str, Rig]
+"""The rigs of a scene's pairs, by name."""
+
+_SAME = 0.005  # distance below which two bases of followers are the same place [m]
+_LEADERS = 0.05  # smallest distance between the bases of two leaders [m]
+
+
+def build_pairs(scene: Scene, bodies: Bodies | None = None, until: float | None = None) -> Rigs:
+    """Set up every pair of a scene; the surfaces and the snapshot of the objects are shared.
+
+    Args:
+        scene: a scene with the section `pairs`.
+        bodies, until: as for `rig.build`.
+
+    Raises:
+        SceneError, MeshError, SurfaceError: a pair is invalid, or two pairs have arms in the same place.
+    """
+    shared: Bodies = {} if bodies is None else bodies
+    rigs: Rigs = {}
+    for name, one in scene.each_pair().items():
+        rig = build(one, shared, until)
+        first = next(iter(rigs.values()), rig)
+        rigs[name] = replace(rig, snapshot=first.snapshot, surfaces=first.surfaces)
+    check_apart(scene, rigs)
+    return rigs
+
+
+def check_apart(scene: Scene, rigs: Mapping[str, Rig]) -> None:
+    """Refuse pairs whose arms stand in each other at the start.
+
+    Raises:
+        SceneError: two followers share their base, two leaders stand in each other, or two instruments overlap.
+    """
+    for (one, a), (other, b) in combinations(rigs.items(), 2):
+        for side, X_a, X_b, least in (
+            ("follower", a.arms.X_WB, b.arms.X_WB, _SAME),
+            ("leader", a.arms.X_WL, b.arms.X_WL, _LEADERS),
+        ):
+            apart = float(np.linalg.norm(X_a[:3, 3] - X_b[:3, 3]))
+            if apart < least:
+                _refuse(scene, one, other, side, f"their bases are {1e3 * apart:.1f} mm apart")
+        gap = gap_at_start(a, b)
+        if scene.instruments.stiffness > 0.0 and gap < 0.0:
+            _refuse(scene, one, other, "follower", f"their instruments overlap by {-1e3 * gap:.1f} mm at the start")
+
+
+def _refuse(scene: Scene, one: str, other: str, side: str, why: str) -> None:
+    what = f"the {side}s of the pairs {one} and {other} are in each other's place"
+    raise SceneError(
+        what,
+        where=scene.where("pairs", other, "arms", side, "base"),
+        why=why,
+        mend=f"move one of them: pairs.{other}.arms.{side}.base, or the start of its operator's path",
+    )
+
+
+def capsules(rig: Rig) -> list[_core.ToolCapsule]:
+    """The instrument of a rig as others touch it: the capsules of the arm's model, or the sphere at the tip.
+
+    Raises:
+        SceneError: a capsule lies on a link that the arm does not have.
+    """
+    follower, radius = rig.arms.follower, rig.scene.contact.radius
+    if not follower.capsules:
+        tip = tool_sphere(follower, ToolSphereSection(radius=radius)).core
+        return [_core.ToolCapsule(tip, tip, radius)]
+    made = []
+    for entry in follower.capsules[: _core.MAX_CAPSULES]:
+        ends = [
+            tool_sphere(follower, ToolSphereSection(link=entry["link"], at=tuple(entry[key]), radius=entry["radius"]))
+            for key in ("from", "to")
+        ]
+        made.append(_core.ToolCapsule(ends[0].core, ends[1].core, entry["radius"]))
+    return made
+
+
+def gap_at_start(a: Rig, b: Rig) -> float:
+    """Smallest distance between the instruments of two rigs at the start, negative if they overlap [m]."""
+    return min(
+        float(np.linalg.norm(np.subtract(*_core.nearest_points(*p, *q)))) - r - s
+        for p, r in _placed(a)
+        for q, s in _placed(b)
+    )
+
+
+def _placed(rig: Rig) -> list[tuple[list[np.ndarray], float]]:
+    """Ends (3,) in W [m] and radius [m] of each capsule at the start, with closed jaws."""
+    arms = rig.arms
+    links = arms.follower.link_poses(arms.q_follower0, 0.0)
+    X_WT = arms.X_WB @ arms.follower.fk(arms.q_follower0)
+    found = []
+    entries = arms.follower.capsules or [{"link": None, "from": (0, 0, 0), "to": (0, 0, 0), "radius": 0.002}]
+    for entry in entries:
+        X = X_WT if entry["link"] is None else arms.X_WB @ links[entry["link"]]
+        ends = [X[:3, :3] @ np.array(entry[key], dtype=float) + X[:3, 3] for key in ("from", "to")]
+        found.append((ends, float(entry["radius"])))
+    return found

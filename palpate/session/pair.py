@@ -1,0 +1,74 @@
+"""The session of one of several pairs."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from typing import Protocol
+
+from palpate import _core
+from palpate.record.ticks import Ticks
+from palpate.scene.rig import Rig
+from palpate.session.pairs_summary import Met
+from palpate.session.session import Session
+
+
+class Run(Protocol):
+    """The run to which the pairs belong."""
+
+    def new_met(self) -> Met:
+        """An empty account of meetings."""
+        ...
+
+    def run_folder(self) -> Path:
+        """Folder of the run."""
+        ...
+
+
+class PairSession(Session):
+    """The session of one pair. Its record lies in a folder with the pair's name, in the folder of the run."""
+
+    paired = True
+
+    def __init__(self, name: str, rig: Rig, seed: int, out: Path | None, run: Run) -> None:
+        self.name, self._run = name, run
+        self.met = run.new_met()  #: how the pair met the others since its record began
+        super().__init__(rig.scene, out, seed, rig=rig)
+
+    def _simulation(self, rig: Rig, seed: int) -> _core.Simulation:
+        options = rig.options(seed)
+        shared = _core.RealTimeOptions()  # loops that share the cores neither spin nor claim one
+        shared.allow_affinity, shared.spin_us = False, 0.0
+        options.realtime = shared
+        return rig.simulation(options=options)
+
+    def prepare(self) -> None:
+        """Open the record of a run in real time, so that all pairs can start together."""
+        self._begin(realtime=True)
+
+    @property
+    def taken(self) -> int:
+        """Number of ticks of all records."""
+        return self._taken
+
+    @property
+    def stopped(self) -> threading.Event:
+        """Set: the run ends early."""
+        return self._interrupted
+
+    def take(self, ticks: Ticks) -> None:
+        """Add ticks of a lockstep run to the summary and the record."""
+        self._take(ticks)
+
+    def _take(self, ticks: Ticks, realtime: bool = False) -> None:
+        super()._take(ticks, realtime)
+        self.met.add(ticks)
+
+    def require_own_clock(self) -> None:
+        """Refuse a lockstep run with a tracker that sends poses in real time."""
+        self._require_own_clock()
+
+    def _new_folder(self) -> Path:
+        folder = self._run.run_folder() / self.name
+        folder.mkdir()
+        return folder

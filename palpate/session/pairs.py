@@ -1,0 +1,256 @@
+"""A session of several pairs in one scene: one loop, record and ledger a pair."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+
+from palpate import _core
+from palpate.errors import PalpateError
+from palpate.record.ticks import Ticks, as_ticks
+from palpate.scene.scene import Scene
+from palpate.scene.together import build_pairs, capsules
+from palpate.session import signals
+from palpate.session.controls import Controls
+from palpate.session.live import DRAIN
+from palpate.session.pair import PairSession
+from palpate.session.pairs_summary import Met, PairsSummary, meeting
+from palpate.session.run_folder import keep_scene, new_folder, require_writable
+from palpate.session.session import BATCH
+from palpate.session.state import State
+from palpate.trackers.tracking import PERIOD
+
+States = Mapping[str, State]
+"""State of each pair at its newest tick, by name."""
+
+_GRACE = 2.0  # real time after the end of a run in which late pairs may still finish [s]
+
+
+class PairsSession:
+    """Runs all pairs of a scene.
+
+        session = palpate.session.PairsSession(palpate.Scene.load("scenes/two_hands.yaml"), out="runs")
+        summary = session.run(5.0)
+        summary.pairs["left"].peak_force_N
+
+    In lockstep all pairs advance tick by tick in one thread. In real time each pair has its own loop, thread, watchdog
+    and record, and no pair waits for another: a pair that stalls leaves its instrument where it was last seen.
+
+    Args:
+        scene: a scene with the section `pairs`.
+        out: folder for records, in which each run gets a folder with one record per pair; None: nothing is recorded.
+        seed: seed of all random numbers; the scene's when left out. The hands have different tremors.
+
+    Raises:
+        SceneError, MeshError: the scene cannot run. OutputError: `out` cannot be written.
+    """
+
+    def __init__(self, scene: Scene, out: str | os.PathLike[str] | None = None, seed: int | None = None) -> None:
+        self.scene, self.seed = scene, scene.seed if seed is None else seed
+        self._out = None if out is None else Path(out)
+        if self._out is not None:
+            require_writable(self._out)
+        self.folder: Path | None = None  #: folder of the newest run
+        self.rigs = build_pairs(scene)
+        self._pairs = {
+            name: PairSession(name, rig, (self.seed + i) % 2**64, self._out, self)
+            for i, (name, rig) in enumerate(self.rigs.items())
+        }
+        self._join()
+        self._ticks_to_tracking = 0
+
+    @property
+    def pairs(self) -> Mapping[str, PairSession]:
+        """Session of each pair by name; `remove` takes one out."""
+        return MappingProxyType(self._pairs)
+
+    def remove(self, name: str) -> None:
+        """Take a pair out of a session that does not run; its record is closed.
+
+        Raises:
+            PalpateError: the session runs, there is no such pair, or it is the last.
+        """
+        if name not in self._pairs:
+            raise PalpateError(f"there is no pair {name!r}", mend=f"the pairs are {', '.join(self._pairs)}")
+        if self.running:
+            why = "its instrument would vanish from the hands of the others"
+            raise PalpateError(f"pair {name!r} cannot be removed while it runs", why=why, mend="call stop() first")
+        if len(self._pairs) == 1:
+            raise PalpateError(f"{name!r} is the last pair of the session", mend="close the session")
+        self._pairs.pop(name).close()
+        self.rigs.pop(name)
+        self._join()
+
+    def _join(self) -> None:
+        """Put the instruments of all pairs into one world."""
+        self._loops = [session.simulation for session in self._pairs.values()]
+        law = self.scene.instruments
+        _core.join_instruments(self._loops, [capsules(r) for r in self.rigs.values()], law.stiffness, law.damping)
+
+    # -- running ---------------------------------------------------------------------------------------------------
+
+    def run(
+        self,
+        duration: float | None = None,
+        realtime: bool = False,
+        on_progress: Callable[[States], None] | None = None,
+    ) -> PairsSummary:
+        """Run all pairs for a duration, then close the records; as `Session.run`, with the states of all pairs."""
+        rate = self.scene.rates.haptic
+        n = max(1, round((self.scene.duration if duration is None else duration) * rate))
+        self._require_idle()
+        stopped = next(iter(self.pairs.values())).stopped
+        with signals.deferred(stopped):
+            try:
+                (self._run_realtime if realtime else self._run_lockstep)(n, on_progress)
+            except BaseException:
+                self.close(interrupted=True)  # the records are complete after any exception
+                raise
+            return self.close(interrupted=stopped.is_set())
+
+    def start(self) -> None:
+        """Start every pair in real time, each in its own threads; no effect on a pair that runs."""
+        for session in self.pairs.values():
+            session.prepare()
+        for session in self.pairs.values():
+            session.start()
+
+    def stop(self) -> None:
+        """Stop every pair with its force at zero."""
+        for session in self.pairs.values():
+            session.stop()
+
+    def step(self, n: int = 1) -> States:
+        """Run `n` ticks of every pair in lockstep; the records stay open."""
+        self._require_idle()
+        self._take(self._advance(n))
+        return self.states
+
+    def close(self, interrupted: bool = False) -> PairsSummary:
+        """Stop all pairs, close their records and return the summary."""
+        self.stop()
+        found = {name: session.close(interrupted) for name, session in self.pairs.items()}
+        met = meeting([session.met for session in self.pairs.values()])
+        folder, self.folder = self.folder, None
+        for session in self.pairs.values():
+            session.met = self.new_met()
+        return PairsSummary.of(found, met, None if folder is None else str(folder))
+
+    # -- observation -----------------------------------------------------------------------------------------------
+
+    @property
+    def running(self) -> bool:
+        """True while a pair runs in real time."""
+        return any(session.running for session in self.pairs.values())
+
+    @property
+    def states(self) -> States:
+        """State of each pair at its newest tick."""
+        return {name: session.state for name, session in self.pairs.items()}
+
+    def latest(self) -> Ticks:
+        """The newest tick of the first pair."""
+        return next(iter(self.pairs.values())).latest()
+
+    @property
+    def controls(self) -> Controls:
+        """Controls of the first pair, as a copy. Assigned controls set the pause of all pairs, and nothing else."""
+        return next(iter(self.pairs.values())).controls
+
+    @controls.setter
+    def controls(self, value: _core.Controls) -> None:
+        for session in self.pairs.values():
+            own = session.controls
+            own.paused = value.paused
+            session.controls = own
+
+    @property
+    def recording(self) -> bool:
+        """False: no new records are begun."""
+        return next(iter(self.pairs.values())).recording
+
+    def set_recording(self, on: bool) -> None:
+        """End the present records, also while the pairs run; True begins new ones with the next tick."""
+        for session in self.pairs.values():
+            session.set_recording(on)
+        self.folder = None
+
+    def interrupt(self) -> None:
+        """End `run` before its duration is over; the records are complete."""
+        next(iter(self.pairs.values())).interrupt()
+
+    # -- inside ----------------------------------------------------------------------------------------------------
+
+    def new_met(self) -> Met:
+        """An empty account of meetings."""
+        return Met(self.scene.rates.haptic, self.scene.instruments.handle_distance)
+
+    def run_folder(self) -> Path:
+        """Folder of the present run, made when the first pair begins to record."""
+        if self.folder is None:
+            assert self._out is not None
+            self.folder = new_folder(self._out, self.scene.title)
+            keep_scene(self.folder, self.scene.to_yaml())
+        return self.folder
+
+    def _require_idle(self) -> None:
+        if self.running:
+            raise PalpateError("the session runs in real time already", mend="call stop() first")
+
+    def _advance(self, n: int) -> list[np.ndarray]:
+        """Run `n` ticks of all pairs in turns; trackers and sensors are read every `PERIOD`."""
+        beside = [p for s in self.pairs.values() for p in (s.tracking, s.sensing) if p is not None]
+        if not beside:
+            return list(_core.run_in_turns(self._loops, n))
+        size, done = max(1, round(PERIOD * self.scene.rates.haptic)), []
+        while n > 0:
+            if self._ticks_to_tracking == 0:
+                for part in beside:
+                    part.step(float(next(iter(self.pairs.values())).latest()["t"]))
+                self._ticks_to_tracking = size
+            some = min(self._ticks_to_tracking, n)
+            done.append(_core.run_in_turns(self._loops, some))
+            n, self._ticks_to_tracking = n - some, self._ticks_to_tracking - some
+        return [np.concatenate(rows) for rows in zip(*done, strict=True)]
+
+    def _take(self, rows: list[np.ndarray]) -> None:
+        for session, one in zip(self.pairs.values(), rows, strict=True):
+            session.take(as_ticks(one))
+
+    def _run_lockstep(self, n: int, on_progress: Callable[[States], None] | None) -> None:
+        for session in self.pairs.values():
+            session.require_own_clock()
+        batch = max(1, round(BATCH * self.scene.rates.haptic))
+        stopped = next(iter(self.pairs.values())).stopped
+        while n > 0 and not stopped.is_set():
+            rows = self._advance(min(batch, n))
+            if not len(rows[0]):  # paused: simulated time stops
+                time.sleep(DRAIN)
+                continue
+            n -= len(rows[0])
+            self._take(rows)
+            if on_progress is not None:
+                on_progress(self.states)
+
+    def _run_realtime(self, n: int, on_progress: Callable[[States], None] | None) -> None:
+        goals = {name: session.taken + n for name, session in self.pairs.items()}
+        stopped = next(iter(self.pairs.values())).stopped
+        self.start()
+        latest = None
+        try:
+            while not stopped.is_set():
+                late = [name for name, session in self.pairs.items() if session.taken < goals[name]]
+                if not late or (latest is not None and time.monotonic() > latest):
+                    break
+                if len(late) < len(goals) and latest is None:
+                    latest = time.monotonic() + _GRACE  # a pair that stalls does not keep the others running
+                time.sleep(2 * DRAIN)
+                if on_progress is not None:
+                    on_progress(self.states)
+        finally:
+            self.stop()

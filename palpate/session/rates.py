@@ -1,0 +1,116 @@
+"""Rate, lateness and age of every loop and source of a run, measured while it runs or read from its record."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate.record.ticks import Ticks, Timing
+from palpate.session.live import LiveSession
+
+
+@dataclass(frozen=True)
+class Rate:
+    """The rate of one loop or source; None for what is unknown."""
+
+    name: str
+    asked_Hz: float | None
+    measured_Hz: float | None
+    lateness_p50_us: float | None = None  # start of a cycle after its deadline
+    lateness_p99_us: float | None = None
+    missed: int | None = None  # deadlines missed by a whole period
+    age_s: float | None = None  # age of the newest value; in a record the largest age
+
+
+def cells(rate: Rate) -> tuple[str, str, str, str, str]:
+    """The row as text: name, measured and asked rate, lateness, missed ticks, age."""
+    of = f" of {rate.asked_Hz:g}" if rate.asked_Hz else ""
+    return (
+        rate.name,
+        "-" if rate.measured_Hz is None else f"{rate.measured_Hz:.1f}{of} Hz",
+        "-" if rate.lateness_p99_us is None else f"{rate.lateness_p99_us:.0f} us",
+        "-" if rate.missed is None else f"{rate.missed}",
+        "-" if rate.age_s is None or not np.isfinite(rate.age_s) else f"{1e3 * rate.age_s:.1f} ms",
+    )
+
+
+class LiveRates:
+    """The rates of running sessions, measured between two calls of `rows`.
+
+    Args:
+        sessions: sessions by the name of their pair; the empty name for a single one.
+    """
+
+    def __init__(self, sessions: Mapping[str, LiveSession]) -> None:
+        self._sessions = dict(sessions)
+        self._before: dict[str, tuple[float, float]] = {}  # time of the clock and value of the count at the last call
+        self._fresh: dict[str, tuple[float, float]] = {}  # newest value and the time of the clock when it was new
+
+    def rows(self) -> list[Rate]:
+        """One row for the haptic loop of each session, and one for each tracked frame and sensor."""
+        return [row for name, session in self._sessions.items() for row in self._of(name, session)]
+
+    def _of(self, name: str, session: LiveSession) -> list[Rate]:
+        tick, timing = session.latest(), session.timing
+        label = f"{name} haptic loop".strip()
+        late = timing.get("lateness_us", {})
+        loop = Rate(
+            label,
+            session.rate,
+            self._measured(label, float(tick["t"]) * session.rate),
+            late.get("p50"),
+            late.get("p99"),
+            int(timing.get("missed_ticks", 0)),
+            self._age(label, float(tick["t"])),
+        )
+        rows = [loop]
+        gates = session.tracking.gates if session.tracking is not None else {}
+        for child, gate in gates.items():
+            t = float(tick["t"])
+            rows.append(Rate(f"{name} frame {child}".strip(), None, None, age_s=t - gate.seen_at))
+        return rows
+
+    def _measured(self, key: str, count: float) -> float | None:
+        now = time.monotonic()
+        before = self._before.get(key)
+        self._before[key] = (now, count)
+        return None if before is None or now <= before[0] else (count - before[1]) / (now - before[0])
+
+    def _age(self, key: str, value: float) -> float:
+        now = time.monotonic()
+        if key not in self._fresh or self._fresh[key][0] != value:
+            self._fresh[key] = (value, now)
+        return now - self._fresh[key][1]
+
+
+def recorded(name: str, ticks: Ticks, rate: float, timing: Timing | None, frames: Sequence[str] = ()) -> list[Rate]:
+    """The rates of a recorded run.
+
+    Args:
+        name: name of the pair; empty for a single one.
+        ticks: (n,) of the record.
+        rate: of the record [Hz].
+        timing: of a real-time run; None in lockstep.
+        frames: names of the tracked frames, in the scene's order.
+    """
+    t = ticks["t"]
+    span = float(t[-1] - t[0]) if len(t) > 1 else 0.0
+    late = ticks["lateness_us"][np.isfinite(ticks["lateness_us"])] if timing is not None else np.zeros(0)
+    p50, p99 = np.percentile(late, [50, 99]).tolist() if len(late) else (None, None)
+    missed = None if timing is None else int(timing.get("missed_ticks", 0))
+    ran = span + (0 if missed is None else missed / rate)  # time of the clock: missed ticks do not advance t
+    longest = float(np.diff(t).max()) if len(t) > 1 else None
+    loop = Rate(f"{name} haptic loop".strip(), rate, (len(t) - 1) / ran if ran > 0 else None, p50, p99, missed, longest)
+    return [loop, *(_frame(name, child, k, ticks, span) for k, child in enumerate(frames))]
+
+
+def _frame(name: str, child: str, slot: int, ticks: Ticks, span: float) -> Rate:
+    """The rate of a tracked frame: its age falls whenever a new pose has arrived."""
+    age = ticks["tracked_age"].reshape(len(ticks), -1)[:, slot]
+    known = age[np.isfinite(age)]
+    renewed = int((np.diff(known) < 0.0).sum())
+    rate = renewed / span if span > 0 else None
+    return Rate(f"{name} frame {child}".strip(), None, rate, age_s=float(known.max()) if len(known) else None)

@@ -1,0 +1,180 @@
+"""The viewer of several pairs: all arms, each in the colour of its pair, and a gauge and a handle a hand."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Mapping
+from typing import Any, cast
+
+import numpy as np
+import viser
+
+from palpate.arrays import Array
+from palpate.record.ticks import Ticks
+from palpate.viewer import views
+from palpate.viewer.control_panel import BALL, REACH
+from palpate.viewer.controls import set_value
+from palpate.viewer.drawing import Color, Drawing
+from palpate.viewer.live import FRAME_RATE, FRAMES_PER_PLOT, FRAMES_PER_READOUT
+from palpate.viewer.pair_gauges import PairGauges
+from palpate.viewer.run_buttons import RunButtons, Runner
+from palpate.viewer.server import close_server, open_server, url
+from palpate.viewer.source import Source
+from palpate.viewer.stage import Stage
+
+COLORS: tuple[Color, ...] = (
+    (38, 110, 200), (222, 120, 20), (40, 150, 90), (150, 70, 180),
+    (190, 40, 60), (90, 90, 90), (0, 150, 160), (150, 120, 20),
+)  # fmt: skip
+"""Colour of each pair, in the order of the scene."""
+
+
+class Within:
+    """The interface of a scene, with all names below one node."""
+
+    def __init__(self, scene: viser.SceneApi, root: str) -> None:
+        self._scene, self._root = scene, root
+
+    def __getattr__(self, name: str) -> Any:
+        found = getattr(self._scene, name)
+        if not name.startswith("add_"):
+            return found
+        return lambda node, *args, **kwargs: found(f"{self._root}{node}", *args, **kwargs)
+
+
+class Handle:
+    """The ball that drags one hand, and the switches of its pair."""
+
+    def __init__(self, server: viser.ViserServer, name: str, stage: Stage, source: Source, color: Color) -> None:
+        self._source, self._stage = source, stage
+        self._offset, self._offset_grab, self._p_grab = np.zeros(3), np.zeros(3), np.zeros(3)
+        with server.gui.add_folder(name):
+            self.path = server.gui.add_checkbox("follow the path", True, hint="Off: the hand stops on its path")
+            self.clutch = server.gui.add_checkbox("clutch", False, hint="The hand moves, the instrument stays")
+        self.ball = server.scene.add_icosphere(f"/{name}/hand", 1.5 * BALL, color, opacity=0.6, cast_shadow=False)
+        self.ball.on_drag("left")(self._drag)
+        for knob in (self.path, self.clutch):
+            knob.on_update(lambda _: self.send())
+
+    def show(self, tick: Ticks) -> None:
+        """Moves the ball to the hand's intended position."""
+        X_WL = self._stage.leader.X_WA
+        self.ball.position = X_WL[:3, :3] @ tick["p_hand_L"] + X_WL[:3, 3]
+
+    def send(self, paused: bool | None = None) -> None:
+        """Sends the values to the loop."""
+        controls = self._source.controls
+        controls.hold = not self.path.value
+        controls.clutch = self.clutch.value
+        controls.p_hand_offset_W = self._offset
+        if paused is not None:
+            controls.paused = paused
+        self._source.controls = controls
+
+    def move(self, offset_W: Array) -> None:
+        """Displaces the hand from its path (3,) [m]."""
+        set_value(self.path, False)
+        self._offset = np.clip(offset_W, -REACH, REACH)
+        self.send()
+
+    async def _drag(self, event: viser.SceneNodeDragEvent[viser.IcosphereHandle]) -> None:
+        if event.phase == "start":
+            self._p_grab, self._offset_grab = np.array(event.start_position), self._offset
+        self.move(self._offset_grab + np.array(event.end_position) - self._p_grab)
+
+
+class PairsViewer:
+    """A viewer of all pairs of a scene; it reads the newest ticks and never waits for a loop.
+
+    Args:
+        sources: running session of each pair, by name.
+        stages: what is drawn of each pair; the objects are those of the first.
+        title: title of the page.
+        runner: what the buttons run, step and stop; None offers only a pause.
+        rates: rows of the panel of rates (`palpate.session.rates`); asked once a second.
+        handle_distance: distance of two handles below which a warning appears [m].
+        host, port, server: as for `LiveViewer`.
+
+    Raises:
+        PortError: the port cannot be used.
+    """
+
+    def __init__(
+        self,
+        sources: Mapping[str, Source],
+        stages: Mapping[str, Stage],
+        title: str,
+        runner: Runner | None = None,
+        rates: Callable[[], list[Any]] | None = None,
+        handle_distance: float = 0.0,
+        host: str = "127.0.0.1",
+        port: int = 8080,
+        server: viser.ViserServer | None = None,
+    ) -> None:
+        self._sources = dict(sources)
+        self._server = open_server(host, port, title) if server is None else server
+        self.url = url(self._server)
+        first = next(iter(stages.values()))
+        every = [stage.seen if len(stage.seen) else stage.focus[None] for stage in stages.values()]
+        self._seen = np.concatenate(every)
+        views.start_with(self._server, self._view(0.8))
+        colors = dict(zip(stages, COLORS, strict=False))
+        self.drawings = {
+            name: Drawing(
+                cast("viser.SceneApi", Within(self._server.scene, f"/{name}")), stage, stage is first, colors[name]
+            )
+            for name, stage in stages.items()
+        }
+        self._gauges = PairGauges(self._server, dict(stages), colors, handle_distance, rates)
+        gui = self._server.gui
+        gui.set_panel_label(title)
+        self.handles = {n: Handle(self._server, n, stage, sources[n], colors[n]) for n, stage in stages.items()}
+        with gui.add_folder("Run"):
+            self.run = RunButtons(gui, runner, bool(getattr(runner, "recording", False)))
+            self.run.pause.on_update(lambda _: self._pause())
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(240)
+        self._server.on_client_connect(self._look)
+        self.stopped = self.run.stopped
+        self.frames = 0  #: number of updates sent
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="palpate-viewer", daemon=True)
+        self._thread.start()
+
+    def close(self) -> None:
+        """Stops drawing and closes the port; the sessions continue."""
+        self._stop.set()
+        self._thread.join(timeout=2.0)
+        close_server(self._server)
+
+    def _pause(self) -> None:
+        for handle in self.handles.values():
+            handle.send(self.run.pause.value)
+
+    def _view(self, aspect: float) -> views.View:
+        return views.overview_of(self._seen, aspect)
+
+    def _look(self, client: viser.ClientHandle) -> None:
+        views.look(client, self._view(views.picture(client, 560)))
+
+    def _run(self) -> None:
+        due = time.perf_counter()
+        while not self._stop.is_set():
+            self._frame()
+            due = max(due + 1.0 / FRAME_RATE, time.perf_counter())
+            self._stop.wait(due - time.perf_counter())
+
+    def _frame(self) -> None:
+        ticks = {name: source.latest() for name, source in self._sources.items()}
+        with self._server.atomic():
+            presses: list[Any] = []
+            for name in reversed(ticks):  # the first pair draws the objects, dented by all tools
+                presses.append(self.drawings[name].show(ticks[name], presses))
+                self.handles[name].show(ticks[name])
+            self._gauges.add(ticks)
+            if self.frames % FRAMES_PER_READOUT == 0:
+                self._gauges.show(ticks, self.run.pause.value)
+            if self.frames % FRAMES_PER_PLOT == 0:
+                self._gauges.plot()
+        self.frames += 1

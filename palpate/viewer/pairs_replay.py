@@ -1,0 +1,101 @@
+"""The viewer of the records of several pairs: all arms on one time axis, with a time slider."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Mapping
+from typing import Any, cast
+
+import numpy as np
+import viser
+
+from palpate.record.reader import Record
+from palpate.viewer import views
+from palpate.viewer.controls import set_value
+from palpate.viewer.drawing import Drawing
+from palpate.viewer.pair_gauges import PairGauges
+from palpate.viewer.pairs import COLORS, Within
+from palpate.viewer.replay import FRAME_RATE, SPEEDS
+from palpate.viewer.server import close_server, open_server, url
+from palpate.viewer.staging import stage_of_record
+
+_HANDLES = 0.08  # distance of two handles below which a warning appears [m]
+
+
+class PairsReplayViewer:
+    """Plays the records of a run of several pairs in a loop, or shows the instant that the user chooses.
+
+    Args:
+        records: record of each pair, by name.
+        title: title of the page.
+        host, port: as for `ReplayViewer`.
+
+    Raises:
+        PortError: the port cannot be used. RecordError, SceneError, MeshError: a scene cannot be rebuilt.
+    """
+
+    def __init__(self, records: Mapping[str, Record], title: str, host: str = "127.0.0.1", port: int = 8080) -> None:
+        self._ticks = {name: record.ticks for name, record in records.items()}
+        stages = {name: stage_of_record(record) for name, record in records.items()}
+        colors = dict(zip(stages, COLORS, strict=False))
+        self._server = open_server(host, port, title)
+        self.url = url(self._server)
+        views.start_with(self._server, views.overview_of(np.concatenate([s.seen for s in stages.values()]), 0.8))
+        first = next(iter(stages))
+        self.drawings = {
+            name: Drawing(
+                cast("viser.SceneApi", Within(self._server.scene, f"/{name}")), stage, name == first, colors[name]
+            )
+            for name, stage in stages.items()
+        }
+        self._gauges = PairGauges(self._server, stages, colors, _HANDLES, None)
+        begin = min(float(ticks["t"][0]) for ticks in self._ticks.values())
+        self._last = max(float(ticks["t"][-1]) for ticks in self._ticks.values())
+        gui = self._server.gui
+        gui.set_panel_label(f"{title}: replay")
+        with gui.add_folder("Replay"):
+            self.play = gui.add_checkbox("play", True)
+            self.time = gui.add_slider("time [s]", begin, max(self._last, begin + 1e-3), 1e-3, begin)
+            self.speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value="x 1")
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(240)
+        self._begin = begin
+        self._stop = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="palpate-replay", daemon=True)
+        self._thread.start()
+
+    def show_at(self, t: float) -> None:
+        """Stops playing and shows the instant t [s]."""
+        set_value(self.play, False)
+        set_value(self.time, float(np.clip(t, self._begin, self._last)))
+
+    def close(self) -> None:
+        """Stops playing and closes the port."""
+        self._stop.set()
+        self._thread.join(timeout=2.0)
+        close_server(self._server)
+
+    def _run(self) -> None:
+        before = time.perf_counter()
+        while not self._stop.wait(1.0 / FRAME_RATE):
+            now = time.perf_counter()
+            if self.play.value:
+                t = self.time.value + (now - before) * SPEEDS[self.speed.value]
+                set_value(self.time, t if t <= self._last else self._begin)
+            before = now
+            self.show(self.time.value)
+
+    def show(self, t: float) -> None:
+        """Draws all pairs at t [s]."""
+        found = {
+            name: ticks[max(int(np.searchsorted(ticks["t"], t, side="right")) - 1, 0)]
+            for name, ticks in self._ticks.items()
+        }
+        with self._server.atomic():
+            presses: list[Any] = []
+            for name in reversed(found):
+                presses.append(self.drawings[name].show(found[name], presses))
+            self._gauges.add(found)
+            self._gauges.show(found, False)
+            self._gauges.plot()

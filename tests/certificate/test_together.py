@@ -1,0 +1,68 @@
+"""Objects that the tip touches at once: which ones they are, and that their springs are judged together."""
+
+import warnings
+
+import pytest
+
+import palpate
+from palpate.certificate import certify_all
+from palpate.certificate.scene import touched, warn_outside
+from palpate.certificate.together import groups
+from palpate.errors import PalpateWarning
+from palpate.scene.rig import build
+
+REST = """
+contact: {radius: 0.004}
+operator: {path: [{t: 0, xyz: [0, 0, 0.03]}, {t: 1, xyz: [0, 0, 0.02]}]}
+"""
+
+
+def rig(*objects):
+    return build(palpate.Scene.parse(f"objects: [{', '.join(objects)}]{REST}"))
+
+
+def ball(name, x, more=""):
+    return f"{{name: {name}, sphere: {{radius: 0.02}}, pose: {{xyz: [{x}, 0, 0]}}{more}}}"
+
+
+@pytest.mark.parametrize(
+    ("x", "more", "found"),
+    [
+        (0.046, "", [(0, 1)]),  # a gap of 6 mm, a tip of 8 mm
+        (0.052, "", []),
+        (0.030, "", [(0, 1)]),  # one within the other
+        (0.052, ", motion: {amplitude: [0.006, 0, 0]}", [(0, 1)]),
+        (0.052, ", motion: {velocity: [0.001, 0, 0]}", [(0, 1)]),
+    ],
+)
+def test_objects_within_the_tips_diameter_are_a_group(x, more, found):
+    assert groups(rig(ball("a", 0.0), ball("b", x, more))) == found
+
+
+def test_surfaces_that_cross_far_from_all_vertices_are_a_group():
+    long = "{{name: {}, box: {{size: [{}, {}, 0.01]}}}}"
+    assert groups(rig(long.format("a", 0.3, 0.01), long.format("b", 0.01, 0.3))) == [(0, 1)]
+
+
+def test_a_chain_is_not_taken_for_a_group_of_three():
+    assert groups(rig(*(ball(f"b{i}", 0.046 * i) for i in range(3)))) == [(0, 1), (1, 2)]
+    assert groups(rig(*(ball(f"b{i}", 0.01 * i) for i in range(3)))) == [(0, 1, 2)]
+
+
+def plane(name, K):
+    return f"{{name: {name}, plane: {{size: 0.3}}, stiffness: {K:g}, damping: 0}}"
+
+
+def test_two_planes_in_one_place_are_judged_by_their_sum():
+    """Each is stable; together they oscillate in the simulation (docs/certificate.md)."""
+    both = rig(plane("a", 1400), plane("b", 1400))
+    a, b, together = certify_all(both.scene, rig=both)
+    assert (a.verdict, b.verdict, together.verdict) == ("stable", "stable", "unstable")
+    assert together.K == 2800
+    assert together.k_max <= a.k_max
+    assert [one.name for one in touched(both)] == ["a", "b", "a and b at once"]
+    with pytest.warns(PalpateWarning, match="a and b at once"):
+        warn_outside(both)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warn_outside(rig(plane("a", 1400)))

@@ -1,0 +1,106 @@
+"""The viewer of several pairs: the same objects once, a gauge and a handle a hand, a warning of close handles."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from palpate.scene import Scene
+from palpate.session import PairsSession
+from palpate.session.rates import LiveRates
+
+pytest.importorskip("viser", reason="the viewer is not installed (extra viewer)")
+
+from palpate.viewer import stage_of
+from palpate.viewer.pairs import COLORS, PairsViewer
+
+TWO = """\
+objects: [{shape: organ, triangles: 2000, stiffness: 300}]
+pairs:
+  right:
+    arms:
+      leader: {base: {xyz: [0.345, 0.243, 0.219], rpy_deg: [0, 0, -20]}}
+      follower: {base: {xyz: [0.060, -0.060, 0.155], rpy_deg: [0, 0, 155]}}
+    operator: {palpate: {at: [0.03, -0.012, 0.1], length: 0.01}}
+  left:
+    arms:
+      leader: {model: mtm_left, base: {xyz: [-0.345, 0.243, 0.219], rpy_deg: [0, 0, 20]}}
+      follower: {base: {xyz: [-0.120, -0.060, 0.155], rpy_deg: [0, 0, 205]}}
+    operator: {palpate: {at: [-0.035, -0.012, 0.1], length: 0.002}}
+"""
+
+
+@pytest.fixture
+def shown():
+    session = PairsSession(Scene.parse(TWO))
+    session.step(20)
+    stages = {name: stage_of(rig, name) for name, rig in session.rigs.items()}
+    viewer = PairsViewer(session.pairs, stages, "two", session, LiveRates(session.pairs).rows, 5.0, port=0)
+    viewer._stop.set()
+    viewer._thread.join()  # the test calls each frame itself
+    yield session, viewer
+    viewer.close()
+
+
+def test_every_pair_has_its_arms_and_ball_and_the_objects_are_drawn_once(shown):
+    _, viewer = shown
+    assert len(COLORS) >= 8
+    assert [len(drawing._organs) for drawing in viewer.drawings.values()] == [1, 0]
+    names = {name for name in viewer._server.scene._handle_from_node_name if name.endswith("/hand")}
+    assert names == {"/right/hand", "/left/hand"}
+
+
+def test_a_dragged_ball_moves_its_own_hand_only(shown):
+    session, viewer = shown
+    viewer.handles["left"].move(np.array([0.0, 0.0, 0.01]))
+    np.testing.assert_array_equal(session.pairs["left"].controls.p_hand_offset_W, [0, 0, 0.01])
+    assert not np.any(session.pairs["right"].controls.p_hand_offset_W)
+    before = {name: state.tick["p_hand_L"].copy() for name, state in session.states.items()}
+    session.step(400)
+    after = {name: state.tick["p_hand_L"] for name, state in session.states.items()}
+    assert np.linalg.norm(after["left"] - before["left"]) > 0.005
+    viewer._frame()
+    X_WL = session.rigs["left"].arms.X_WL
+    p_W = X_WL[:3, :3] @ after["left"] + X_WL[:3, 3]
+    np.testing.assert_allclose(viewer.handles["left"].ball.position, p_W, atol=1e-9)
+
+
+def test_gauges_name_every_hand_and_warn_of_close_handles(shown):
+    _, viewer = shown
+    viewer.frames = 0
+    viewer._frame()
+    text = viewer._gauges._figures.content
+    assert 'id="palpate-pair-right"' in text
+    assert 'id="palpate-pair-left"' in text
+    assert "palpate-handles" in text  # this viewer warns below 5 m
+    viewer._gauges._near = 0.08
+    viewer.frames = 0
+    viewer._frame()
+    assert "palpate-handles" not in viewer._gauges._figures.content
+    assert "right haptic loop" in viewer._gauges._rates._table.content
+    assert "left haptic loop" in viewer._gauges._rates._table.content
+
+
+def test_pause_stops_both_pairs(shown):
+    session, viewer = shown
+    viewer.run.pause.value = True
+    viewer._pause()
+    assert all(one.controls.paused for one in session.pairs.values())
+
+
+def test_replay_shows_all_pairs_of_a_run_at_one_time(tmp_path):
+    from palpate.record import Record
+    from palpate.report.pairs import pair_records
+    from palpate.viewer.pairs_replay import PairsReplayViewer
+
+    summary = PairsSession(Scene.parse(TWO), out=tmp_path).run(0.4)
+    records = {name: Record.open(path) for name, path in pair_records(Path(summary.record)).items()}
+    viewer = PairsReplayViewer(records, "two", port=0)
+    try:
+        viewer._stop.set()
+        viewer._thread.join()
+        viewer.show(0.3)
+        for name, record in records.items():
+            np.testing.assert_allclose(viewer.drawings[name].p_WT, record.ticks["p_WT"][300], atol=1e-12)
+    finally:
+        viewer.close()
