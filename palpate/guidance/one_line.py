@@ -18,8 +18,8 @@ _ARGUMENT = re.compile(r"\s*(\[[^\]]*\]|[^,]+)")
 _DEGREES = re.compile(r"([-+.\deE]+)\s*(?:deg|°)")
 _AROUND = re.compile(r"^(?P<before>[^#\n]*\bmargin:[^#:,\n]*\saround):(?P<after>\s)", re.MULTILINE)
 
-#: Stiffness of the wall of the tube around a plan, in addition to the spring to the plan's path [N/m].
-WALL = 600.0
+#: Stiffness of the spring to the path of a plan, and additional stiffness of the wall of its tube [N/m].
+LEAD, WALL = 1000.0, 400.0
 #: Shapes that can be written as calls, with the keys of their arguments in order.
 CALLS = {
     "cone": ("entry", "target", "half_angle_deg"),
@@ -80,7 +80,7 @@ def _plan_of(value: Content) -> str:
 def _tube_of_plan(value: Content) -> Content:
     """The tube around a followed plan, whose radius is the plan's clearance."""
     file = _plan_of(value)
-    shared = {key: value[key] for key in ("hard", "enabled", "authority", "priority", "frame") if key in value}
+    shared: Content = {key: value[key] for key in ("hard", "enabled", "authority", "priority", "frame") if key in value}
     return {
         "name": f"{value.get('name', Path(file).stem)}-tube",
         "geometry": {"tube": {"file": file, "crossing": 0.0}},
@@ -110,7 +110,8 @@ def _follow(value: Content) -> Content:
     file = _plan_of(value)
     if file:
         path = {"path": {"file": file, "crossing": 0.0}}
-        return {"name": Path(file).stem, "geometry": path, "role": {"name": "guide"}, "hard": False}
+        return {"name": Path(file).stem, "geometry": path, "role": {"name": "guide"},
+                "law": {"stiffness": LEAD}, "hard": False}  # fmt: skip
     return {**target(value["follow"]), "role": {"name": "guide"}}
 
 
