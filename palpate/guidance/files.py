@@ -27,7 +27,7 @@ def read_rows(path: Path, unit: str = "mm") -> tuple[Array, Array | None]:
     Raises:
         GuidanceError: the file is missing, empty, or a line is invalid; the message names the line.
     """
-    if path.suffix.lower() in (".yaml", ".yml"):
+    if is_plan(str(path)):
         return _tip_of_plan(path)
     named, rows = unit, []
     for number, line in enumerate(_lines(path), start=1):
@@ -87,18 +87,41 @@ def _lines(path: Path) -> list[str]:
         ) from None
 
 
-def _tip_of_plan(path: Path) -> tuple[Array, Array]:
-    """Places (n, 3) [m] and rotations (n, 3, 3) of the tip along a plan, thinned to one every 2 mm."""
+def is_plan(file: str | None) -> bool:
+    """True if the name of a file is that of a plan of `palpate plan`."""
+    return file is not None and file.lower().endswith((".yaml", ".yml"))
+
+
+def clearance_of_plan(path: Path) -> float:
+    """The clearance [m] that a plan keeps: the radius of the tube around it.
+
+    Raises:
+        GuidanceError: the file is not a plan, or its clearance is not above zero.
+    """
+    (clearance,) = _numbers_of_plan(path, "clearance_asked_m")
+    if clearance.shape != () or not 0.0 < clearance < np.inf:
+        what, mend = "the plan has no clearance above zero", "give the tube a radius, or plan with --clearance 3mm"
+        raise GuidanceError(what, where=str(path), mend=mend)
+    return float(clearance)
+
+
+def _numbers_of_plan(path: Path, *keys: str) -> list[Array]:
+    """The numbers of a plan file under these keys."""
     import yaml
 
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
         data = yaml.load("\n".join(_lines(path)), loader)
-        places, turns = (np.array(data[key], dtype=np.float64) for key in ("tip_xyz_m", "tip_wxyz"))
+        return [np.array(data[key], dtype=np.float64) for key in keys]
     except (yaml.YAMLError, KeyError, TypeError, ValueError) as error:
         why = f"{error} is missing" if isinstance(error, KeyError) else str(error)
         mend = "palpate plan SCENE --to GOAL --out plan.yaml writes one"
         raise GuidanceError("the file is not a plan", where=str(path), why=why, mend=mend) from None
+
+
+def _tip_of_plan(path: Path) -> tuple[Array, Array]:
+    """Places (n, 3) [m] and rotations (n, 3, 3) of the tip along a plan, thinned to one every 2 mm."""
+    places, turns = _numbers_of_plan(path, "tip_xyz_m", "tip_wxyz")
     if places.ndim != 2 or places.shape[1:] != (3,) or turns.shape != (len(places), 4) or not len(places):
         raise GuidanceError("the plan has no path of the tip", where=str(path), mend="plan again")
     if not np.isfinite(places).all() or not np.isfinite(turns).all():

@@ -2,11 +2,19 @@
 
 from __future__ import annotations
 
+from typing import Annotated
+
+from pydantic import BeforeValidator, Field
+
 from palpate.guidance import yaml_text
 from palpate.guidance.fixture import Fixture
+from palpate.guidance.one_line import expand_list
 from palpate.guidance.yaml_text import to_yaml
 
-__all__ = ["from_yaml", "to_yaml", "with_unique_names"]
+__all__ = ["FixtureList", "from_yaml", "to_yaml", "with_unique_names"]
+
+FixtureList = Annotated[tuple[Fixture, ...], Field(max_length=128), BeforeValidator(expand_list)]
+"""The list ``guidance`` of a scene, with a tube for every plan that is followed."""
 
 
 def from_yaml(text: str) -> tuple[Fixture, ...]:

@@ -18,6 +18,8 @@ _ARGUMENT = re.compile(r"\s*(\[[^\]]*\]|[^,]+)")
 _DEGREES = re.compile(r"([-+.\deE]+)\s*(?:deg|°)")
 _AROUND = re.compile(r"^(?P<before>[^#\n]*\bmargin:[^#:,\n]*\saround):(?P<after>\s)", re.MULTILINE)
 
+#: Stiffness of the spring to the path of a plan, and additional stiffness of the wall of its tube [N/m].
+LEAD, WALL = 1000.0, 400.0
 #: Shapes that can be written as calls, with the keys of their arguments in order.
 CALLS = {
     "cone": ("entry", "target", "half_angle_deg"),
@@ -53,7 +55,39 @@ def expand(value: Any) -> Any:
     if "unit" in value:
         for shape in made["geometry"].values():
             shape["unit"] = value["unit"]
+    if _plan_of(value):
+        rest.pop("hard", None)  # it is the tube's
     return {**made, **rest}
+
+
+def expand_list(values: Any) -> Any:
+    """The items of a scene's list of fixtures, with a tube after the last item for every plan that is followed.
+
+    Raises:
+        ValueError: a line is not a fixture.
+    """
+    if not isinstance(values, list | tuple):
+        return values
+    return [*values, *(_tube_of_plan(value) for value in values if isinstance(value, dict) and _plan_of(value))]
+
+
+def _plan_of(value: Content) -> str:
+    """The plan file that a fixture follows in one line; empty if it follows no plan."""
+    followed = value.get("follow")
+    return str(followed["plan"]) if isinstance(followed, dict) and set(followed) == {"plan"} else ""
+
+
+def _tube_of_plan(value: Content) -> Content:
+    """The tube around a followed plan, whose radius is the plan's clearance."""
+    file = _plan_of(value)
+    shared: Content = {key: value[key] for key in ("hard", "enabled", "authority", "priority", "frame") if key in value}
+    return {
+        "name": f"{value.get('name', Path(file).stem)}-tube",
+        "geometry": {"tube": {"file": file, "crossing": 0.0}},
+        "role": {"name": "keep-in"},
+        "law": {"stiffness": WALL},
+        **shared,
+    }
 
 
 def _split(text: str) -> Content:
@@ -73,14 +107,11 @@ def _margin(value: Content) -> Content:
 
 
 def _follow(value: Content) -> Content:
-    followed = value["follow"]
-    if isinstance(followed, dict) and set(followed) == {"plan"}:
-        file = str(followed["plan"])
-        return {
-            "name": Path(file).stem,
-            "geometry": {"path": {"file": file, "crossing": 0.0}},
-            "role": {"name": "guide"},
-        }
+    file = _plan_of(value)
+    if file:
+        path = {"path": {"file": file, "crossing": 0.0}}
+        return {"name": Path(file).stem, "geometry": path, "role": {"name": "guide"},
+                "law": {"stiffness": LEAD}, "hard": False}  # fmt: skip
     return {**target(value["follow"]), "role": {"name": "guide"}}
 
 

@@ -11,6 +11,7 @@ from palpate import _core
 from palpate.arrays import Array
 from palpate.guidance import curve
 from palpate.guidance.context import FixtureContext
+from palpate.guidance.files import clearance_of_plan, is_plan, read_rows
 from palpate.guidance.geometry import Shape, Unit
 from palpate.values import NotNegative, Place, Positive
 from palpate.values import Pose as PoseSection
@@ -49,8 +50,6 @@ class Path(Shape):
         if self.file is None:
             points = np.array([context.place(p, X_WF) for p in self.waypoints])
             return curve.path(points, closed=self.closed, crossing=self.crossing, name="waypoints")
-        from palpate.guidance.files import read_rows
-
         file = context.file(self.file)
         points, R = read_rows(file, self.unit)
         X = self.pose.matrix()
@@ -62,9 +61,19 @@ class Tube(Path):
     """All points within a radius of a path."""
 
     key: ClassVar[str] = "tube"
-    radius: Positive
-    """radius of the tube [m]"""
+    radius: Positive | None = None
+    """radius of the tube; around a plan, the plan's clearance when left out [m]"""
+
+    @model_validator(mode="after")
+    def _has_radius(self) -> Self:
+        if self.radius is None and not is_plan(self.file):
+            raise ValueError("a tube needs a radius | e.g. radius: 2 mm; only a plan (.yaml) has one of its own")
+        return self
 
     def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
         """The tube."""
-        return _core.OffsetGeometry(self.curve(context, X_WF), self.radius)
+        radius = self.radius
+        if radius is None:
+            assert self.file is not None
+            radius = clearance_of_plan(context.file(self.file))
+        return _core.OffsetGeometry(self.curve(context, X_WF), radius)

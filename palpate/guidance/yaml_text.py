@@ -30,7 +30,8 @@ def from_yaml(text: str, kind: type[_Item]) -> tuple[_Item, ...]:
     """
     try:
         data = yaml.safe_load(one_line.readable(text))
-        return TypeAdapter(tuple[kind, ...]).validate_python(data if isinstance(data, list) else [data])  # type: ignore[valid-type]
+        items = one_line.expand_list(data if isinstance(data, list) else [data])
+        return TypeAdapter(tuple[kind, ...]).validate_python(items)  # type: ignore[valid-type]
     except yaml.YAMLError as error:
         raise GuidanceError("not valid YAML", why=" ".join(str(error).split()), mend="a list of fixtures") from None
     except ValidationError as error:

@@ -5,13 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from itertools import combinations
-from typing import Annotated, Any
-
-from pydantic import Field
+from typing import Any
 
 from palpate.arrays.plain import Content
 from palpate.errors import ValueAtError
-from palpate.guidance.fixture import Fixture
+from palpate.guidance.lists import FixtureList
 from palpate.scene.force import ForceSection
 from palpate.scene.mapping import MappingSection
 from palpate.scene.model import ArmsSection, ContactSection, TorqueSection
@@ -48,7 +46,7 @@ class PairSection(Section):
     """contact method and geometry of the tool"""
     force: ForceSection | None = None
     """source of the force on the tool"""
-    guidance: Annotated[tuple[Fixture, ...], Field(max_length=128)] | None = None
+    guidance: FixtureList | None = None
     """virtual fixtures of this pair; they replace those of the scene"""
     stability: StabilitySection | None = None
     """limits and passivity of the force"""

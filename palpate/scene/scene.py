@@ -14,8 +14,7 @@ from palpate import _core
 from palpate.arm import NAMES, Arm
 from palpate.errors import ArmError, SceneError, ValueAtError, format_place
 from palpate.frames import FrameSection
-from palpate.guidance.fixture import Fixture
-from palpate.guidance.lists import with_unique_names
+from palpate.guidance.lists import FixtureList, with_unique_names
 from palpate.scene import explain, presets, shipped, text
 from palpate.scene import pairs as pairs_module
 from palpate.scene.ecm import EcmSection
@@ -76,7 +75,7 @@ class Scene(Section):
     """contact method and geometry of the tool"""
     force: ForceSection = ForceSection()
     """source of the force on the tool"""
-    guidance: Annotated[tuple[Fixture, ...], Field(max_length=128)] = ()
+    guidance: FixtureList = ()
     """virtual fixtures: constraints on the tool (docs/guidance.md)"""
     places: dict[str, Vector] = Field(default_factory=dict)
     """named positions in W that fixtures can use, e.g. entry and target [m]"""

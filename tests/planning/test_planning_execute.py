@@ -1,5 +1,7 @@
 """Execution of a plan: pace, pause, stop, abort, and the simulated dVRK as the arm."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from planning_worlds import at, posts, problem, reaching
@@ -7,6 +9,7 @@ from planning_worlds import at, posts, problem, reaching
 from palpate import surfaces
 from palpate.errors import PlanningError
 from palpate.planning.execute import STOP_TIME, Execution, Phase
+from palpate.planning.verify import worst_rate
 from palpate.planning.world import obstacle
 
 A, B = reaching(-0.055, 0.0, -0.12), reaching(0.055, 0.0, -0.12)
@@ -133,3 +136,23 @@ def test_the_simulated_dvrk_follows_by_servo_jp(plan) -> None:  # type: ignore[n
 def _measured(robot) -> np.ndarray:  # type: ignore[no-untyped-def]
     state = robot.state("PSM1")["measured_js"]
     return np.asarray(state["position"] if isinstance(state, dict) else state[0], dtype=float)
+
+
+class _Changed:
+    """A trajectory whose times are wrong: played `pace` times as fast, with a jump of `kick` [rad, m] after 0.5 s."""
+
+    def __init__(self, plan, pace: float, kick: float) -> None:  # type: ignore[no-untyped-def]
+        self._right, self._pace, self._kick = plan.trajectory, pace, kick
+        self.limits, self.duration = self._right.limits, self._right.duration / pace
+
+    def at(self, t: np.ndarray) -> tuple[np.ndarray, ...]:
+        q, *rest = self._right.at(np.minimum(self._pace * t, self._right.duration))
+        return q + self._kick * (t[:, None] > 0.5), *rest
+
+
+@pytest.mark.parametrize(("pace", "kick", "least"), [(1.1, 0.0, 1.08), (1.0, 1e-6, 1.2), (1.0, 1e-3, 100.0)])
+def test_the_check_of_rates_finds_wrong_times(plan, pace: float, kick: float, least: float) -> None:  # type: ignore[no-untyped-def]
+    assert worst_rate(plan) <= 1.0
+    wrong = replace(plan)
+    wrong.__dict__["trajectory"] = _Changed(plan, pace, kick)
+    assert worst_rate(wrong) > least

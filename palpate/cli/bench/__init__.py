@@ -1,3 +1,3 @@
-"""Measure the speed of Palpate here: loop, start-up, contact, batch runs, fixtures, clouds, tissue, build, ROS 2."""
+"""Measure the speed of Palpate: loop, start-up, contact, runs, fixtures, clouds, tissue, plans, build, ROS 2."""
 
 FIRST = ("loop", "start", "contact", "simulate", "sweep", "guidance", "cloud", "tissue", "ros")

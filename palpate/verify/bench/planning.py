@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from palpate import surfaces
+from palpate import _core, surfaces
 from palpate.arm import Arm
 from palpate.arrays import Array
+from palpate.guidance.fixture import Fixture
 from palpate.mesh import Mesh
 from palpate.planning.checker import Checker
 from palpate.planning.kinematics import pose_of
-from palpate.planning.planners import PLANNERS, RETRACT, STRAIGHT
+from palpate.planning.lead import Lead
+from palpate.planning.planners import PLANNERS, RETRACT, STRAIGHT, levers
 from palpate.planning.problem import Problem
+from palpate.planning.result import Plan
 from palpate.planning.robot import Robot
 from palpate.planning.timing import Limits
 from palpate.planning.verify import verify
@@ -151,10 +154,51 @@ def run(
             "checked_samples": sum(v.samples for v in verdicts),
             "largest_step_m": max((v.largest_step for v in verdicts), default=0.0),
             "worst_rate": max((v.worst_rate for v in verdicts), default=0.0),
+            **_replans(problem, good),
             "smallest_clearance_m": min((p.clearance_m for p in good if p.clearance_m is not None), default=None),
         })  # fmt: skip
         on_progress(f"{name}: {len(good)} of {count} found, median {rows[-1]['median_s']:.3f} s")
     return rows
+
+
+class _Nobody:
+    """A session without a loop, which makes the fixtures that it is given."""
+
+    @property
+    def fixtures(self) -> tuple[Fixture, ...]:
+        """No other fixtures."""
+        return ()
+
+    @fixtures.setter
+    def fixtures(self, value: Iterable[Fixture]) -> None:
+        _core.Fixtures([fixture.make() for fixture in value])
+
+    def latest(self) -> Any:
+        """No tick."""
+        raise NotImplementedError
+
+
+def _replans(problem: Problem, plans: list[Plan]) -> dict[str, Any]:
+    """Times [s] of new searches, with their fixtures, from up to 15 mm beside each plan, and the share in time."""
+    rng, arm, wall, cpu, found = np.random.default_rng(0), problem.robot.arm, [], [], []
+    checker = Checker(problem.robot, problem.world)
+    for plan in plans:
+        lead = Lead(_Nobody(), problem, plan)
+        q = plan.joints[rng.integers(len(plan.joints))]
+        for _ in range(50):
+            beside = np.clip(q + rng.normal(size=arm.n) * 0.01 / levers(arm), arm.q_min, arm.q_max)
+            away = np.linalg.norm(lead.path - (problem.robot.X_WB @ arm.fk(beside))[:3, 3], axis=1).min()
+            if plan.clearance_asked < away < 0.015 and checker.refusal(beside, 5e-4) is None:
+                break
+        else:
+            continue
+        begin, used = time.perf_counter(), time.process_time()
+        found.append(lead.renew(beside))
+        wall.append(time.perf_counter() - begin)
+        cpu.append(time.process_time() - used)
+    times = {f"replan_{name}_p{p}_s": float(np.percentile(values, p)) if values else None
+             for name, values in (("wall", wall), ("cpu", cpu)) for p in (50, 95)}  # fmt: skip
+    return {**times, "replans": len(found), "replan_success_rate": float(np.mean(found)) if found else None}
 
 
 def table(rows: list[dict[str, Any]]) -> Table:
