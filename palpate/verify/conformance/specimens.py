@@ -280,8 +280,9 @@ SPECIMENS: dict[str, Specimen] = {
 }  # fmt: skip
 
 
-_NO_FIXTURE = {_core.PointSurface}
-"""Surfaces of the contact stage of which no fixture is made; a fixture around points is `Cloud`."""
+_NO_FIXTURE = {_core.PointSurface, _core.TissueSurface}
+"""Surfaces of the contact stage of which no fixture is made: a fixture around points is `Cloud`, and one at a soft body
+takes its mesh at rest."""
 
 
 def unjudged() -> list[str]:
