@@ -166,6 +166,18 @@ def test_an_arm_that_is_disabled_on_the_way_aborts(robot, planned, start, until)
     robot.home("PSM1")
 
 
+def test_an_arm_that_falls_silent_aborts(sim, robot, planned, start, until):
+    process = begin(start, planned)
+    moving(robot, until, process)
+    sim.send_signal(signal.SIGSTOP)
+    try:
+        code, moved = ended(process, planned, until)
+    finally:
+        sim.send_signal(signal.SIGCONT)
+    assert (code, moved["phase"]) == (1, "aborted")
+    assert "PSM1 is silent" in moved["reason"]
+
+
 def test_an_arm_that_is_led_away_aborts(robot, planned, start, until):
     """Another program sends goals at the same time."""
     from sensor_msgs.msg import JointState
