@@ -23,7 +23,7 @@ from palpate.planning.problem import Problem
 from palpate.planning.result import Plan
 from palpate.planning.world import World
 
-STOP_TIME = 0.05  # time in which a moving execution comes to rest [s]
+STOP_TIME = 0.04  # time in which a moving execution comes to rest [s]; 10 ms of the 50 are left to the transport
 _NEAR = 2e-3  # distance of the measured joints from the plan's start, beyond which it does not begin [rad, m]
 
 
@@ -69,9 +69,8 @@ class Execution:
         if plan.arm != problem.robot.name or len(plan.joint_names) != problem.robot.arm.n:
             raise PlanningError(f"the plan moves {plan.arm}, not {problem.robot.name}", mend="plan for this arm")
         start = self._trajectory.at(np.zeros(1))[0][0]
-        if q_now is not None and np.abs(np.asarray(q_now) - start).max() > _NEAR:
-            away = float(np.abs(np.asarray(q_now) - start).max())
-            raise PlanningError(f"the arm is {away:.3g} rad or m from the start of the plan", mend="plan from current")
+        if q_now is not None:
+            self._require_start(np.asarray(q_now), start)
         self._version = plan.world_version
         if not self._is_free(self._world()):
             raise PlanningError(
@@ -109,6 +108,11 @@ class Execution:
         if not self.over:
             self.phase = Phase.STOPPED
 
+    def abort(self, reason: str) -> None:
+        """Come to rest within 50 ms for good, because something is wrong; the first reason is kept."""
+        if not self.over and self.phase is not Phase.ABORTED:
+            self.phase, self.reason = Phase.ABORTED, reason
+
     def step(self, dt: float) -> Array:
         """The next goal of the joints (n,) [rad, m], `dt` [s] after the one before."""
         world = self._world()
@@ -137,6 +141,19 @@ class Execution:
                 return False
         self._version = world.version
         return True
+
+    def _require_start(self, q_now: Array, start: Array) -> None:
+        if q_now.shape != start.shape:
+            raise PlanningError(f"the arm has {q_now.size} joints, the plan {start.size}", mend="plan for this arm")
+        away = np.abs(q_now - start)
+        if not away.max() <= _NEAR:  # also true of values that are not finite
+            joint = int(np.argmax(np.where(np.isfinite(away), away, np.inf)))
+            name = self.plan.joint_names[joint]
+            raise PlanningError(
+                f"the arm is {away[joint]:.3g} rad or m from the start of the plan: {name} is at {q_now[joint]:.4f}, "
+                f"the plan begins at {start[joint]:.4f}",
+                mend="move the arm there, or plan from joints:" + ",".join(f"{q:.4f}" for q in q_now),
+            )
 
     def remaining(self) -> list[Curve]:
         """The curves of the plan that lie ahead, the present one whole."""

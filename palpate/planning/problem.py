@@ -38,6 +38,7 @@ class Problem:
     states: dict[str, Array]  # named joint positions, with home and current
     limits: Limits
     clearance: float  # default clearance [m]
+    scene: str = ""  # file of the scene; empty if it has none
 
     @classmethod
     def of(cls, scene: Scene, arm: str | None = None, rig: Rig | None = None) -> Problem:
@@ -77,7 +78,8 @@ class Problem:
         for name, joints in section.states.items():
             states[name] = goals.read(joints, follower, {}, f"state {name!r} of the scene")
         limits = Limits.of(follower, section.speed)
-        return cls(robot, World(tuple(obstacles), allowed), states, limits, section.clearance)
+        file = str(Path(scene.file).resolve()) if scene.file else ""
+        return cls(robot, World(tuple(obstacles), allowed), states, limits, section.clearance, file)
 
     def with_world(self, world: World) -> Problem:
         """The same problem in a changed world."""
@@ -170,7 +172,8 @@ class Problem:
         robot = self.robot
         return Plan(False, "", robot.name, 0.0, clearance, seed, planner, self.world.version,
                     tuple(robot.arm.joint_names), scale=planners.levers(robot.arm), limits=self.limits,
-                    geometry=robot.geometry, notes=tuple(self.world.notes), X_WB=robot.X_WB)  # fmt: skip
+                    geometry=robot.geometry, notes=tuple(self.world.notes), X_WB=robot.X_WB,
+                    scene=self.scene)  # fmt: skip
 
     def failed(self, base: Plan, reason: str, blocker: tuple[str, str] = ("", ""), begin: float = 0.0) -> Plan:
         """A plan without success: its reason, and the pair that blocks. begin: time.monotonic() of the start [s]."""

@@ -61,6 +61,7 @@ class Plan:
     notes: tuple[str, ...] = ()
     blocker: tuple[str, str] = ("", "")  #: without success: the pair that blocked most motions
     X_WB: Array = field(default_factory=lambda: np.eye(4))
+    scene: str = ""  #: file of the scene for which the plan was made, or its name; empty if it has none
 
     @cached_property
     def trajectory(self) -> Trajectory:
@@ -125,8 +126,9 @@ class Plan:
         assert self.clearance is not None
         X_WT = tip_path(self, arm, _SPACING)
         data = {
-            "kind": KIND, "arm": self.arm, "joint_names": list(self.joint_names), "scene_version": self.world_version,
-            "planner": self.planner, "seed": self.seed, "geometry": self.geometry, "time_s": self.time_s,
+            "kind": KIND, "scene": self.scene, "scene_version": self.world_version, "arm": self.arm,
+            "joint_names": list(self.joint_names), "planner": self.planner, "seed": self.seed,
+            "geometry": self.geometry, "time_s": self.time_s,
             "duration_s": self.duration_s, "clearance_asked_m": self.clearance_asked, "clearance_m": self.clearance_m,
             "nearest": list(self.nearest), "scale": self.scale, "v_max": limits.v, "a_max": limits.a, "j_max": limits.j,
             "X_WB": self.X_WB, "curves": [curve.controls for curve in self.curves], "t": self.t, "joints": self.joints,
@@ -164,7 +166,7 @@ def load(path: Path) -> Plan:
             True, "", str(data["arm"]), float(data["time_s"]), float(data["clearance_asked_m"]), int(data["seed"]),
             str(data["planner"]), str(data["scene_version"]), tuple(data["joint_names"]), curves,
             np.array(data["scale"], dtype=float), limits, geometry=str(data["geometry"]),
-            X_WB=np.array(data["X_WB"], dtype=float),
+            X_WB=np.array(data["X_WB"], dtype=float), scene=str(data.get("scene", "")),
         )  # fmt: skip
     except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError) as error:
         if isinstance(error, PlanningError):

@@ -19,8 +19,8 @@ FIND = 3.0
 
 
 @contextmanager
-def node(network: bool = False) -> Iterator[Any]:
-    """Context manager for a node; limited to this machine unless `network`."""
+def node(network: bool = False, name: str = "palpate_topic") -> Iterator[Any]:
+    """Context manager for a node of this name; limited to this machine unless `network`."""
     native = ros.load()
     here = native.Context(network=network)  # sets how far discovery reaches
     import rclpy
@@ -28,7 +28,7 @@ def node(network: bool = False) -> Iterator[Any]:
 
     context = Context()
     rclpy.init(context=context, domain_id=here.domain)
-    made = rclpy.create_node("palpate_topic", context=context, enable_rosout=False)
+    made = rclpy.create_node(name, context=context, enable_rosout=False)
     try:
         yield made
     finally:

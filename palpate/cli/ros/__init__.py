@@ -1,6 +1,6 @@
-"""Run on ROS 2: a simulated dVRK, and the node that renders forces on a CRTK master. `palpate ros` lists commands."""
+"""Run on ROS 2: a simulated dVRK, forces on a CRTK master, motion plans on an arm. `palpate ros` lists commands."""
 
-FIRST = ("setup", "sim", "haptics", "camera", "topic", "graph", "keystore")
+FIRST = ("setup", "sim", "haptics", "move", "camera", "topic", "graph", "keystore")
 
 
 def prepare() -> None:

@@ -1,0 +1,99 @@
+"""An arm as CRTK shows it: measured joints and operating state; takes joint goals by servo_jp."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from palpate.arrays import Array
+from palpate.errors import PalpateError
+from palpate.ros import topic
+
+if TYPE_CHECKING:
+    from rclpy.node import Node
+
+FIND = 3.0
+"""Time in which the arm's topics must be found and speak [s]."""
+
+
+class CrtkArm:
+    """The joint topics of one arm, on a node that its owner spins.
+
+    Args:
+        here: a node.
+        name: name of the arm on the network, such as PSM1.
+    """
+
+    def __init__(self, here: Node, name: str) -> None:
+        from rclpy.qos import DurabilityPolicy, QoSProfile
+        from sensor_msgs.msg import JointState
+
+        self.name, self._here = name, here
+        self.q: Array | None = None  #: newest valid joint positions (n,) [rad, m]
+        self.received = 0  #: number of valid joint positions so far
+        self._state: Any = None
+        self._message = JointState()
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        here.create_subscription(JointState, f"/{name}/measured_js", self._measured, 1)
+        kind = topic.message_type("crtk_msgs/OperatingState")
+        here.create_subscription(kind, f"/{name}/operating_state", self._keep_state, latched)
+        self._goals = here.create_publisher(JointState, f"/{name}/servo_jp", 1)
+
+    def find(self) -> None:
+        """Wait until the arm speaks and takes goals.
+
+        Raises:
+            PalpateError: it does not within `FIND`; the message names the topic.
+        """
+        end = time.monotonic() + FIND
+        while (missing := self._missing()) and time.monotonic() < end:
+            topic.spin(self._here, 0.02)
+        if missing:
+            raise PalpateError(f"{self.name} is silent: {missing}", mend="check the name with `palpate ros topic list`")
+
+    def rate(self, seconds: float = 0.4) -> float:
+        """Rate at which the arm measures its joints [Hz], counted for `seconds`."""
+        begin, before = time.monotonic(), self.received
+        while time.monotonic() < begin + seconds:
+            topic.spin(self._here, 0.02)
+        return (self.received - before) / (time.monotonic() - begin)
+
+    def refusal(self, starting: bool = False) -> str:
+        """Why the arm may not be moved, in words; empty if it may.
+
+        starting: a motion that another program began is a reason too.
+        """
+        state = self._state
+        if state is None or state.state != "ENABLED":
+            return (
+                f"{self.name} is {state.state if state is not None and state.state else 'without state'}, not ENABLED"
+            )
+        if not state.is_homed:
+            return f"{self.name} is not homed"
+        return f"{self.name} is busy with another motion" if starting and state.is_busy else ""
+
+    def servo_jp(self, q: Array) -> None:
+        """Send a goal (n,) [rad, m]."""
+        self._message.header.stamp = self._here.get_clock().now().to_msg()
+        self._message.position = np.asarray(q, dtype=float).tolist()
+        self._goals.publish(self._message)
+
+    def _missing(self) -> str:
+        if self._state is None:
+            return f"nothing on /{self.name}/operating_state"
+        if self.refusal():  # an arm without power measures nothing
+            return ""
+        if self.q is None:
+            return f"nothing valid on /{self.name}/measured_js"
+        return "" if self._goals.get_subscription_count() else f"nobody listens to /{self.name}/servo_jp"
+
+    def _measured(self, message: Any) -> None:
+        stamp = message.header.stamp
+        if stamp.sec or stamp.nanosec:  # a zero stamp marks invalid values
+            self.q = np.array(message.position, dtype=float)
+            self.received += 1
+
+    def _keep_state(self, message: Any) -> None:
+        self._state = message
