@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -29,10 +29,10 @@ class Trial:
     """(n,) contact force of the tool: stiffness times depth [N]."""
     F_hand: Array
     """(n,) size of the force of the device on the hand [N]."""
-    q: Array
-    """(n, k) joint positions of the follower, with its jaw where it has one [rad, m]."""
     done: bool
     """True if the end of the path was reached in time."""
+    q: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    """(n, k) joint positions of the follower, with its jaw where it has one [rad, m]."""
 
 
 def perform(sim: _core.Simulation, operator: Operator, errand: Errand, X_WL: Array, scale: float, most: float) -> Trial:
@@ -66,4 +66,4 @@ def perform(sim: _core.Simulation, operator: Operator, errand: Errand, X_WL: Arr
         F = np.linalg.norm(some["F_H_L"], axis=1)
         kept.append(np.column_stack([some["t"], some["p_WT"], some["depth"], F, some["q_follower"]]))
     all_ = np.concatenate(kept)
-    return Trial(all_[:, 0], all_[:, 1:4], errand.stiffness * all_[:, 4], all_[:, 5], all_[:, 6:], done)
+    return Trial(all_[:, 0], all_[:, 1:4], errand.stiffness * all_[:, 4], all_[:, 5], done, all_[:, 6:])

@@ -27,7 +27,7 @@ from palpate.planning.problem import Problem
 from palpate.planning.result import Plan, tip_path
 
 TIMEOUT = 0.1
-"""Time after which a new search gives up [s]."""
+"""Time after which a new search gives up; it is examined between the steps of the search [s]."""
 REST = 0.2
 """Shortest time between two searches [s]."""
 _SPACING = 2e-3  # of the points of a path [m]

@@ -44,7 +44,7 @@ def test_an_instrument_in_the_margin_is_judged_so(route: Route) -> None:
     at_start = work.attempt(route, 0, "none", 1)
     near = next(one for one in route.problem.world.obstacles if one.name == "liver")
     q = at_start.q[:1].repeat(20, axis=0)
-    still = Trial(np.arange(20) * 0.004, at_start.p_WT[:1].repeat(20, axis=0), np.zeros(20), np.zeros(20), q, True)
+    still = Trial(np.arange(20) * 0.004, at_start.p_WT[:1].repeat(20, axis=0), np.zeros(20), np.zeros(20), True, q)
     assert work.judged(route, still)["entry_mm_s"] == 0.0
     from palpate.planning.checker import Checker
 
