@@ -14,13 +14,13 @@ EXTRAS := calibrate,dask,files,pandas,planning,registration,report,ros,tissue,tr
 demo: .venv/.demo
 	@$(RUN) palpate run scenes/palpation.yaml --duration 20 $(ARGS)
 
-# Tests on ROS 2 are real processes at 1 kHz, which need the processor for themselves. A test that fails is repeated once
-# without others beside it: it must pass then. A browser or a process may have missed its deadline on a busy machine.
+# Tests on ROS 2 are real processes at 1 kHz: no more than two beside each other, each in a ROS domain of its own. A test
+# that fails is repeated once without others beside it: it must pass then. A browser or a process may have missed its deadline on a busy machine.
 ALONE = || { [ $$? = 1 ] && echo "--- tests that failed are repeated, one after the other ---" && $(RUN) pytest --last-failed
 test: setup
 	@$(RUN) palpate bench build --last
-	@$(RUN) pytest -n 2 --dist loadfile --durations 20 --ignore tests/ros $(ALONE) --ignore tests/ros; }
-	@$(RUN) pytest --durations 10 tests/ros $(ALONE) tests/ros; }
+	@$(RUN) pytest -n 3 --dist loadfile --durations 20 --ignore tests/ros $(ALONE) --ignore tests/ros; }
+	@$(RUN) pytest -n 2 --dist loadfile --durations 10 tests/ros $(ALONE) tests/ros; }
 
 # The wheel of this platform, built from the compiled core.
 wheel: setup
