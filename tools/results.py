@@ -20,6 +20,8 @@ ROOT = Path(__file__).resolve().parents[1]
 RUNS: dict[str, tuple[str, tuple[str, ...]]] = {
     "wall": ("study wall --hands 100", ("curve", "sensitivity")),
     "certificate": ("study certificate --devices 500", ("devices",)),
+    "planning": ("bench planning", ()),
+    "tissue": ("bench tissue", ()),
 }
 """Arguments of `palpate`, and the keys of its JSON that no page needs."""
 
@@ -59,6 +61,7 @@ def run(name: str, folder: Path) -> dict[str, Any]:
         [sys.executable, "-m", "palpate", *arguments.split(), "--json", str(file), *more], check=True, cwd=ROOT
     )
     found = json.loads(file.read_text(encoding="utf-8"))
+    found = {"rows": found} if isinstance(found, list) else found
     head["seed"] = found.get("seed", 0)  # a sweep without a seed of its own has 0
     kept = {key: value for key, value in found.items() if key not in left_out}
     return rounded(head | {"wall_s": time.monotonic() - start, "cores": os.cpu_count(), "result": kept})

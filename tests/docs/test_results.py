@@ -83,8 +83,32 @@ def wall_hands(found: Result) -> list[str]:
     return [rf"| {row['kd']:g} \|.*\| {share or 'none'} |" for row, share in zip(found["rows"], shares, strict=True)]
 
 
+SCENES = ("liver, gallbladder, duodenum", "closed cage with one window of 12 mm", "two instruments crossing")
+
+
+def planning_rows(found: Result) -> list[str]:
+    rows = found["rows"]
+    ways = [(r["straight"], r["retracted"], r["queries"] - r["straight"] - r["retracted"]) for r in rows]
+    return [
+        f"| {name} | {100 * r['success_rate']:.0f} % | {r['median_s']:.2f} and {r['p95_s']:.2f} s | "
+        f"{way[0]}, {way[1]}, {way[2]} | {r['violations']} of {r['checked_samples']:,} |"
+        for name, r, way in zip(SCENES, rows, ways, strict=True)
+    ]
+
+
+def tissue_ticks(found: Result) -> list[str]:
+    return [f"| {int(n):,} | {t['p50']:.2f} / {t['p99']:.2f} ms |" for n, t in found["tick_ms"].items()]
+
+
+def tissue_layers(found: Result) -> list[str]:
+    worst = max(abs(c["force"] / c["expected"] - 1.0) for c in found["cases"])
+    return [f"within {100 * worst:.1f} %", f"by up to {100 * found['ripple']:.1f} %"]
+
+
 PHRASES: dict[str, tuple[str, list[Callable[[Result], list[str]]]]] = {
     "wall": ("wall.md", [wall_rows, wall_misses, wall_text, wall_hands]),
+    "planning": ("planning.md", [planning_rows]),
+    "tissue": ("tissue.md", [tissue_ticks, tissue_layers]),
 }
 """By result: its page, and what computes phrases of it. A phrase with `\\|.*\\|` leaves columns of other runs out."""
 
