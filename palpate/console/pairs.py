@@ -2,50 +2,24 @@
 
 from __future__ import annotations
 
-from rich.console import Console
 from rich.table import Table
-from rich.text import Text
 
-from palpate.console.live_line import LiveLine
+from palpate.console.live_line import RunLine
 from palpate.report.summary import rows
 from palpate.session.pairs import States
 from palpate.session.pairs_summary import PairsSummary
 
-_LINES = 10  # lines over the whole run, without a terminal
 
-
-class PairsProgress(LiveLine):
-    """Shows the time, and phase and force of each pair, while a run goes on.
-
-    Args:
-        console: output.
-        duration: time of the run [s].
-        mode: words for the mode, such as "real time".
-    """
-
-    def __init__(self, console: Console, duration: float, mode: str) -> None:
-        super().__init__(console)
-        self._duration, self._mode = duration, mode
-        self._start: float | None = None
-        self._printed = 0
+class PairsProgress(RunLine):
+    """Shows the time, and phase and force of each pair, while a run goes on."""
 
     def __call__(self, states: States) -> None:
         """Show the newest states."""
-        now = max(state.t for state in states.values())
-        if self._start is None:
-            self._start = now
-        done = now - self._start
-        line = Text.assemble((f"{done:6.1f} / {self._duration:g} s", "bold"))
+        words: list[str | tuple[str, str]] = []
         for name, state in states.items():
-            line.append(f"  {name} ", "dim")
-            line.append(f"{state.phase or 'run':<8} ")
-            line.append(f"{state.force:5.2f} N", "red" if state.contacts else "")
-        line.append(f"  {self._mode}", "dim")
-        if self._live is not None:
-            self._live.update(line)
-        elif done >= self._printed * self._duration / _LINES:
-            self._printed += 1
-            self._console.print(line, soft_wrap=True)
+            words += [(f"  {name} ", "dim"), f"{state.phase or 'run':<8} "]
+            words.append((f"{state.force:5.2f} N", "red" if state.contacts else ""))
+        self.show(max(state.t for state in states.values()), *words)
 
 
 def pairs_table(summary: PairsSummary) -> Table:

@@ -9,7 +9,7 @@ import webbrowser
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from palpate.console import HOST
 from palpate.console.output import say
@@ -26,9 +26,12 @@ if TYPE_CHECKING:
     from palpate.viewer import LiveViewer
     from palpate.viewer.opening import Opening
     from palpate.viewer.pairs import PairsViewer
+    from palpate.viewer.run_buttons import RunButtons
     from palpate.viewer.stage import Stage
 
 _TRIES = 20
+_S = TypeVar("_S", "Session", "PairsSession")
+_T = TypeVar("_T", "Summary", "PairsSummary")
 
 
 def require_viewer() -> None:
@@ -106,30 +109,14 @@ def live(
     """
     from palpate.viewer import LiveViewer, stage_of
 
-    try:
-        session = begin()
-        page.say("drawing the scene")
+    def show(session: Session) -> tuple[LiveViewer, RunButtons]:
         shown = LiveViewer(session, stage_of(session.rig), server=page.server, runner=session)
-    except BaseException:
-        page.close()
-        raise
-    page.done()
-    try:
-        summary = report(run(session))
-        if summary.interrupted and not shown.stopped.is_set():
-            return summary
-        if not shown.stopped.is_set():
-            session.recording = shown.control_panel.run.record.value
-            session.start()
-            _wait(shown, console)
-            if session.recording:
-                summary = replace(report(session.close()), interrupted=False)
-        if shown.stopped.is_set() and summary.report is not None:
-            webbrowser.open(Path(summary.report).resolve().as_uri())
-        return replace(summary, interrupted=False)
-    finally:
-        session.stop()
-        shown.close()
+        return shown, shown.control_panel.run
+
+    def close(session: Session) -> Summary:
+        return session.close()
+
+    return _run_shown(begin, show, run, close, report, page, console)
 
 
 def live_pairs(
@@ -144,15 +131,35 @@ def live_pairs(
     from palpate.viewer import stage_of
     from palpate.viewer.pairs import PairsViewer
 
+    def show(session: PairsSession) -> tuple[PairsViewer, RunButtons]:
+        stages = {name: stage_of(rig, name) for name, rig in session.rigs.items()}
+        near = session.scene.instruments.handle_distance
+        shown = PairsViewer(
+            session.pairs, stages, session.scene.title, session, session, LiveRates(session.pairs).rows, near,
+            server=page.server,
+        )  # fmt: skip
+        return shown, shown.run
+
+    def close(session: PairsSession) -> PairsSummary:
+        return session.close()
+
+    return _run_shown(begin, show, run, close, report, page, console)
+
+
+def _run_shown(
+    begin: Callable[[], _S],
+    show: Callable[[_S], tuple[LiveViewer | PairsViewer, RunButtons]],
+    run: Callable[[_S], _T],
+    close: Callable[[_S], _T],
+    report: Callable[[_T], _T],
+    page: Opening,
+    console: Console,
+) -> _T:
+    """What `live` does, with the viewer and its buttons that `show` makes."""
     try:
         session = begin()
         page.say("drawing the scene")
-        stages = {name: stage_of(rig, name) for name, rig in session.rigs.items()}
-        rates = LiveRates(session.pairs).rows
-        near = session.scene.instruments.handle_distance
-        shown = PairsViewer(
-            session.pairs, stages, session.scene.title, session, session, rates, near, server=page.server
-        )
+        shown, buttons = show(session)
     except BaseException:
         page.close()
         raise
@@ -162,11 +169,11 @@ def live_pairs(
         if summary.interrupted and not shown.stopped.is_set():
             return summary
         if not shown.stopped.is_set():
-            session.set_recording(shown.run.record.value)
+            session.set_recording(buttons.record.value)
             session.start()
             _wait(shown, console)
             if session.recording:
-                summary = replace(report(session.close()), interrupted=False)
+                summary = replace(report(close(session)), interrupted=False)
         if shown.stopped.is_set() and summary.report is not None:
             webbrowser.open(Path(summary.report).resolve().as_uri())
         return replace(summary, interrupted=False)
