@@ -1,6 +1,5 @@
 """Mouse and gamepad by a recorded stream of events in a pipe."""
 
-import os
 import struct
 import time
 
@@ -26,27 +25,16 @@ def events(*rows):
     return b"".join(struct.pack("llHHi", 1700000000, i, *row) for i, row in enumerate(rows))
 
 
-@pytest.fixture
-def pipe(tmp_path):
-    path = tmp_path / "event"
-    os.mkfifo(path)
-    reader = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
-    writer = os.open(path, os.O_WRONLY)
-    yield str(path), writer
-    os.close(writer)
-    os.close(reader)
-
-
 def test_mouse_moves_by_its_counts(pipe):
     path, writer = pipe
     mouse = Mouse(path)
     mouse.open()
     assert np.array_equal(mouse.read().X, np.eye(4))
-    os.write(writer, events((2, 0, 30), (2, 1, 20), (0, 0, 0), (2, 8, -3), (1, 0x110, 1), (1, 0x111, 1)))
+    writer.write(events((2, 0, 30), (2, 1, 20), (0, 0, 0), (2, 8, -3), (1, 0x110, 1), (1, 0x111, 1)))
     reading = mouse.read()
     assert reading.X[:3, 3] == pytest.approx([3e-3, -2e-3, -3e-3])
     assert (reading.gripper, reading.buttons) == (0.0, 1)
-    os.write(writer, events((1, 0x110, 0), (1, 0x111, 0), (2, 0, 100000)))
+    writer.write(events((1, 0x110, 0), (1, 0x111, 0), (2, 0, 100000)))
     reading = mouse.read()
     assert (reading.gripper, reading.buttons) == (OPENING, 0)
     assert reading.X[0, 3] == pytest.approx(0.1), "the edge of the workspace"
@@ -57,14 +45,14 @@ def test_sticks_of_a_gamepad_set_the_velocity(pipe):
     path, writer = pipe
     pad = Gamepad(path)
     pad.open()
-    os.write(writer, events((3, 0, 32767), (3, 1, 1000), (3, 4, 32767), (3, 5, 255), (1, 0x136, 1)))
+    writer.write(events((3, 0, 32767), (3, 1, 1000), (3, 4, 32767), (3, 5, 255), (1, 0x136, 1)))
     reading = pad.read()
     assert (reading.gripper, reading.buttons) == (0.0, 1)
     assert pad.velocity() == pytest.approx([0.05, 0.0, -0.05])
     before = pad.read().X[0, 3]
     time.sleep(0.02)
     assert 0.0009 < pad.read().X[0, 3] - before < 0.0026
-    os.write(writer, events((3, 0, 0), (3, 4, 0)))
+    writer.write(events((3, 0, 0), (3, 4, 0)))
     rest = pad.read().X.copy()
     assert np.array_equal(pad.read().X, rest)
     pad.close()
@@ -73,7 +61,7 @@ def test_sticks_of_a_gamepad_set_the_velocity(pipe):
 def test_mouse_touches_the_surface_in_a_session(pipe):
     path, writer = pipe
     for _ in range(15):
-        os.write(writer, events((2, 8, 0)))
+        writer.write(events((2, 8, 0)))
 
     class Scripted(Mouse):
         count = 0
@@ -81,7 +69,7 @@ def test_mouse_touches_the_surface_in_a_session(pipe):
         def read(self):
             self.count += 1
             if 20 <= self.count < 36:
-                os.write(writer, events((2, 8, -1)))  # 1 mm down with each reading
+                writer.write(events((2, 8, -1)))  # 1 mm down with each reading
             return super().read()
 
     summary = run(Scripted(path), 0.6)

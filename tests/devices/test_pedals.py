@@ -1,6 +1,5 @@
 """Foot switches and other event devices as pedals, by event streams in the kernel's binary format in a pipe."""
 
-import os
 import struct
 import time
 
@@ -28,16 +27,6 @@ class Hand:
         raise AssertionError(request)
 
 
-@pytest.fixture
-def pipe(tmp_path):
-    path = tmp_path / "event"
-    os.mkfifo(path)
-    reader = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
-    writer = os.open(path, os.O_WRONLY)
-    yield str(path), writer
-    os.close(reader)
-
-
 def until(condition):
     end = time.monotonic() + 5.0
     while not condition() and time.monotonic() < end:
@@ -51,12 +40,12 @@ def test_every_key_of_every_kind_presses_and_releases_its_pedal(pipe, kind):
     console = Console([Hand()])
     with PedalDevice(console, f"{kind}:{path}"):
         for code, pedal in KINDS[kind][1].items():
-            os.write(writer, events((KEY, code, 1), (0, 0, 0)))
+            writer.write(events((KEY, code, 1), (0, 0, 0)))
             until(lambda pedal=pedal: console.pedals[pedal])
-            os.write(writer, events((KEY, code, 2), (KEY, 999, 1), (3, code, 0)))  # repeats and others change nothing
-            os.write(writer, events((KEY, code, 0)))
+            writer.write(events((KEY, code, 2), (KEY, 999, 1), (3, code, 0)))  # repeats and others change nothing
+            writer.write(events((KEY, code, 0)))
             until(lambda pedal=pedal: not console.pedals[pedal])
-    os.close(writer)
+    writer.close()
 
 
 def test_events_may_be_cut_anywhere(pipe):
@@ -71,7 +60,7 @@ def test_events_may_be_cut_anywhere(pipe):
         assert not console.pedals["clutch"]
         assert hand.values["camera"] is True
     assert not console.pedals["camera"], "released with the device"
-    os.close(writer)
+    writer.close()
 
 
 def test_an_unplugged_foot_switch_keeps_the_clutch_and_takes_presence_away(pipe):
@@ -79,9 +68,9 @@ def test_an_unplugged_foot_switch_keeps_the_clutch_and_takes_presence_away(pipe)
     console = Console([Hand()])
     device = PedalDevice(console, f"footswitch:{path}:30=clutch,31=operator")
     assert not console.present, "absent until the key is down"
-    os.write(writer, events((KEY, 30, 1), (KEY, 31, 1)))
+    writer.write(events((KEY, 30, 1), (KEY, 31, 1)))
     until(lambda: console.present and console.pedals["clutch"])
-    os.close(writer)
+    writer.close()
     until(lambda: device.lost)
     assert "unplugged" in device.lost
     assert console.pedals["clutch"]

@@ -164,7 +164,7 @@ def test_a_session_on_soft_tissue_gives_back_its_modulus(tmp_path):
     from palpate.tissue import TetMesh, save
 
     pytest.importorskip("meshio", reason="extra tissue")
-    from tissue.tet_shapes import block
+    from palpate.tissue.blocks import block
 
     nodes, tets = block((8, 8, 5), (0.1, 0.1, 0.06))
     save(TetMesh(nodes - [0.05, 0.05, 0.03], tets), tmp_path / "block.vtk", unit="m")

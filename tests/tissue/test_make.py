@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
-from tissue.tet_shapes import block
 
 from palpate.errors import MeshError
 from palpate.mesh import Mesh
 from palpate.mesh.mesh import quiet
 from palpate.tissue import TetMesh, load, make, save, tetrahedralize
+from palpate.tissue.blocks import block
+
+CUBE = (2, 2, 2), (0.02, 0.02, 0.02)  # cells and size [m]
 
 
 def cube(size=0.02, n=1):
@@ -54,7 +56,9 @@ def test_a_surface_that_encloses_a_part_twice_is_refused(monkeypatch):
     pytest.importorskip("pytetwild", reason="extra tissue")
     (v, t), (inner, _) = cube(0.04), cube(0.02)
     twice = Mesh(np.vstack([v, inner + 0.01]), np.vstack([t, t + len(v)]), name="twice")
-    monkeypatch.setattr(make, "_fill", lambda *_: dict(zip(("nodes", "tets"), block(size=(0.04,) * 3), strict=True)))
+    monkeypatch.setattr(
+        make, "_fill", lambda *_: dict(zip(("nodes", "tets"), block((2, 2, 2), (0.04,) * 3), strict=True))
+    )
     with pytest.raises(MeshError, match="72 ml by its triangles, but 64 ml were filled"):
         tetrahedralize(twice, 0.04)
     assert len(tetrahedralize(Mesh(v, t), 0.04).tets) == 48  # the same filling of the outer cube alone is accepted
@@ -73,7 +77,7 @@ def test_a_mesher_that_fails_is_told_with_its_last_message(monkeypatch, tmp_path
 @pytest.mark.parametrize("ending", ["vtk", "vtu", "msh", "mesh"])
 def test_files_keep_nodes_tetrahedra_and_regions(tmp_path, ending):
     pytest.importorskip("meshio", reason="extra tissue")
-    nodes, tets = block()
+    nodes, tets = block(*CUBE)
     region = (np.arange(len(tets)) % 3 == 0).astype(np.int32)
     path = tmp_path / f"block.{ending}"
     save(TetMesh(nodes, tets, region), path, unit="cm")

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import blocks
 import numpy as np
 import pytest
+import soft_bodies
 from scipy.optimize import brentq
 
 from palpate import _core
@@ -35,7 +35,7 @@ def first_stress(F, **material):
 @pytest.fixture
 def irregular():
     """A block whose inner nodes are moved at random, and the flags of its boundary."""
-    nodes, tets, surface = blocks.block((4, 3, 3), (0.04, 0.03, 0.03))
+    nodes, tets, surface = soft_bodies.box((4, 3, 3), (0.04, 0.03, 0.03))
     outside = np.zeros(len(nodes), bool)
     outside[surface] = True
     nodes = nodes + np.where(outside[:, None], 0.0, np.random.default_rng(1).uniform(-2e-3, 2e-3, nodes.shape))
@@ -47,7 +47,7 @@ def irregular():
 def test_patch_of_large_homogeneous_strain_has_no_inner_forces_and_the_stress_of_its_energy(irregular, portable, yeoh):
     mesh, outside = irregular
     F = np.array([[1.3, 0.2, 0.0], [-0.1, 0.8, 0.1], [0.05, 0.0, 1.1]])
-    soft = blocks.body(mesh, yeoh=yeoh, portable=portable)
+    soft = soft_bodies.body(mesh, yeoh=yeoh, portable=portable)
     soft.set_state(mesh[0] @ F.T, np.zeros_like(mesh[0]))
     f = soft.internal_forces()
     P = first_stress(F, yeoh=yeoh)
@@ -60,7 +60,7 @@ def test_patch_of_large_homogeneous_strain_has_no_inner_forces_and_the_stress_of
 
 def test_moments_and_forces_of_the_stress_vanish_for_any_state(irregular):
     mesh, _ = irregular
-    soft = blocks.body(mesh, yeoh=1.0)
+    soft = soft_bodies.body(mesh, yeoh=1.0)
     x = mesh[0] + np.random.default_rng(2).normal(0.0, 1.5e-3, mesh[0].shape)
     soft.set_state(x, np.zeros_like(x))
     f = soft.internal_forces()
@@ -72,7 +72,7 @@ def test_moments_and_forces_of_the_stress_vanish_for_any_state(irregular):
 def test_forces_are_the_gradient_of_the_energy(irregular):
     """Central differences of the energy, also beside inverted tetrahedra."""
     mesh, _ = irregular
-    soft = blocks.body(mesh, yeoh=1.0, step=1e-9)
+    soft = soft_bodies.body(mesh, yeoh=1.0, step=1e-9)
     rng = np.random.default_rng(3)
     zero = np.zeros_like(mesh[0])
 
@@ -95,10 +95,10 @@ def test_forces_are_the_gradient_of_the_energy(irregular):
 @pytest.mark.parametrize("yeoh", [0.0, 1.0])
 def test_uniaxial_stretch_against_the_closed_form(stretch, yeoh):
     """A bar whose ends slide freely in their plane; the lateral stretch makes the lateral stress zero."""
-    mesh = blocks.block((4, 2, 2), (0.04, 0.02, 0.02))
+    mesh = soft_bodies.box((4, 2, 2), (0.04, 0.02, 0.02))
     nodes = mesh[0]
     lateral = brentq(lambda b: first_stress(np.diag([stretch, b, b]), yeoh=yeoh)[1, 1], 0.5, 2.0)
-    soft = blocks.body(mesh, yeoh=yeoh)
+    soft = soft_bodies.body(mesh, yeoh=yeoh)
     x = nodes * [stretch, lateral, lateral]
     soft.set_state(x, np.zeros_like(x))
     f = soft.internal_forces()
@@ -126,9 +126,9 @@ def vibration(mode_shape, soft, mesh, seconds):
 def test_longitudinal_vibration_of_a_bar_has_the_closed_frequency():
     """A slender bar, fixed at one end: f = sqrt(E / rho) / 4 L."""
     length, young = 0.2, 5000.0
-    mesh = blocks.block((40, 2, 2), (length, 0.01, 0.01))
+    mesh = soft_bodies.box((40, 2, 2), (length, 0.01, 0.01))
     fixed = mesh[0][:, 0] == 0.0
-    soft = blocks.body(mesh, young, 0.3, fixed=fixed, damping=0.0, tick=5e-4)
+    soft = soft_bodies.body(mesh, young, 0.3, fixed=fixed, damping=0.0, tick=5e-4)
     shape = np.zeros_like(mesh[0])
     shape[:, 0] = 1e-3 * np.sin(np.pi * mesh[0][:, 0] / (2 * length))
     expected = np.sqrt(young / 1000.0) / (4 * length)
@@ -137,11 +137,11 @@ def test_longitudinal_vibration_of_a_bar_has_the_closed_frequency():
 
 
 def test_energy_of_free_vibration_is_kept_and_damping_takes_it():
-    mesh = blocks.block((6, 3, 3), (0.06, 0.03, 0.03))
+    mesh = soft_bodies.box((6, 3, 3), (0.06, 0.03, 0.03))
     fixed = mesh[0][:, 0] == 0.0
     velocity = np.where(fixed[:, None], 0.0, [0.0, 0.0, 0.3] * mesh[0][:, :1] / 0.06)
     for damping, low, high in ((0.0, 0.97, 1.03), (20.0, 0.0, 0.03)):
-        soft = blocks.body(mesh, fixed=fixed, damping=damping)
+        soft = soft_bodies.body(mesh, fixed=fixed, damping=damping)
         soft.set_state(mesh[0], velocity)
         start = sum(soft.energies())
         totals = []
@@ -155,8 +155,8 @@ def test_energy_of_free_vibration_is_kept_and_damping_takes_it():
 def test_prony_terms_relax_as_their_series_and_lose_energy():
     """Homogeneous shear that is held: the ratio of forces is 1 + sum g exp(-t / tau)."""
     prony = [(0.6, 0.02), (0.3, 0.1), (0.2, 0.5)]
-    mesh = blocks.block((2, 2, 2), (0.02, 0.02, 0.02))
-    soft = blocks.body(mesh, prony=prony, fixed=np.ones(27, bool), spring=np.zeros(27))
+    mesh = soft_bodies.box((2, 2, 2), (0.02, 0.02, 0.02))
+    soft = soft_bodies.body(mesh, prony=prony, fixed=np.ones(27, bool), spring=np.zeros(27))
     x = mesh[0] + mesh[0][:, 2:] * [0.1, 0.0, 0.0]
     soft.set_state(x, np.zeros_like(x))
     rest = soft.internal_forces()
@@ -180,7 +180,7 @@ def test_both_kernels_agree_and_each_repeats_its_bytes(irregular, prony):
     mesh, _ = irregular
     found = []
     for portable in (False, False, True):
-        soft = blocks.body(mesh, fixed=mesh[0][:, 2] == 0.0, prony=prony, yeoh=0.5, portable=portable)
+        soft = soft_bodies.body(mesh, fixed=mesh[0][:, 2] == 0.0, prony=prony, yeoh=0.5, portable=portable)
         loads = np.zeros_like(mesh[0])
         loads[mesh[0][:, 2] == mesh[0][:, 2].max()] = [0.005, 0.0, -0.01]
         soft.set_loads(loads)
@@ -193,11 +193,11 @@ def test_both_kernels_agree_and_each_repeats_its_bytes(irregular, prony):
 
 
 def test_time_step_and_added_mass_follow_the_stiffness():
-    mesh = blocks.block((4, 3, 3), (0.04, 0.03, 0.03))
-    soft, stiff = blocks.body(mesh), blocks.body(mesh, 80e3, 0.49)
+    mesh = soft_bodies.box((4, 3, 3), (0.04, 0.03, 0.03))
+    soft, stiff = soft_bodies.body(mesh), soft_bodies.body(mesh, 80e3, 0.49)
     assert stiff.stable_step() == pytest.approx(soft.stable_step() / np.sqrt(80 / 5), rel=0.6)
     assert stiff.steps_per_tick > soft.steps_per_tick
-    forced = blocks.body(mesh, 80e3, 0.49, step=1e-3)
+    forced = soft_bodies.body(mesh, 80e3, 0.49, step=1e-3)
     assert forced.added_mass() > 0.5
     assert forced.masses().sum() == pytest.approx(0.036 * (1 + forced.added_mass()), rel=1e-6)
     velocity = np.random.default_rng(1).normal(0.0, 0.05, mesh[0].shape)

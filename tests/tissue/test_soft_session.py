@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from tissue.tet_shapes import block
+from soft_bodies import soft_cube
 
 import palpate
 from palpate.record.ticks import as_ticks
-from palpate.tissue import TetMesh, save
 
 SCENE = """
 objects:
@@ -25,11 +24,7 @@ operator: {palpate: {approach: 0.3, press: 1.0, force: 0.25}}
 @pytest.fixture
 def run(tmp_path):
     """Ticks of 1.6 s of a palpation of a soft cube."""
-    pytest.importorskip("meshio", reason="extra tissue")
-    nodes, tets = block((5, 5, 4), (0.06, 0.06, 0.04))
-    save(TetMesh(nodes - [0.03, 0.03, 0.02], tets), tmp_path / "cube.vtk", unit="m")
-    (tmp_path / "soft.yaml").write_text(SCENE)
-    scene = palpate.Scene.load(tmp_path / "soft.yaml")
+    scene = soft_cube(tmp_path, SCENE)
     return lambda: as_ticks(palpate.Session(scene)._advance(1600))
 
 

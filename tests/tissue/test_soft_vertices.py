@@ -7,11 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from tissue.tet_shapes import block
+from soft_bodies import soft_cube
 
 import palpate
 from palpate.record.ticks import as_ticks
-from palpate.tissue import TetMesh, save
 from palpate.viewer.staging import stage_of
 
 SCENE = """
@@ -32,11 +31,7 @@ operator: {palpate: {object: cube, approach: 0.3, press: 1.0, force: 0.25}}
 
 @pytest.fixture
 def session(tmp_path):
-    pytest.importorskip("meshio", reason="extra tissue")
-    nodes, tets = block((5, 5, 4), (0.06, 0.06, 0.04))
-    save(TetMesh(nodes - [0.03, 0.03, 0.02], tets), tmp_path / "cube.vtk", unit="m")
-    (tmp_path / "soft.yaml").write_text(SCENE)
-    return palpate.Session(palpate.Scene.load(tmp_path / "soft.yaml"))
+    return palpate.Session(soft_cube(tmp_path, SCENE))
 
 
 def test_surface_at_rest_is_that_of_the_stage_and_dents_where_the_tool_presses(session):

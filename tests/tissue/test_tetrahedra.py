@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
-from tissue.tet_shapes import block
 
 from palpate.errors import MeshError
 from palpate.mesh import Mesh
 from palpate.tissue import TetMesh, TissueMaterial, quality, shapes, stable_steps, tetrahedra
+from palpate.tissue.blocks import block
+
+CUBE = (2, 2, 2), (0.02, 0.02, 0.02)  # cells and size [m]
 
 LIVER = TissueMaterial(5e3, 0.45)
 
@@ -21,7 +23,7 @@ def test_outer_surface_is_closed_and_encloses_the_volume():
 
 
 def test_nodes_without_a_tetrahedron_are_dropped():
-    nodes, tets = block()
+    nodes, tets = block(*CUBE)
     mesh = TetMesh(np.vstack([[[np.nan] * 3], nodes]), tets + 1)
     np.testing.assert_array_equal(mesh.nodes, nodes)
     np.testing.assert_array_equal(mesh.tets, tets)
@@ -49,13 +51,13 @@ FAULTS = {
 @pytest.mark.parametrize(("damage", "words"), FAULTS.values(), ids=FAULTS)
 def test_faulty_meshes_are_refused(damage, words):
     with pytest.raises(MeshError, match=words):
-        TetMesh(*damage(*block()))
+        TetMesh(*damage(*block(*CUBE)))
 
 
 def test_too_many_tetrahedra_are_refused(monkeypatch):
     monkeypatch.setattr(tetrahedra, "MOST", 40)
     with pytest.raises(MeshError, match=r"48 tetrahedra; a body has at most 40"):
-        TetMesh(*block())
+        TetMesh(*block(*CUBE))
 
 
 def test_regular_tetrahedron_has_quality_one():
@@ -67,7 +69,7 @@ def test_regular_tetrahedron_has_quality_one():
 
 def test_stable_step_is_below_that_of_the_exact_highest_frequency():
     """The eigenvalues of the assembled stiffness, with lumped masses, bound the step from above."""
-    mesh = TetMesh(*block())
+    mesh = TetMesh(*block(*CUBE))
     exact = 2.0 / np.sqrt(_highest_eigenvalue(mesh, LIVER))
     bound = stable_steps(mesh, [LIVER]).min()
     assert 0.3 * exact < bound <= exact
@@ -90,7 +92,7 @@ def _highest_eigenvalue(mesh, m):
 
 
 def test_added_mass_grows_with_the_step_and_with_the_modulus():
-    mesh = TetMesh(*block())
+    mesh = TetMesh(*block(*CUBE))
     small, large = (quality(mesh, [LIVER], step).added_mass_percent for step in (1e-5, 5e-3))
     assert small == 0.0
     assert large > 0.0
@@ -99,6 +101,6 @@ def test_added_mass_grows_with_the_step_and_with_the_modulus():
 
 
 def test_parts():
-    nodes, tets = block()
+    nodes, tets = block(*CUBE)
     assert TetMesh(nodes, tets).parts == 1
     assert TetMesh(np.vstack([nodes, nodes + 1.0]), np.vstack([tets, tets + len(nodes)])).parts == 2
