@@ -14,17 +14,8 @@ namespace palpate::scene {
 namespace avx2 {
 namespace {
 
-struct F8 {
-  __m256 x;
-  PALPATE_TARGET static F8 all(float s) { return {_mm256_set1_ps(s)}; }
-  PALPATE_TARGET static F8 load(const float* s) { return {_mm256_load_ps(s)}; }
-  PALPATE_TARGET void store(float* s) const { _mm256_storeu_ps(s, x); }
-};
-PALPATE_TARGET inline F8 operator+(F8 a, F8 b) { return {_mm256_add_ps(a.x, b.x)}; }
-PALPATE_TARGET inline F8 operator-(F8 a, F8 b) { return {_mm256_sub_ps(a.x, b.x)}; }
-PALPATE_TARGET inline F8 operator*(F8 a, F8 b) { return {_mm256_mul_ps(a.x, b.x)}; }
+#include "palpate/types/vectors_avx2.inl"
 PALPATE_TARGET inline F8 operator<=(F8 a, F8 b) { return {_mm256_cmp_ps(a.x, b.x, _CMP_LE_OQ)}; }
-PALPATE_TARGET inline F8 max(F8 a, F8 b) { return {_mm256_max_ps(a.x, b.x)}; }
 PALPATE_TARGET inline F8 root(F8 a) { return {_mm256_sqrt_ps(a.x)}; }
 PALPATE_TARGET inline unsigned mask_of(F8 a) { return static_cast<unsigned>(_mm256_movemask_ps(a.x)); }
 

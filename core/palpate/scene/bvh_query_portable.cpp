@@ -11,43 +11,8 @@ namespace palpate::scene {
 namespace portable {
 namespace {
 
-/// Vector of N numbers with element-wise operators.
-template <class T, int N>
-struct Lanes {
-  T x[N];
-  static Lanes all(T s) {
-    Lanes r;
-    for (T& e : r.x) e = s;
-    return r;
-  }
-  static Lanes load(const T* s) {
-    Lanes r;
-    for (int i = 0; i < N; ++i) r.x[i] = s[i];
-    return r;
-  }
-  void store(T* s) const {
-    for (int i = 0; i < N; ++i) s[i] = x[i];
-  }
-};
+#include "palpate/types/vectors_portable.inl"
 
-template <class T, int N, class Op>
-Lanes<T, N> lanes(const Lanes<T, N>& a, const Lanes<T, N>& b, Op op) {
-  Lanes<T, N> r;
-  for (int i = 0; i < N; ++i) r.x[i] = op(a.x[i], b.x[i]);
-  return r;
-}
-template <class T, int N>
-Lanes<T, N> operator+(const Lanes<T, N>& a, const Lanes<T, N>& b) {
-  return lanes(a, b, [](T x, T y) { return x + y; });
-}
-template <class T, int N>
-Lanes<T, N> operator-(const Lanes<T, N>& a, const Lanes<T, N>& b) {
-  return lanes(a, b, [](T x, T y) { return x - y; });
-}
-template <class T, int N>
-Lanes<T, N> operator*(const Lanes<T, N>& a, const Lanes<T, N>& b) {
-  return lanes(a, b, [](T x, T y) { return x * y; });
-}
 template <class T, int N>
 Lanes<T, N> operator/(const Lanes<T, N>& a, const Lanes<T, N>& b) {
   return lanes(a, b, [](T x, T y) { return x / y; });
@@ -64,10 +29,6 @@ Lanes<T, N> operator<=(const Lanes<T, N>& a, const Lanes<T, N>& b) {
 template <class T, int N>
 Lanes<T, N> operator&(const Lanes<T, N>& a, const Lanes<T, N>& b) {
   return a * b;
-}
-template <class T, int N>
-Lanes<T, N> max(const Lanes<T, N>& a, const Lanes<T, N>& b) {
-  return lanes(a, b, [](T x, T y) { return x > y ? x : y; });
 }
 template <class T, int N>
 Lanes<T, N> select(const Lanes<T, N>& mask, const Lanes<T, N>& a, const Lanes<T, N>& b) {

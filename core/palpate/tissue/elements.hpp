@@ -61,14 +61,11 @@ struct ElementArrays {
   double least_volume = 0.0;  ///< result: smallest J [-]
 };
 
-/// Adds (J - 1) volume / 4 to the corners' dilatation.
-void add_dilatation(ElementArrays& a) noexcept;
-/// Adds the forces of all tetrahedra, advances the viscous memory by a step, and sets the results.
-void add_forces(ElementArrays& a) noexcept;
-
-/// The kernels of both functions, declared here so that tests can compare them.
+/// The two passes over the tetrahedra.
 struct Kernel {
+  /// Adds (J - 1) volume / 4 to the corners' dilatation.
   void (*add_dilatation)(ElementArrays&) noexcept;
+  /// Adds the forces of all tetrahedra, advances the viscous memory by a step, and sets the results.
   void (*add_forces)(ElementArrays&) noexcept;
 };
 Kernel avx2_kernel() noexcept;

@@ -1,5 +1,5 @@
-// The kernels for AVX2 and FMA. Only functions with PALPATE_TARGET may use these instructions. elements_portable.cpp
-// selects the kernels.
+// The kernels for AVX2 and FMA. Only functions with PALPATE_TARGET may use these instructions. A body
+// selects its kernels (body_build.cpp).
 #include <cstddef>
 #include <cstdint>
 
@@ -14,18 +14,9 @@ namespace palpate::tissue {
 namespace avx2 {
 namespace {
 
-struct F8 {
-  __m256 x;
-  PALPATE_TARGET static F8 all(float s) { return {_mm256_set1_ps(s)}; }
-  PALPATE_TARGET static F8 load(const float* s) { return {_mm256_load_ps(s)}; }
-  PALPATE_TARGET void store(float* s) const { _mm256_storeu_ps(s, x); }
-};
-PALPATE_TARGET inline F8 operator+(F8 a, F8 b) { return {_mm256_add_ps(a.x, b.x)}; }
-PALPATE_TARGET inline F8 operator-(F8 a, F8 b) { return {_mm256_sub_ps(a.x, b.x)}; }
-PALPATE_TARGET inline F8 operator*(F8 a, F8 b) { return {_mm256_mul_ps(a.x, b.x)}; }
+#include "palpate/types/vectors_avx2.inl"
 PALPATE_TARGET inline F8 mad(F8 a, F8 b, F8 c) { return {_mm256_fmadd_ps(a.x, b.x, c.x)}; }
 PALPATE_TARGET inline F8 negative(F8 a) { return {_mm256_xor_ps(a.x, _mm256_set1_ps(-0.0F))}; }
-PALPATE_TARGET inline F8 max(F8 a, F8 b) { return {_mm256_max_ps(a.x, b.x)}; }
 PALPATE_TARGET inline F8 min(F8 a, F8 b) { return {_mm256_min_ps(a.x, b.x)}; }
 PALPATE_TARGET inline F8 reciprocal(F8 a) { return {_mm256_div_ps(_mm256_set1_ps(1.0F), a.x)}; }
 

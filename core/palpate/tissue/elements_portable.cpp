@@ -1,4 +1,4 @@
-// The portable kernels: the same computations on plain arrays. This file also selects the kernels, once.
+// The portable kernels: the same computations on plain arrays.
 #include <cstddef>
 #include <cstdint>
 
@@ -10,43 +10,12 @@ namespace palpate::tissue {
 namespace portable {
 namespace {
 
-struct F8 {
-  float x[kWide];
-  static F8 all(float s) {
-    F8 r;
-    for (float& e : r.x) e = s;
-    return r;
-  }
-  static F8 load(const float* s) {
-    F8 r;
-    for (int i = 0; i < kWide; ++i) r.x[i] = s[i];
-    return r;
-  }
-  void store(float* s) const {
-    for (int i = 0; i < kWide; ++i) s[i] = x[i];
-  }
-};
+#include "palpate/types/vectors_portable.inl"
 
-template <class Op>
-F8 lanes(const F8& a, const F8& b, Op op) {
-  F8 r;
-  for (int i = 0; i < kWide; ++i) r.x[i] = op(a.x[i], b.x[i]);
-  return r;
-}
-F8 operator+(const F8& a, const F8& b) {
-  return lanes(a, b, [](float x, float y) { return x + y; });
-}
-F8 operator-(const F8& a, const F8& b) {
-  return lanes(a, b, [](float x, float y) { return x - y; });
-}
-F8 operator*(const F8& a, const F8& b) {
-  return lanes(a, b, [](float x, float y) { return x * y; });
-}
+using F8 = Lanes<float, kWide>;
+
 F8 mad(const F8& a, const F8& b, const F8& c) { return a * b + c; }
 F8 negative(const F8& a) { return F8::all(0.0F) - a; }
-F8 max(const F8& a, const F8& b) {
-  return lanes(a, b, [](float x, float y) { return x > y ? x : y; });
-}
 F8 min(const F8& a, const F8& b) {
   return lanes(a, b, [](float x, float y) { return x < y ? x : y; });
 }
@@ -80,12 +49,5 @@ void forces(ElementArrays& a) noexcept { forces_in(a); }
 }  // namespace portable
 
 Kernel portable_kernel() noexcept { return {&portable::dilatation, &portable::forces}; }
-
-namespace {
-const Kernel kKernel = has_avx2() ? avx2_kernel() : portable_kernel();  // selected when the library is loaded
-}  // namespace
-
-void add_dilatation(ElementArrays& a) noexcept { kKernel.add_dilatation(a); }
-void add_forces(ElementArrays& a) noexcept { kKernel.add_forces(a); }
 
 }  // namespace palpate::tissue
