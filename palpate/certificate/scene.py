@@ -16,7 +16,7 @@ from palpate.certificate import classical, words
 from palpate.certificate.arms import HeldLeader, felt, whole_servo_periods
 from palpate.certificate.certificate import SURE, Case, Certificate, advice, judge
 from palpate.certificate.guidance import NO_OBJECT, entry_summary, fixture_springs, total_stiffness
-from palpate.certificate.together import groups
+from palpate.certificate.at_once import groups
 from palpate.errors import PalpateError, PalpateWarning
 from palpate.hands import PRESETS
 from palpate.record.ticks import as_ticks

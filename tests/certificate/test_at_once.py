@@ -7,7 +7,7 @@ import pytest
 import palpate
 from palpate.certificate import certify_all
 from palpate.certificate.scene import touched, warn_outside
-from palpate.certificate.together import groups
+from palpate.certificate.at_once import groups
 from palpate.errors import PalpateWarning
 from palpate.scene.rig import build
 
