@@ -14,9 +14,9 @@ from palpate import _core
 from palpate.arrays import Array
 from palpate.certificate import classical, words
 from palpate.certificate.arms import HeldLeader, felt, whole_servo_periods
+from palpate.certificate.at_once import groups
 from palpate.certificate.certificate import SURE, Case, Certificate, advice, judge
 from palpate.certificate.guidance import NO_OBJECT, entry_summary, fixture_springs, total_stiffness
-from palpate.certificate.at_once import groups
 from palpate.errors import PalpateError, PalpateWarning
 from palpate.hands import PRESETS
 from palpate.record.ticks import as_ticks

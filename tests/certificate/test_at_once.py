@@ -6,8 +6,8 @@ import pytest
 
 import palpate
 from palpate.certificate import certify_all
-from palpate.certificate.scene import touched, warn_outside
 from palpate.certificate.at_once import groups
+from palpate.certificate.scene import touched, warn_outside
 from palpate.errors import PalpateWarning
 from palpate.scene.rig import build
 
