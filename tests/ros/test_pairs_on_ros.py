@@ -4,8 +4,9 @@ import time
 
 import pytest
 
-from palpate.cli.ros._pairs import require_devices, wanted
+from palpate.cli.ros._pairs import wanted
 from palpate.errors import PalpateError
+from palpate.ros.pairs import require_devices
 from palpate.scene import Scene
 
 TWO = """\

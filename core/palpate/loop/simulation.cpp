@@ -99,18 +99,22 @@ void Simulation::join(std::shared_ptr<Board> board, int index, std::vector<ToolC
                       contact::InstrumentLaw law) {
   const std::lock_guard lock(driver_);
   if (running()) throw std::logic_error("the simulation runs in real time: stop() it before join()");
-  for (const ToolCapsule& capsule : capsules) {
-    if (std::max(capsule.a.link, capsule.b.link) >= static_cast<int>(follower_model_.link_names().size())) {
-      throw std::invalid_argument("instruments: a capsule sits on a link that the follower does not have");
-    }
-  }
-  in_world_ = std::make_unique<InWorld>(std::move(board), index, std::move(capsules), law, leader_model_,
-                                        follower_model_, options_.X_WL, options_.X_WB, options_.rate);
+  const int links = static_cast<int>(follower_model_.link_names().size());
+  in_world_ = std::make_unique<InWorld>(std::move(board), index, std::move(capsules), law, links);
   publish();
 }
 
 void Simulation::publish() noexcept {
-  if (in_world_) in_world_->publish(leader_.measured(), follower_.measured());
+  if (!in_world_) return;
+  const LeaderState& leader = leader_.measured();
+  const FollowerState& follower = follower_.measured();
+  const bool known = leader.q.size() == leader_model_.n() && follower.q.size() == follower_model_.n() &&
+                     leader.q.allFinite() && follower.q.allFinite() && std::isfinite(follower.jaw);
+  if (!known) return;
+  leader_model_.update(leader.q, JointVector::Zero(leader_model_.n()));
+  follower_model_.update(follower.q, JointVector::Zero(follower_model_.n()));
+  in_world_->publish({options_.X_WL * leader_model_.tip().p, options_.X_WB * follower_model_.tip(), options_.X_WB,
+                      &follower_model_, follower.jaw, options_.rate});
 }
 
 void Simulation::watch_stages() {
