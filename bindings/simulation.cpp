@@ -98,13 +98,14 @@ Fields timing(const Simulation& self) {
   return d;
 }
 
-HandPath hand_path(std::vector<double> times, const Points& p, std::vector<double> grippers) {
+HandPath hand_path(std::vector<double> times, const Points& p, std::vector<double> grippers,
+                   std::vector<double> grip_times) {
   std::vector<Vec3> positions;
   positions.reserve(static_cast<std::size_t>(p.rows()));
   for (Eigen::Index i = 0; i < p.rows(); ++i) {
     positions.emplace_back(p.row(i));
   }
-  return {std::move(times), std::move(positions), std::move(grippers)};
+  return {std::move(times), std::move(positions), std::move(grippers), std::move(grip_times)};
 }
 
 template <typename Class, typename Struct>
@@ -202,11 +203,12 @@ void bind_running(nb::module_& m) {
       .def(
           "__init__",
           [](HandPath* self, std::vector<double> times, const Points& positions_W,
-             const std::optional<std::vector<double>>& grippers) {
-            new (self) HandPath(hand_path(std::move(times), positions_W, grippers.value_or(std::vector<double>{})));
+             const std::optional<std::vector<double>>& grippers, const std::optional<std::vector<double>>& grip_times) {
+            new (self) HandPath(hand_path(std::move(times), positions_W, grippers.value_or(std::vector<double>{}),
+                                          grip_times.value_or(std::vector<double>{})));
           },
-          "times"_a, "positions_W"_a, "grippers"_a = nb::none(),
-          "times (n,) [s], positions_W (n, 3) [m], grippers (n,) [rad] or None.")
+          "times"_a, "positions_W"_a, "grippers"_a = nb::none(), "grip_times"_a = nb::none(),
+          "times (n,) [s], positions_W (n, 3) [m], grippers (m,) [rad] or None, grip_times (m,) [s]; None: times.")
       .def(
           "at",
           [](const HandPath& self, double t) {

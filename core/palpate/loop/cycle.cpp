@@ -118,8 +118,7 @@ void Cycle::place_spheres() noexcept {
   tool.p_WS[0] = tool.X_WT.p;
   std::size_t s = 0;
   for (const contact::ToolSphere& sphere : options_.contact.spheres) {
-    const Vec3 p = sphere.centre(tool.jaw);
-    tool.p_WS[++s] = sphere.link < 0 ? tool.X_WT * p : options_.X_WB * (follower_.link_pose(sphere.link) * p);
+    tool.place(++s, sphere, sphere.link < 0 ? tool.X_WT : options_.X_WB * follower_.link_pose(sphere.link));
   }
 }
 

@@ -64,10 +64,11 @@ Simulation::Simulation(const SimulationOptions& options, arm::Arm leader, arm::A
       follower_model_(follower),
       thread_(options_.realtime),
       front_(cycle_.contact(), std::move(scene), options_.rate) {
-  leader_.reset(options_.q_leader0);
-  follower_.reset(options_.q_follower0, options_.mapping.jaw_min);
   leader.update(options_.q_leader0, JointVector::Zero(leader.n()));
   hand_.start(leader.tip());
+  leader_.pinch(hand_.pinch());
+  leader_.reset(options_.q_leader0);
+  follower_.reset(options_.q_follower0, options_.mapping.jaw_start);
   in_.scene = &front_.scene();
   if (tool_contact_) tool_contact_->check(front_.scene());
   if (options_.source != force::Source::contact && !options_.follower.driven) {
