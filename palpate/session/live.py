@@ -21,6 +21,7 @@ from palpate.errors import PalpateError
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.lists import with_unique_names
 from palpate.guidance.steered import SteeredFixtures
+from palpate.record import snapshots
 from palpate.record.ticks import Ticks, Timing, as_ticks
 from palpate.record.writer import Recorder
 from palpate.scene.rig import Rig
@@ -35,6 +36,7 @@ from palpate.session.loop import Loop
 from palpate.session.periodic import every
 from palpate.session.recorded_frames import RecordedFrames
 from palpate.session.run_folder import keep_scene, new_folder, require_writable
+from palpate.session.snapshots import Snapshots
 from palpate.session.state import State
 from palpate.session.summary import Summary, Totals
 from palpate.trackers.tracking import PERIOD, Tracking
@@ -101,6 +103,7 @@ class LiveSession:
         self.sensing = _sensing(rig, loop, clouds)  #: turns the frames of sensors into surfaces
         if self.sensing is not None:
             weakref.finalize(self, self.sensing.close)
+        self._snapshots = Snapshots(rig, self.soft_vertices, self._camera_joints)
         self._beside: list[threading.Thread] = []  # work beside the loop, in the order in which it ends
         self.notes: list[str] = []  #: problems outside of the loop, e.g. a full disk
 
@@ -312,10 +315,26 @@ class LiveSession:
             found.append(every(PERIOD, step, self._stop_pump, "tracking", self._note, last))
         if self.camera is not None:
             found.append(every(PERIOD, self._steer_camera, self._stop_pump, "camera", self._note))
+        if self.takes_snapshots:
+            step = partial(self._timed, self._snapshots.take)
+            found.append(every(1.0 / snapshots.RATE, step, self._stop_pump, "snapshots", self._note))
         if sensing is not None:
             step = partial(self._timed, sensing.step)
             found.append(every(sensing_module.PERIOD, step, self._stop_pump, "sensing", self._note, sensing.hold))
         return found
+
+    @property
+    def takes_snapshots(self) -> bool:
+        """True if the record needs snapshots of soft objects or of the camera."""
+        return self._out is not None and self.recording and self.scene.record.frames and self._snapshots.needed
+
+    def take_snapshot(self) -> None:
+        """Take a snapshot of the newest tick, if one is due."""
+        if self.takes_snapshots:
+            self._snapshots.take(float(self.latest()["t"]))
+
+    def _camera_joints(self) -> Array | None:
+        return None if self.camera is None else self.camera.q
 
     def _timed(self, step: Callable[[float], object]) -> None:
         step(float(self.latest()["t"]))
@@ -339,7 +358,7 @@ class LiveSession:
             self._totals.add(ticks)
             self._taken += len(ticks)
             if self._recorder is not None:
-                self._recorder.append(ticks)
+                self._recorder.append(ticks, self._snapshots.collect())
                 if self._recorder.failure and self._recorder.failure not in self.notes:
                     self.notes.append(self._recorder.failure)
 
