@@ -567,6 +567,13 @@ class Motion:
         Velocity v (3,) [m/s], angular velocity w (3,) [rad/s], sinusoids, and the centre of rotation about (3,) [m].
         """
 
+    def pose(
+        self,
+        X_WO: Annotated[NDArray[numpy.float64], "(4, 4)"],
+        t: float,
+    ) -> Annotated[NDArray[numpy.float64], "(4, 4)"]:
+        """Pose (4, 4) [m] at t [s] of an object with the rest pose X_WO."""
+
 class Object:
     """A surface with a pose, a material, and regions of other materials."""
 
@@ -3591,7 +3598,7 @@ def cartesian(
     cartesian_place.
     """
 
-TICK_BYTES: int = 3480
+TICK_BYTES: int = 3560
 
 def signals() -> list[tuple[str, int, int, str, str, str, bool, str]]:
     """
@@ -3827,6 +3834,20 @@ class SessionInput:
 
     @hold.setter
     def hold(self, arg: bool, /) -> None: ...
+
+    @property
+    def execute(self) -> bool:
+        """A planned motion waits, moves or pauses."""
+
+    @execute.setter
+    def execute(self, arg: bool, /) -> None: ...
+
+    @property
+    def moving(self) -> bool:
+        """A planned motion is not yet at rest."""
+
+    @moving.setter
+    def moving(self, arg: bool, /) -> None: ...
 
     @property
     def fault(self) -> bool:
@@ -4218,6 +4239,27 @@ class Simulation:
     @property
     def running(self) -> bool:
         """True while the real-time thread runs."""
+
+    def execute(
+        self,
+        q: Annotated[NDArray[numpy.float64], "(:, :)"],
+        v: Annotated[NDArray[numpy.float64], "(:, :)"],
+        dt: float,
+        levers: Annotated[NDArray[numpy.float64], "(:,)"],
+        pace: float = 1.0,
+        until: float = 0.0,
+        guard: float = 1.0,
+    ) -> int:
+        """
+        Gives the follower a planned motion: positions q (K, n) [rad, m] and velocities v (K, n) at equal times dt [s];
+        levers (n,): motion of the tip per motion of each joint. Returns its number. See order().
+        """
+
+    def order(self, motion: int, pace: float, until: float, stop: bool = False, guard: float = 1.0) -> None:
+        """
+        Orders about the motion of this number: pace 0..1, the time until which it is known to be free [s], stop for
+        good, and the contact force that stops it [N].
+        """
 
     def watch_stages(self) -> None:
         """
