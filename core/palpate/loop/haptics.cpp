@@ -38,6 +38,7 @@ const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
                                in.controls.clutch, tool.reached, in.t, handle.X_LH.p,
                                tool_force_.F_T_W.f + out_.guided.on_tool.F.f, out_.guided.correction,
                                in.controls.lock_rotation, in.controls.lock_translation});
+  if (in.X_WT_planned != nullptr) out_.mapped.X_WT_goal = *in.X_WT_planned;
   mark(Stage::mapping);
   guide(in);
   mark(Stage::guidance);
@@ -69,7 +70,9 @@ SessionState Haptics::advance(const HapticsInput& in) noexcept {
   now.home = c.home;
   now.at_home = in.homed;
   now.follow = c.following && c.operator_present;
-  now.aligned = mapping_.aligned(options_.X_WL * in.handle.X_LH, in.tool.X_WT);
+  now.aligned = mapping_.aligned(options_.X_WL * in.handle.X_LH, in.tool.X_WT) && !in.moving;
+  now.execute = in.execute;
+  now.moving = in.moving;
   now.clutch = c.clutch;
   now.camera = c.camera;
   now.hold = c.hold_all;
@@ -110,8 +113,9 @@ void Haptics::finish(const HapticsInput& in, const Wrench& F, Tick& tick) noexce
 void Haptics::guide(const HapticsInput& in) noexcept {
   out_.R_WT_mapped = out_.mapped.X_WT_goal.R;
   out_.guided = guidance_.step({in.t, out_.mapped, in.tool, tool_force_, in.handle, in.controls.guidance});
-  out_.mapped.X_WT_goal = out_.guided.X_WT_goal;
-  mapping_.set_commanded_goal(out_.guided.X_WT_goal);
+  // A planned goal is free as it is: a fixture that would correct it stops the motion instead (Cycle::guard).
+  if (in.X_WT_planned == nullptr) out_.mapped.X_WT_goal = out_.guided.X_WT_goal;
+  mapping_.set_commanded_goal(out_.mapped.X_WT_goal);
 }
 
 // Torque of the contacts about the hinges of the jaws, by the principle of virtual work.

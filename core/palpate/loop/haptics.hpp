@@ -56,8 +56,11 @@ struct HapticsInput {
   Handle handle;
   ToolWithSpheres tool;
   Controls controls;
-  bool homed = true;      ///< both arms are homed
-  bool settling = false;  ///< a fault is over, but not yet for long enough
+  bool homed = true;                   ///< both arms are homed
+  bool settling = false;               ///< a fault is over, but not yet for long enough
+  bool execute = false;                ///< a planned motion waits, moves or pauses
+  bool moving = false;                 ///< a planned motion is not yet at rest
+  const Pose* X_WT_planned = nullptr;  ///< goal of the tool by the planned motion; null: by the hand
   const scene::Snapshot* scene = nullptr;
 };
 
@@ -97,6 +100,8 @@ class Haptics {
   void take(const guidance::Fixtures& fixtures) noexcept { guidance_.take(fixtures); }
   [[nodiscard]] const guidance::Guidance& guidance() const noexcept { return guidance_; }
   [[nodiscard]] SessionState state() const noexcept { return session_.state(); }
+  /// Contact force on the tool in the last step, as the hand would feel it, in W.
+  [[nodiscard]] const Wrench& tool_force() const noexcept { return tool_force_.F_T_W; }
   /// Changes the motion scale [-]; the map is anchored anew.
   void rescale(double scale) noexcept { mapping_.rescale(scale); }
   /// Resets contact to the tool's position.

@@ -156,7 +156,7 @@ bool Simulation::wake(const Wake& w) noexcept {
   front_.keep(tick_);
   const auto zero = [](const double (&x)[3]) { return x[0] == 0.0 && x[1] == 0.0 && x[2] == 0.0; };
   const bool quiet = zero(tick_.F_H_L) && zero(tick_.t_H_L);
-  return !(w.stopping && quiet);
+  return !(w.stopping && quiet && !cycle_.moves());
 }
 
 // Takes the controls, scene and fixtures that were set since the last tick.
@@ -166,6 +166,10 @@ void Simulation::take(bool stopping) noexcept {
     in_.controls.following = false;
     in_.controls.paused = false;
   }
+  if (!cycle_.moves()) front_.take_motion();
+  in_.motion = &front_.motion();
+  in_.order = front_.take_order();
+  in_.order.stop |= stopping;
   turn_hand();
   const bool other = front_.take_scene(now());
   in_.scene = &front_.scene();
