@@ -1,5 +1,5 @@
-# make demo | make test | make lint | make mutants | make fuzz | make stubs | make wheel | make clean.   `palpate --help` lists all other commands.
-.PHONY: demo test lint mutants fuzz stubs wheel clean setup constraints
+# make demo | make test | make test-long | make lint | make mutants | make fuzz | make stubs | make wheel | make clean.   `palpate --help` lists all other commands.
+.PHONY: demo test test-long lint mutants fuzz stubs wheel clean setup constraints
 ARGS ?=
 OUT ?= dist
 export UV_PYTHON_DOWNLOADS = never
@@ -14,13 +14,14 @@ EXTRAS := calibrate,dask,files,pandas,planning,registration,report,ros,tissue,tr
 demo: .venv/.demo
 	@$(RUN) palpate run scenes/palpation.yaml --duration 20 $(ARGS)
 
-# Tests on ROS 2 are real processes at 1 kHz: no more than two beside each other, each in a ROS domain of its own. A test
-# that fails is repeated once without others beside it: it must pass then. A browser or a process may have missed its deadline on a busy machine.
-ALONE = || { [ $$? = 1 ] && echo "--- tests that failed are repeated, one after the other ---" && $(RUN) pytest --last-failed
+# Tests on ROS 2 run beside the others; a test that fails is repeated once, alone (tools/tests.py).
 test: setup
 	@$(RUN) palpate bench build --last
-	@$(RUN) pytest -n 3 --dist loadfile --durations 20 --ignore tests/ros $(ALONE) --ignore tests/ros; }
-	@$(RUN) pytest -n 2 --dist loadfile --durations 10 tests/ros $(ALONE) tests/ros; }
+	@$(RUN) python tools/tests.py
+
+# More cases of tests that have a short version.
+test-long: setup
+	@$(RUN) python tools/tests.py --long
 
 # The wheel of this platform, built from the compiled core.
 wheel: setup

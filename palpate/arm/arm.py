@@ -12,6 +12,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Iterator
+from functools import cached_property
 from pathlib import Path
 from typing import Self
 from xml.etree import ElementTree
@@ -82,7 +83,6 @@ class Arm(_core.Arm):
 
     name: str
     home: Array
-    visuals: list[Visual]
     urdf: str
     """Text of its URDF; empty for a device without a URDF."""
     frames: tuple[str, str]
@@ -96,7 +96,6 @@ class Arm(_core.Arm):
         chain = set(self.joint_names)
         self.urdf = xml
         self.frames = (base_frame, tip_frame)
-        self.visuals = visuals(robot) or sticks(self.segments)
         self._drawn = drawn_joints(robot, chain)
         self.jaw_range = jaw_range(robot, chain)
         self._describe(data or {}, robot.get("name", "arm"))
@@ -117,9 +116,14 @@ class Arm(_core.Arm):
         except (RuntimeError, TypeError, ValueError) as error:
             raise ArmError(str(error), mend="docs/arms.md lists the parameters") from None
         arm.urdf, arm.frames = "", ("", "")
-        arm.visuals, arm._drawn, arm.jaw_range = sticks(arm.segments), [], (0.0, 0.0)
+        arm._drawn, arm.jaw_range = [], (0.0, 0.0)
         arm._describe(data or {}, kind)
         return arm
+
+    @cached_property
+    def visuals(self) -> list[Visual]:
+        """Boxes, cylinders and spheres of the links; sticks between the joints where the URDF has none."""
+        return (visuals(ElementTree.fromstring(self.urdf)) if self.urdf else []) or sticks(self.segments)
 
     def _describe(self, data: Content, name: str) -> None:
         self._data = data

@@ -136,8 +136,15 @@ def test_port_out_of_range_is_rejected():
         free_port(70000)
 
 
-@pytest.mark.parametrize("mode", ["--realtime", "--fast"])
-@pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+@pytest.mark.parametrize(
+    ("mode", "end"),
+    [
+        ("--realtime", signal.SIGINT),
+        ("--fast", signal.SIGINT),
+        ("--realtime", signal.SIGTERM),
+        ("--fast", signal.SIGHUP),
+    ],
+)
 def test_interrupt_keeps_the_record_and_prints_the_summary(spawn, scene, tmp_path, mode, end):
     args = ("--headless", mode, "--duration", 600, "--out", tmp_path / "o", "--json", tmp_path / "run.json")
     process = spawn("run", scene, *args)

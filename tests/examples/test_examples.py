@@ -1,6 +1,7 @@
 """The examples run, print the documented results, and are at most a page long."""
 
 import os
+import runpy
 import subprocess
 import sys
 from pathlib import Path
@@ -11,16 +12,17 @@ ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = sorted((ROOT / "examples").glob("[0-9][0-9]_*.py"))
 
 
-def run(name: str, *options: str | Path) -> str:
-    done = subprocess.run(
-        [sys.executable, ROOT / "examples" / name, *options],
-        env={**os.environ, "MPLBACKEND": "Agg"},
-        capture_output=True,
-        text=True,
-        timeout=120,
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+@pytest.fixture
+def run(monkeypatch, capsys):
+    """A function that runs an example as its command line would, in this process, and returns what it prints."""
+    monkeypatch.setenv("MPLBACKEND", "Agg")
+
+    def example(name: str, *options: str | Path) -> str:
+        monkeypatch.setattr(sys, "argv", [name, *map(str, options)])
+        runpy.run_path(str(ROOT / "examples" / name), run_name="__main__")
+        return capsys.readouterr().out
+
+    return example
 
 
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda p: p.name)
@@ -31,7 +33,7 @@ def test_example_is_at_most_a_page_long(path):
     assert "You learn" in "\n".join(lines[:15])
 
 
-def test_virtual_wall(tmp_path):
+def test_virtual_wall(run, tmp_path):
     out = run("01_virtual_wall.py", "--duration", "3", "--figure", tmp_path / "wall.png")
     rows = [[float(x) if x.strip() != "never" else None for x in line.split("|")] for line in out.splitlines()[2:8]]
     peak = {(row[0], row[1]): row[2] for row in rows}
@@ -43,7 +45,7 @@ def test_virtual_wall(tmp_path):
     assert (tmp_path / "wall.png").stat().st_size > 10_000
 
 
-def test_feel_an_organ(tmp_path):
+def test_feel_an_organ(run, tmp_path):
     out = run("02_feel_an_organ.py", "--duration", "3", "--out", tmp_path, "--figure", tmp_path / "organ.png")
     assert "half as stiff" in out
     assert "in contact" in out
@@ -51,7 +53,7 @@ def test_feel_an_organ(tmp_path):
     assert (tmp_path / "organ.png").is_file()
 
 
-def test_own_mesh(tmp_path):
+def test_own_mesh(run, tmp_path):
     out = run("03_own_mesh.py", "--sections", "64", "--figure", tmp_path / "normals.png")
     rows = {(line.split("|")[0].strip(), line.split("|")[1].strip()): line for line in out.splitlines() if "|" in line}
     median = {
@@ -65,7 +67,20 @@ def test_own_mesh(tmp_path):
     assert "100%" in rows["-3 mm", "paper-alg1"]
 
 
-def test_angle_of_a_face():
+def test_example_is_a_program_of_its_own():
+    """One of them as a process: the others run in this one."""
+    done = subprocess.run(
+        [sys.executable, ROOT / "examples" / "04_angle_of_a_face.py"],
+        env={**os.environ, "MPLBACKEND": "Agg"},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stderr
+    assert "Eq 20 is right here" in done.stdout
+
+
+def test_angle_of_a_face(run):
     out = run("04_angle_of_a_face.py")
     slopes = [[float(x) for x in line.split("|")[1:]] for line in out.splitlines()[3:6]]
     assert slopes[0][2:] == pytest.approx([40.0, 0.0], abs=1e-6)
@@ -75,14 +90,14 @@ def test_angle_of_a_face():
     assert "wrong here: sharp concave edge" in run("04_angle_of_a_face.py", "--degrees", "120")
 
 
-def test_own_mesh_of_a_user(tmp_path):
+def test_own_mesh_of_a_user(run, tmp_path):
     import trimesh
 
     trimesh.creation.icosphere(radius=30).export(tmp_path / "ball.stl")
     assert "2 mm into its top: 2.0" in run("03_own_mesh.py", "--mesh", tmp_path / "ball.stl")
 
 
-def test_guidance(tmp_path):
+def test_guidance(run, tmp_path):
     out = run("05_guidance.py", "--duration", "4", "--out", tmp_path, "--figure", tmp_path / "guidance.png")
     rows = {line.split("|")[0].strip(): [float(x) for x in line.split("|")[1:]] for line in out.splitlines()
             if line.startswith(("none", "both"))}  # fmt: skip
@@ -94,7 +109,7 @@ def test_guidance(tmp_path):
     assert (tmp_path / "guidance.png").is_file()
 
 
-def test_many_runs():
+def test_many_runs(run):
     out = run("06_many_runs.py", "--runs", "6", "--duration", "2.5")
     rows = [[float(x) for x in line.split("|")] for line in out.splitlines()[2:8]]
     assert [row[0] for row in rows] == sorted(row[0] for row in rows)
@@ -102,7 +117,7 @@ def test_many_runs():
     assert all(abs(row[3] / row[0] - 1.0) < 0.2 for row in rows), "force / depth is the stiffness"
 
 
-def test_own_device():
+def test_own_device(run):
     out = run("07_own_device.py", "--duration", "2")
     lines = [line for line in out.splitlines() if " N" in line]
     peaks = [float(line.split("at most ")[1].split()[0]) for line in lines]
@@ -111,13 +126,13 @@ def test_own_device():
     assert "lateness" in out
 
 
-def test_gamepad():
+def test_gamepad(run):
     out = run("08_gamepad.py", "--pretended", "--duration", "2")
     assert "#" in out
     assert float(out.splitlines()[-1].split()[-2]) > 0.2
 
 
-def test_small_workspace():
+def test_small_workspace(run):
     out = run("09_small_workspace.py", "--duration", "3")
     rows = {line.split()[0]: line.split() for line in out.splitlines()[1:]}
     reach = {law: float(row[2]) for law, row in rows.items()}

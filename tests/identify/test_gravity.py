@@ -1,5 +1,7 @@
 """Gravity identification on an arm with known parameters: torques, friction and confidence."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 import synthetic_arm as synthetic
@@ -27,6 +29,13 @@ def known():
 def ours(known):
     arm, poses = known
     return fit_poses(poses, arm, "potential", MEASURED)
+
+
+@pytest.fixture(scope="module")
+def model_of(known, ours):
+    """A function that returns the model of the recording in a form."""
+    arm, poses = known
+    return cache(lambda form: ours.model if form == "potential" else fit_poses(poses, arm, form, MEASURED).model)
 
 
 def truth(q):
@@ -66,10 +75,10 @@ def test_more_poses_raise_the_confidence(known, ours):
     assert (few.std(q, known[0])[:, :6].mean(axis=0) > ours.std(q, known[0])[:, :6].mean(axis=0)).all()
 
 
-def test_paper_form_is_least_squares_of_pinocchios_columns(known):
+def test_paper_form_is_least_squares_of_pinocchios_columns(known, model_of):
     """Pi = Y^+ T: the predictions equal those of numpy's pseudo-inverse of the regressor."""
     arm, poses = known
-    model = fit_poses(poses, arm, "paper", MEASURED).model
+    model = model_of("paper")
     Y = np.concatenate([arm.gravity_regressor(q)[:6] for q in poses.q])
     Pi = np.linalg.pinv(Y, rcond=1e-9) @ poses.tau[:, :6].ravel()
     q = synthetic.poses(20, 2)
@@ -222,9 +231,8 @@ def test_base_parameters_predict_what_all_parameters_do():
 
 
 @pytest.mark.parametrize("form", forms.FORMS)
-def test_model_file_round_trip(form, known, tmp_path):
-    arm, poses = known
-    model = fit_poses(poses, arm, form, MEASURED).model
+def test_model_file_round_trip(form, known, model_of, tmp_path):
+    arm, model = known[0], model_of(form)
     model.save(tmp_path / "m.yaml")
     again = GravityModel.load(tmp_path / "m.yaml")
     q = synthetic.poses(30, 4)
@@ -244,10 +252,9 @@ def test_same_file_gives_the_same_model(tmp_path):
 
 
 @pytest.mark.parametrize("form", forms.FORMS)
-def test_joint_without_measurements_gets_no_compensation(form, known):
+def test_joint_without_measurements_gets_no_compensation(form, known, model_of):
     """The torque of the last joint is unknown, so moments shared with the previous link are assigned to that one."""
-    arm, poses = known
-    model = fit_poses(poses, arm, form, MEASURED).model
+    arm, model = known[0], model_of(form)
     q = synthetic.poses(50, 4)
     q[:, 6] = np.linspace(-3, 3, 50)
     assert np.abs(model.holding(q, arm)[:, 6]).max() < 1e-9

@@ -1,6 +1,7 @@
 """Payload identification from drive torques: with a known simulated load, and with a real one."""
 
 import os
+from functools import cache
 from pathlib import Path
 
 import moving
@@ -24,31 +25,42 @@ def known() -> Dynamics:
     return Dynamics(ARM, ARM.inertial_parameters, np.zeros(len(drive_train(ARM).terms)))
 
 
+def excited() -> tuple[np.ndarray, ...]:
+    return moving.excitation(7, np.array([-0.2, 0, 0.15, 0, 0, 0, 0]), np.array([0.5, 0.8, 0.07, 0.5, 0.3, 0.3, 0.3]))
+
+
 def unloaded(known: Dynamics, seed: int) -> RecordedMotion:
-    q, v, a = moving.excitation(
-        7, np.array([-0.2, 0, 0.15, 0, 0, 0, 0]), np.array([0.5, 0.8, 0.07, 0.5, 0.3, 0.3, 0.3])
-    )
+    q, v, a = excited()
     noise = 2e-3 * np.random.default_rng(seed).normal(size=q.shape)
     return motion(Moving(q, v, known.torque(q, v, a) + noise, 200.0, f"unloaded {seed}"))
 
 
-def with_load(known: Dynamics, mass: float, height: float) -> RecordedMotion:
-    """The same motion with a body on the bar, whose torque follows from d'Alembert's principle."""
-    m = unloaded(known, 3)
+@cache
+def torque_of_a_kilogram(height: float) -> np.ndarray:
+    """Torques (k, 2) [N m] of a body of 1 kg on the bar along the motion, by d'Alembert's principle."""
+    q, _, _ = excited()
     pivot = payload.Hang().p_pivot
 
     def position(q: np.ndarray) -> np.ndarray:
         poses = ARM.link_poses(q)
         return poses["yaw_link"][:3, :3] @ [height, 0, 0] + poses["pitch_link"][:3, :3] @ [*pivot, 0.0]
 
-    q = m.q[:, :6]
+    q = q[:, :6]
     p = np.array([position(row) for row in q])
-    acceleration = np.gradient(np.gradient(p, 1 / m.rate, axis=0), 1 / m.rate, axis=0)
-    h, tau = 1e-6, m.tau.copy()
+    acceleration = np.gradient(np.gradient(p, 1 / moving.RATE, axis=0), 1 / moving.RATE, axis=0)
+    h, tau = 1e-6, np.zeros((len(q), 2))
     for j in range(2):
         e = np.eye(6)[j] * h
         J = np.array([(position(row + e) - position(row - e)) / (2 * h) for row in q])
-        tau[:, j] += mass * (J * (acceleration - [0, 0, -9.81])).sum(axis=1)
+        tau[:, j] = (J * (acceleration - [0, 0, -9.81])).sum(axis=1)
+    return tau
+
+
+def with_load(known: Dynamics, mass: float, height: float) -> RecordedMotion:
+    """The same motion with a body on the bar."""
+    m = unloaded(known, 3)
+    tau = m.tau.copy()
+    tau[:, :2] += mass * torque_of_a_kilogram(height)
     return RecordedMotion(m.q, m.v, m.a, tau, m.rate, 0, "loaded")
 
 

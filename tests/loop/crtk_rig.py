@@ -40,6 +40,7 @@ class Device:
         for name in ("following", "operator_present", "leader_enabled", "follower_enabled"):
             setattr(self.gates, name, True)
         self.X0 = Arm.mtm("right").fk(Q_LEADER)
+        self.quat0 = Rotation.from_matrix(self.X0[:3, :3]).as_quat()
         self.down = options().X_WL[:3, :3].T @ np.array([0.0, 0.0, -1.0])  # downwards, in the leader's frame
         self.t, self.skew, self.depth, self.rows, self.F = 0.0, 0.0, 0.0, [], []
         self.silent = False
@@ -50,7 +51,7 @@ class Device:
 
     def pose(self, depth):
         """Pose of the handle `depth` [m] below its start: position [m], quaternion x y z w."""
-        return self.X0[:3, 3] + depth * self.down, Rotation.from_matrix(self.X0[:3, :3]).as_quat()
+        return self.X0[:3, 3] + depth * self.down, self.quat0
 
     def send(self, stamp=None, p=None, quat=None):
         at, turn = self.pose(self.depth)
@@ -58,11 +59,15 @@ class Device:
         self.cycle.leader_pose(stamp, at if p is None else p, turn if quat is None else quat, self.t, self.wall)
 
     def step(self):
+        row, *rest = self._step()
+        return as_ticks(row.reshape(1, -1))[0], *rest
+
+    def _step(self):
         self.cycle.set_gates(self.gates)
         row, F, goal, jaw = self.cycle.step(self.t, self.wall)
         self.rows.append(row)
         self.F.append(F)
-        return as_ticks(row.reshape(1, -1))[0], F, goal, jaw
+        return row, F, goal, jaw
 
     def run(self, seconds, to=None, message=None):
         """Run while the handle moves to `to` [m] below its start; `message(self)` replaces the valid message."""
@@ -75,8 +80,8 @@ class Device:
                 message(self)
             elif not self.silent:
                 self.send()
-            answer = self.step()
-        return answer
+            row, *rest = self._step()
+        return as_ticks(row.reshape(1, -1))[0], *rest
 
     @property
     def ticks(self):

@@ -85,36 +85,51 @@ def test_collision_thread_of_the_paper_allocates_but_the_cycle_does_not(guard):
     assert len(dirty) == 1
 
 
-@pytest.mark.parametrize(
-    "case",
-    [
-        "organ",
-        "solids",
-        "cloud",
-        "live",
-        "impedance",
-        "admittance",
-        "six_axis",
-        "soft",
-        "delta",
-        "identified",
-        "estimating",
-        "guided",
-    ],
+CASES = (
+    "organ",
+    "solids",
+    "cloud",
+    "live",
+    "impedance",
+    "admittance",
+    "six_axis",
+    "soft",
+    "delta",
+    "identified",
+    "estimating",
+    "guided",
 )
-def test_lockstep_tick_with_plant_allocates_nothing(guard, case):
+
+
+@pytest.fixture(scope="module")
+def lockstep(guard):
+    """Counts of all cases from one process."""
+    return watched(guard, "lockstep", "proxy", *CASES)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_lockstep_tick_with_plant_allocates_nothing(lockstep, case):
     """A call takes a few allocations of Python and numpy, the same number for 7, 700 or 2000 ticks."""
-    found = watched(guard, "lockstep", "proxy", case)
+    found = lockstep[case]
     first, *rest = found["calls"][1:]
     assert found["contact_ticks"] > 1000
     assert rest == [first] * len(rest)
     assert first[0] > 0, "control: the allocations of the call are counted"
 
 
-@pytest.mark.parametrize("case", ["following", "impedance", "moving"])
-def test_simulated_dvrk_allocates_nothing(guard, case):
+ROBOTS = ("following", "impedance", "moving")
+
+
+@pytest.fixture(scope="module")
+def robots(guard):
+    """Counts of all cases from one process."""
+    return watched(guard, "robot", *ROBOTS)
+
+
+@pytest.mark.parametrize("case", ROBOTS)
+def test_simulated_dvrk_allocates_nothing(robots, case):
     """The only allocations are those of the call and of the release of the interpreter lock."""
-    found = watched(guard, "robot", case)
+    found = robots[case]
     first, *rest = found["calls"][1:]
     assert found["following"] == (case == "following")
     assert rest == [first] * len(rest)

@@ -196,9 +196,19 @@ def trials():
     return guidance.run(2, sweep=serial)
 
 
-def test_small_cohort_has_the_documented_keys_and_tables(trials):
+@pytest.fixture(scope="module")
+def yields():
+    return yielding(4, sweep=serial)
+
+
+@pytest.fixture(scope="module")
+def visual_cues():
+    return cued(4, sweep=serial)
+
+
+def test_small_cohort_has_the_documented_keys_and_tables(trials, yields, visual_cues):
     report = guidance_effects.summary(trials, 7)
-    report |= {"yields": yielding(2, sweep=serial), "visual_cues": cued(2, sweep=serial)}
+    report |= {"yields": yields, "visual_cues": visual_cues}
     assert len(trials) == 2 * (
         len(TASKS) * len(guidance.CONDITIONS | guidance.REGISTRATION) + 2 * len(guidance.ABLATION)
     )
@@ -269,17 +279,17 @@ def test_operators_without_haste_press_less():
     assert pressed["none_no_haste"] < pressed["none"]
 
 
-def test_operators_who_yield_less_are_guided_less():
+def test_operators_who_yield_less_are_guided_less(yields):
     """A weaker trait reduces the effect of guidance; without forces on the hand the trait has no effect."""
-    report = {row["share"]: row["change"] for row in yielding(4, sweep=serial) if row["task"] == "insertion"}
+    report = {row["share"]: row["change"] for row in yields if row["task"] == "insertion"}
     assert report[1.0] < report[0.5] < report[0.0]
     all_, not_ = (guidance.attempt(2, "ring", "none", 5, yields=share) for share in (1.0, 0.0))
     np.testing.assert_array_equal(all_.p_WT, not_.p_WT)
 
 
-def test_visual_cues_and_contact_forces_have_separate_effects():
+def test_visual_cues_and_contact_forces_have_separate_effects(visual_cues):
     """Drawn paths reduce the path error, rendered contact reduces the force, and both together reduce both."""
-    report = {row["condition"]: row for row in cued(4, sweep=serial) if row["task"] == "tracing"}
+    report = {row["condition"]: row for row in visual_cues if row["task"] == "tracing"}
     none, both = report["none"], report["visual+haptics"]
     assert none["path_error_mm_more_low"] == none["path_error_mm_more_high"] == 0.0
     for drawn in (report["visual"], both):

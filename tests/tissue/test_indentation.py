@@ -41,7 +41,7 @@ def test_a_thick_layer_is_a_half_space(law, half_space):
 
 @pytest.mark.parametrize("law", [indentation.layer, indentation.dimitriadis])
 def test_a_thin_layer_is_stiffer(law):
-    force = [law(R, DEPTHS, E, NU, h) for h in (1.0, 0.05, 0.02, 0.01)]
+    force = [law(R, DEPTHS[::3], E, NU, h) for h in (1.0, 0.05, 0.02, 0.01)]
     assert np.all(np.diff(force, axis=0) > 0)
 
 
