@@ -21,6 +21,7 @@ from palpate.planning.result import Plan
 from palpate.planning.robot import Attached, Robot
 from palpate.planning.timing import Limits, Trajectory
 from palpate.planning.world import World, instrument, obstacle
+from palpate.surfaces import LiveCloud
 
 if TYPE_CHECKING:
     from palpate.scene import Scene
@@ -69,7 +70,8 @@ class Problem:
         names = {one.name for one in held}
         obstacles = [
             obstacle(obj.name, placed.body, placed.X_WO)
-            for obj, placed in zip(scene.objects, rig.surfaces, strict=True) if obj.name not in names
+            for obj, placed in zip(scene.objects, rig.surfaces, strict=True)
+            if obj.name not in names and not isinstance(placed.body, LiveCloud)  # which is empty before its first frame
         ]  # fmt: skip
         for i in range(len(section.instruments)):
             obstacles += _instrument(scene, i)

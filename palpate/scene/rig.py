@@ -15,7 +15,7 @@ from palpate.errors import PalpateWarning, RecordingError, SceneError
 from palpate.frames import FrameGraph
 from palpate.guidance.context import FixtureContext
 from palpate.hands import PRESETS
-from palpate.scene import arms, force_source, gains, guidance, hand, placed_ecm, placing, surface, tool
+from palpate.scene import arms, force_source, gains, grip, guidance, hand, placed_ecm, placing, surface, tool
 from palpate.scene.scene import Scene
 from palpate.surfaces import DistanceGrid
 
@@ -51,6 +51,7 @@ class Rig:
         _fill(o, scene.operator, "tremor")
         o.leader = self._with_imperfections(o.leader)  # set after the torques, which use the model file
         o.stability = self._stability(o)
+        grip.fill(o, scene)
         if not self.arms.leader.orients:
             o.mapping.align_rate = 0.0  # the handle cannot rotate, so the tool keeps its orientation
         _fill(o.follower, scene.arms.follower, "bandwidth")
@@ -171,7 +172,7 @@ class Rig:
             gravity = self.gravity_model(key)
             if gravity is not None:
                 arm.set_gravity_model(gravity.terms, gravity.theta)
-        path = _core.HandPath(self.path.times.tolist(), self.path.positions_W)
+        path = self.path.core(self.scene.operator.grip)
         try:
             made = _core.Simulation(
                 options or self.options(seed), leader, model, self.arms.follower, self.snapshot, path
@@ -215,6 +216,7 @@ def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | Non
     path = hand.plan(scene, placed, until)
     camera = placed_ecm.place(scene, path)
     both = arms.place(scene, placed, path, None if camera is None else camera.R_WL)
+    grip.check(scene, both.follower)
     spheres = tool.tool_spheres(both.follower, scene.contact.spheres, scene.contact.whole_tool)
     context = guidance.fixture_context(scene, placed, both)
     frames = placing.whole_graph(scene, both.X_WL, both.X_WB)

@@ -7,7 +7,9 @@ import viser
 from numpy.typing import NDArray
 from viser.transforms import SE3
 
+from palpate import _core
 from palpate.arrays import Array
+from palpate.mesh.coarse import coarser
 from palpate.record import live
 from palpate.record.ticks import Ticks
 from palpate.viewer.dent import Press
@@ -17,6 +19,9 @@ from palpate.viewer.stage import RegionMark, TouchedObject
 
 TINT: Color = (222, 178, 62)
 """Colour of a region: of the object's triangles inside the region, and of the region's own body."""
+
+LIGHT_TRIANGLES = 4000
+"""Number of triangles of an object in a light picture."""
 
 
 class OrganDrawing:
@@ -42,6 +47,9 @@ class OrganDrawing:
             [_skin(scene, f"{self._name}/{k}{suffix}", shade) for k, shade in enumerate(shades)]
             for suffix in ("", "_pressed")
         )
+        self._full = self._vertices, self._triangles, self._labels
+        self._may_be_coarse = self._takes_dents and not obj.soft and len(obj.triangles) > LIGHT_TRIANGLES
+        self.is_light = False
         self._cutter: PatchCutter | None = None
         self._is_pressed = False
         self._draw(np.ones(len(obj.triangles), dtype=bool))
@@ -53,6 +61,26 @@ class OrganDrawing:
         self._share = share
         for part in (*self._parts, *self._patches, *([self._coloured] if self._coloured else [])):
             part.see_through(share)
+
+    def set_light(self, light: bool) -> None:
+        """Draws at most about `LIGHT_TRIANGLES` triangles, or all of them again."""
+        if light == self.is_light or not self._may_be_coarse:
+            return
+        if self._is_pressed:
+            self._release()
+        self.is_light, self._cutter = light, None
+        self._vertices, self._triangles, self._labels = self._full
+        if light:
+            self._vertices, self._triangles, source = coarser(self._vertices, self._triangles, LIGHT_TRIANGLES)
+            self._labels = self._labels[source]
+        self._draw(np.ones(len(self._triangles), dtype=bool))
+
+    def error(self) -> float:
+        """Largest distance of a vertex of the full surface from the drawn one [m]: zero unless it is light."""
+        if not self.is_light:
+            return 0.0
+        drawn = _core.Mesh(self._vertices[:, :3], self._triangles)
+        return float(np.abs(drawn.nearest(self._full[0][:, :3])[0]).max())
 
     def show(self, tick: Ticks) -> None:
         """Moves the object to its pose at a tick."""

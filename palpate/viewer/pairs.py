@@ -21,6 +21,7 @@ from palpate.viewer.controls import set_value
 from palpate.viewer.drawing import Color, Drawing
 from palpate.viewer.live import FRAME_RATE, FRAMES_PER_PLOT, FRAMES_PER_READOUT
 from palpate.viewer.pair_gauges import PairGauges
+from palpate.viewer.picture import Picture
 from palpate.viewer.run_buttons import RunButtons, Runner
 from palpate.viewer.server import close_server, open_server, url
 from palpate.viewer.stage import Stage
@@ -132,9 +133,10 @@ class PairsViewer:
         self._seen = np.concatenate(every)
         views.start_with(self._server, self._view(0.8))
         colors = dict(zip(stages, COLORS, strict=False))
+        self.picture = Picture(self._server)
         self.drawings = {
             name: Drawing(
-                cast("viser.SceneApi", Within(self._server.scene, f"/{name}")), stage, stage is first, colors[name]
+                cast("viser.SceneApi", Within(self.picture.scene, f"/{name}")), stage, stage is first, colors[name]
             )
             for name, stage in stages.items()
         }
@@ -192,6 +194,7 @@ class PairsViewer:
     def _frame(self) -> None:
         ticks = {name: source.latest() for name, source in self._sources.items()}
         with self._server.atomic():
+            next(iter(self.drawings.values())).set_light(self.picture.light)
             presses: list[Any] = []
             for name in reversed(ticks):  # the first pair draws the objects, dented by all tools
                 presses.append(self.drawings[name].show(ticks[name], presses))

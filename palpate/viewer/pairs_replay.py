@@ -16,6 +16,7 @@ from palpate.viewer.controls import set_value
 from palpate.viewer.drawing import Drawing
 from palpate.viewer.pair_gauges import PairGauges
 from palpate.viewer.pairs import COLORS, Within
+from palpate.viewer.picture import Picture
 from palpate.viewer.replay import FRAME_RATE, SPEEDS
 from palpate.viewer.server import close_server, open_server, url
 from palpate.viewer.staging import stage_of_record
@@ -43,9 +44,10 @@ class PairsReplayViewer:
         self.url = url(self._server)
         views.start_with(self._server, views.overview_of(np.concatenate([s.seen for s in stages.values()]), 0.8))
         first = next(iter(stages))
+        self.picture = Picture(self._server)
         self.drawings = {
             name: Drawing(
-                cast("viser.SceneApi", Within(self._server.scene, f"/{name}")), stage, name == first, colors[name]
+                cast("viser.SceneApi", Within(self.picture.scene, f"/{name}")), stage, name == first, colors[name]
             )
             for name, stage in stages.items()
         }
@@ -93,6 +95,7 @@ class PairsReplayViewer:
             for name, ticks in self._ticks.items()
         }
         with self._server.atomic():
+            next(iter(self.drawings.values())).set_light(self.picture.light)
             presses: list[Any] = []
             for name in reversed(found):
                 presses.append(self.drawings[name].show(found[name], presses))

@@ -13,6 +13,7 @@ from palpate.viewer.controls import set_value
 from palpate.viewer.drawing import Drawing
 from palpate.viewer.gauges import POINTS, WINDOW, Gauges
 from palpate.viewer.labels import LabelPlacer
+from palpate.viewer.picture import Picture
 from palpate.viewer.server import close_server, open_server, url
 from palpate.viewer.stage import Stage
 
@@ -29,7 +30,8 @@ class ReplayViewer:
         self._ticks, self._times = ticks, np.asarray(ticks["t"])
         self._server = open_server(host, port, stage.title)
         self.url = url(self._server)
-        self._drawing = Drawing(self._server.scene, stage)
+        self.picture = Picture(self._server)
+        self._drawing = Drawing(self.picture.scene, stage)
         self._gauges = Gauges(self._server, stage, self._drawing)
         self._shown = -1
         first, last = float(self._times[0]), float(self._times[-1])
@@ -86,6 +88,7 @@ class ReplayViewer:
         start = int(np.searchsorted(self._times, self._times[k] - WINDOW))
         history = self._ticks[start : k + 1][:: max(1, (k + 1 - start) // POINTS)]
         with self._server.atomic():
+            self._drawing.set_light(self.picture.light)
             self._drawing.show(self._ticks[k])
             self._gauges.set_history(history)
             self._gauges.show(self._ticks[k])

@@ -16,6 +16,8 @@ from palpate.viewer.gate import Gate
 
 try:
     import viser
+
+    from palpate.viewer.page import own_page
 except ModuleNotFoundError as missing:
     raise MissingExtraError("the viewer", "viewer") from missing
 
@@ -85,7 +87,7 @@ def _refused(host: str, port: int, error: OSError) -> PortError:
 
 def _viser(host: str, port: int, title: str) -> viser.ViserServer:
     logging.getLogger("websockets").setLevel(logging.ERROR)  # a browser that disconnects is not an error
-    with contextlib.redirect_stdout(io.StringIO()):  # the caller prints the address
+    with contextlib.redirect_stdout(io.StringIO()), own_page():  # the caller prints the address
         server = viser.ViserServer(host=host, port=port, label=f"Palpate - {title}", verbose=False)
     server.gui.configure_theme(dark_mode=False, show_logo=False, show_share_button=False, brand_color=(48, 96, 130))
     # the page's own title is the widget library's: the only way to set it is a script of an element

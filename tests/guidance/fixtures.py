@@ -75,14 +75,22 @@ class Stage:
     def step(self, X, **more):
         """One tick with the commanded tool pose or position X; returns the outputs of the stage."""
         X = pose(X) if np.shape(X) == (3,) else X
-        X_before = X if self.X is None else self.X
-        V = np.concatenate([(X[:3, 3] - X_before[:3, 3]) / DT, _turn(X_before[:3, :3], X[:3, :3]) / DT])
+        V = more.pop("V") if "V" in more else self._twist(X)
         if self.X_tool is None:
             self.X_tool = X.copy()
-        out = self.core.step(self.k * DT, X, more.pop("V", V), self.X_tool, **more)
+        out = self.core.step(self.k * DT, X, V, self.X_tool, **more)
         self.X, self.k = X, self.k + 1
         self._follow(out["X_WT_goal"])
         return out
+
+    def _twist(self, X):
+        """Velocity from the previous pose to X in one tick (6,)."""
+        V = np.zeros(6)
+        if self.X is not None and self.X is not X:
+            V[:3] = (X[:3, 3] - self.X[:3, 3]) / DT
+            if not np.array_equal(X[:3, :3], self.X[:3, :3]):
+                V[3:] = _turn(self.X[:3, :3], X[:3, :3]) / DT
+        return V
 
     def _follow(self, goal):
         """Exact step of a critically damped servo."""
@@ -97,6 +105,7 @@ class Stage:
         self.v = (self.v - w * c * DT) * decay
 
     def settle(self, X, ticks=400, **more):
+        X = pose(X) if np.shape(X) == (3,) else X
         for _ in range(ticks):
             out = self.step(X, **more)
         return out

@@ -13,7 +13,7 @@ from palpate.viewer import LiveViewer, stage_of
 from palpate.viewer.opening import Opening
 
 
-def wait(condition, seconds=30.0):
+def wait(condition, seconds=90.0):
     end = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < end
@@ -31,8 +31,8 @@ def test_page_opens_before_the_scene_is_loaded_and_stop_ends_the_run(tmp_path):
         finished.append(summary)
         return summary
 
-    run = lambda session: session.run(60.0, realtime=True)  # noqa: E731
-    thread = threading.Thread(target=live, args=(begin, run, report, page, Console(quiet=True)))
+    run = lambda session: session.run(3600.0, realtime=True)  # noqa: E731
+    thread = threading.Thread(target=live, args=(begin, run, report, page, Console(quiet=True)), daemon=True)
     thread.start()
     with open_page(page.url, ready="#palpate-loading") as browser:
         assert "loading the scene" in browser.inner_text("#palpate-loading")
@@ -41,7 +41,7 @@ def test_page_opens_before_the_scene_is_loaded_and_stop_ends_the_run(tmp_path):
         browser.wait_for_selector("#palpate-force")
         assert not browser.query_selector("#palpate-loading")
         browser.get_by_role("button", name="Stop and report").click()
-        thread.join(30.0)
+        thread.join(90.0)
         assert not thread.is_alive()
         assert browser.errors == []
     assert len(finished) == 1

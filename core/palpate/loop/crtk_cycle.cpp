@@ -76,7 +76,7 @@ CrtkCycle::CrtkCycle(const CrtkOptions& options, std::optional<arm::Arm> followe
     arm_->update(q_follower_, zero_);
     if (options_.virtual_follower && arm_) X_BT_ = arm_->tip();
   }
-  in_.tool.jaw = options_.mapping.jaw_min;
+  in_.tool.jaw = options_.mapping.jaw_start;
 }
 
 void CrtkCycle::leader_pose(double stamp, const Vec3& p_LH, const Eigen::Vector4d& quat_LH, ClockTime now) noexcept {
@@ -295,11 +295,10 @@ void CrtkCycle::place_spheres(bool joints_known) noexcept {
   tool.p_WS[0] = tool.X_WT.p;
   std::size_t s = 0;
   for (const contact::ToolSphere& sphere : options_.contact.spheres) {
-    const Vec3 p = sphere.centre(tool.jaw);
     if (sphere.link < 0) {
-      tool.p_WS[++s] = tool.X_WT * p;
+      tool.place(++s, sphere, tool.X_WT);
     } else if (joints_known && arm_) {
-      tool.p_WS[++s] = X_WA * (arm_->link_pose(sphere.link) * p);
+      tool.place(++s, sphere, X_WA * arm_->link_pose(sphere.link));
     } else {
       tool.p_WS[++s].setConstant(std::numeric_limits<double>::quiet_NaN());
     }
@@ -318,6 +317,7 @@ bool CrtkCycle::is_at_goal(bool settled) const noexcept {
 unsigned CrtkCycle::follow(const HapticsOutput& felt) noexcept {
   out_.X_BT_goal = options_.X_WB.inverse() * felt.mapped.X_WT_goal;
   out_.jaw = felt.mapped.jaw;
+  out_.tau_gripper = in_.handle.valid ? felt.tau_gripper : 0.0;
   out_.move = options_.own_teleop && !options_.virtual_follower && felt.mapped.engaged;
   if (felt.mapped.engaged) engaged_at_ = last_.t;
   const bool at_goal = in_.homed && is_at_goal(last_.t - engaged_at_ > kSettled);

@@ -47,11 +47,12 @@ struct CrtkGates {
 /// Result of a step.
 struct CrtkOutput {
   Tick tick{};
-  Wrench F;              ///< wrench to command, in the frame of the leader or of its tip [N, N m]
-  bool command = false;  ///< true: send F; false: send no wrench at all
-  Pose X_BT_goal;        ///< goal of the tool
-  double jaw = 0.0;      ///< goal of the jaw angle [rad]
-  bool move = false;     ///< true: send the goals of tool and jaw
+  Wrench F;                  ///< wrench to command, in the frame of the leader or of its tip [N, N m]
+  bool command = false;      ///< true: send F; false: send no wrench at all
+  Pose X_BT_goal;            ///< goal of the tool
+  double jaw = 0.0;          ///< goal of the jaw angle [rad]
+  double tau_gripper = 0.0;  ///< torque on the operator's fingers, positive when it opens them [N m]
+  bool move = false;         ///< true: send the goals of tool and jaw
 };
 
 /// The wrench F is always finite and below its cap, and in real time it never grows faster than its rate cap, whatever

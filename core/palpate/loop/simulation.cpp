@@ -64,10 +64,11 @@ Simulation::Simulation(const SimulationOptions& options, arm::Arm leader, arm::A
       follower_model_(follower),
       thread_(options_.realtime),
       front_(cycle_.contact(), std::move(scene), options_.rate) {
-  leader_.reset(options_.q_leader0);
-  follower_.reset(options_.q_follower0, options_.mapping.jaw_min);
   leader.update(options_.q_leader0, JointVector::Zero(leader.n()));
   hand_.start(leader.tip());
+  leader_.pinch(hand_.pinch());
+  leader_.reset(options_.q_leader0);
+  follower_.reset(options_.q_follower0, options_.mapping.jaw_start);
   in_.scene = &front_.scene();
   if (tool_contact_) tool_contact_->check(front_.scene());
   if (options_.source != force::Source::contact && !options_.follower.driven) {
@@ -155,7 +156,7 @@ bool Simulation::wake(const Wake& w) noexcept {
   front_.keep(tick_);
   const auto zero = [](const double (&x)[3]) { return x[0] == 0.0 && x[1] == 0.0 && x[2] == 0.0; };
   const bool quiet = zero(tick_.F_H_L) && zero(tick_.t_H_L);
-  return !(w.stopping && quiet);
+  return !(w.stopping && quiet && !cycle_.moves());
 }
 
 // Takes the controls, scene and fixtures that were set since the last tick.
@@ -165,6 +166,10 @@ void Simulation::take(bool stopping) noexcept {
     in_.controls.following = false;
     in_.controls.paused = false;
   }
+  if (!cycle_.moves()) front_.take_motion();
+  in_.motion = &front_.motion();
+  in_.order = front_.take_order();
+  in_.order.stop |= stopping;
   turn_hand();
   const bool other = front_.take_scene(now());
   in_.scene = &front_.scene();
