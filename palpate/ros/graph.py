@@ -114,10 +114,10 @@ def measure(seconds: float = 3.0, network: bool = False) -> Graph:
         for name in sorted(set(names))
     ]
     twice = sorted(name for name, n in Counter(names).items() if n > 1)
-    return Graph(seconds, nodes, topics, twice, [one.name for one in topics if _is_shared(one)])
+    return Graph(seconds, nodes, topics, twice, [one.name for one in topics if is_shared(one)])
 
 
-def _is_shared(topic: TopicFacts) -> bool:
+def is_shared(topic: TopicFacts) -> bool:
     """True if several nodes publish the topic. A haptic node and its guardian, which takes over from it, count as one.
 
     Their names are palpate_writer_MARK and palpate_guardian_MARK.
