@@ -49,7 +49,7 @@ def measure(lab: Lab, short: bool = False) -> Found:
 
 def measure_stiffening(lab: Lab, short: bool = False) -> Found:
     """Errors with the stiffening coefficient c = 1."""
-    cells, depths = (CELLS[:1], (0.25,)) if short else (CELLS[1:2], HIGHER)
+    cells, depths = (CELLS[:1], (0.5,)) if short else (CELLS[1:2], HIGHER)
     table = np.array([errors(lab, cell, depths, 1.0) for cell in cells])
     flat = np.array(depths) <= 0.5
     rows = [at_most("stiffening tissue: error up to R/2", 100.0 * np.abs(table[:, flat]).max(), 6.0)]

@@ -28,9 +28,14 @@ class Found:
 
 def at_most(name: str, value: float, limit: float, unit: str = "%") -> Row:
     """A row whose value must not exceed the limit; NaN does not meet it."""
-    return {"name": name, "value": float(value), "unit": unit, "asked": limit, "least": False, "met": bool(value <= limit)}
+    return _row(name, value, limit, unit, least=False)
 
 
 def at_least(name: str, value: float, limit: float, unit: str = "%") -> Row:
     """A row whose value must reach the limit."""
-    return {"name": name, "value": float(value), "unit": unit, "asked": limit, "least": True, "met": bool(value >= limit)}
+    return _row(name, value, limit, unit, least=True)
+
+
+def _row(name: str, value: float, limit: float, unit: str, *, least: bool) -> Row:
+    met = bool(value >= limit if least else value <= limit)
+    return {"name": name, "value": float(value), "unit": unit, "asked": limit, "least": least, "met": met}
