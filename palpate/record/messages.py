@@ -94,7 +94,12 @@ def _definition(name: str) -> str:
     return text
 
 
-_OTHERS = {"tf2_msgs/msg/TFMessage", "std_msgs/msg/String", "visualization_msgs/msg/MarkerArray", "std_msgs/msg/Int16MultiArray"}
+_OTHERS = {
+    "tf2_msgs/msg/TFMessage",
+    "std_msgs/msg/String",
+    "visualization_msgs/msg/MarkerArray",
+    "std_msgs/msg/Int16MultiArray",
+}
 DEFINITIONS = {
     schema: _definition(schema.replace("/msg/", "/")) for schema in sorted({*TYPE_OF_PART.values(), *_OTHERS})
 }

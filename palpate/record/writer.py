@@ -26,7 +26,6 @@ CHUNKS_PER_SECOND = 4
 """Chunks per second of run time; a killed run loses at most one chunk."""
 
 
-
 class Recorder:
     """Record a run into one MCAP file.
 

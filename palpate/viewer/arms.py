@@ -59,9 +59,7 @@ class ArmDrawing:
 class _Skin:
     """The primitives of one colour."""
 
-    def __init__(
-        self, scene: viser.SceneApi, name: str, look: tuple[Color, list[Visual]], links: list[str]
-    ) -> None:
+    def __init__(self, scene: viser.SceneApi, name: str, look: tuple[Color, list[Visual]], links: list[str]) -> None:
         color, visuals = look
         self._p_LV, triangles, owner = merged(visuals)
         self._link = np.array([links.index(visual.link) for visual in visuals])[owner]
@@ -79,7 +77,5 @@ class _Skin:
 def _mixed(own: tuple[float, ...], tint: Color | None) -> Color:
     """Colour of a visual (0 to 1) with a share of the tint, 0 to 255."""
     share = 0.0 if tint is None else TINT
-    r, g, b = (
-        round((1.0 - share) * 255.0 * c + share * t) for c, t in zip(own[:3], tint or (0, 0, 0), strict=True)
-    )
+    r, g, b = (round((1.0 - share) * 255.0 * c + share * t) for c, t in zip(own[:3], tint or (0, 0, 0), strict=True))
     return r, g, b

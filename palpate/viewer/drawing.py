@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import viser
+from numpy.typing import NDArray
 
 from palpate.arm.ecm import Ecm
 from palpate.arrays import Array
@@ -94,9 +95,9 @@ class Drawing:
         for organ in holding or self._organs:
             organ.see_through(share)
 
-    def deform(self, index: int, vertices: Array, colors: Array | None = None) -> None:
+    def deform(self, index: int, vertices: Array, bands: NDArray[np.int64] | None = None) -> None:
         """Draws a soft object as deformed; see `OrganDrawing.deform`."""
-        self._organs[index].deform(vertices, colors)
+        self._organs[index].deform(vertices, bands)
 
     def set_light(self, light: bool) -> None:
         """Draws the objects with fewer triangles, for a browser without a graphics card."""

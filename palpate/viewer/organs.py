@@ -14,7 +14,7 @@ from palpate.record import live
 from palpate.record.ticks import Ticks
 from palpate.viewer.dent import Press
 from palpate.viewer.patch import PatchCutter
-from palpate.viewer.skins import Color, ColoredSkin, PlainSkin, Skin
+from palpate.viewer.skins import BandedSkin, Color, ColoredSkin, PlainSkin, Skin
 from palpate.viewer.stage import RegionMark, TouchedObject
 
 TINT: Color = (222, 178, 62)
@@ -32,7 +32,7 @@ class OrganDrawing:
         self._moving, self._slot, self._X_WO = obj.moving, obj.slot, np.array(obj.X_WO)
         self._takes_dents = not obj.is_cloud
         self._scene, self._share = scene, 0.0
-        self._coloured: ColoredSkin | None = None
+        self._coloured: BandedSkin | None = None
         self.holds = obj.holds or bool(obj.regions)
         self._name = f"/objects/{obj.name}"
         X = SE3.from_matrix(obj.X_WO)
@@ -116,25 +116,24 @@ class OrganDrawing:
             skin.show(patch.vertices, patch.triangles[patch.labels == k])
         self._is_pressed = True
 
-    def deform(self, vertices: Array, colors: Array | None = None) -> None:
+    def deform(self, vertices: Array, bands: NDArray[np.int64] | None = None) -> None:
         """Draws a soft object as deformed; from then on it takes no dents.
 
         Args:
             vertices: (n, 3) in O [m], in the order of the drawn object.
-            colors: (n, 3) colour of each vertex, 0 to 255; None: those of the object.
+            bands: (m,) number of the colour in `skins.BANDS` of each triangle; None: the object's own colours.
         """
         if self._is_pressed:
             self._release()
         self._takes_dents = False
         self._vertices = vertices
-        none = self._triangles[:0]
-        if colors is not None and self._coloured is None:
-            self._coloured = ColoredSkin(self._scene, f"{self._name}/coloured")
+        if bands is not None and self._coloured is None:
+            self._coloured = BandedSkin(self._scene, f"{self._name}/coloured")
             self._coloured.see_through(self._share)
         if self._coloured is not None:
-            shaded = vertices if colors is None else np.hstack([vertices, colors])
-            self._coloured.show(shaded, none if colors is None else self._triangles)
-        self._draw(np.full(len(self._triangles), colors is None))
+            none = np.full(len(self._triangles), -1)
+            self._coloured.show(vertices, self._triangles, none if bands is None else bands)
+        self._draw(np.full(len(self._triangles), bands is None))
 
     def _in_object(self, centre: Array, radius: float, point: Array, normal: Array | None) -> Press:
         assert self._cutter is not None

@@ -24,6 +24,7 @@ from palpate.viewer.pair_gauges import PairGauges
 from palpate.viewer.picture import Picture
 from palpate.viewer.run_buttons import RunButtons, Runner
 from palpate.viewer.server import close_server, open_server, url
+from palpate.viewer.soft_objects import SoftObjects
 from palpate.viewer.stage import Stage
 from palpate.viewer.surgeon import SurgeonView
 
@@ -151,6 +152,10 @@ class PairsViewer:
             camera = self._camera
             with gui.add_folder("Endoscope"):
                 self.surgeon = SurgeonView(self._server, camera.placed, lambda: camera.q, self._ticks)
+        name, stage = next(iter(stages.items()))
+        self.soft = None
+        if any(obj.soft for obj in stage.objects):
+            self.soft = SoftObjects(gui, stage, self.drawings[name], sources[name])
         with gui.add_folder("Run"):
             self.run = RunButtons(gui, runner, bool(getattr(runner, "recording", False)))
             self.run.pause.on_update(lambda _: self._pause())
@@ -201,6 +206,8 @@ class PairsViewer:
                 self.handles[name].show(ticks[name])
             if self._camera is not None:
                 next(iter(self.drawings.values())).show_ecm(self._camera.q)
+            if self.soft is not None:
+                self.soft.show()
             self._gauges.add(ticks)
             if self.frames % FRAMES_PER_READOUT == 0:
                 self._gauges.show(ticks, self.run.pause.value)

@@ -105,7 +105,9 @@ def _rates(times: list[float]) -> dict[str, float]:
     """Frames per second: mean, of the median frame, and of the slowest one. times: of the frames [ms]."""
     gaps = np.diff(times)
     if len(gaps) < 2:
-        raise PalpateError("the browser drew no frames", why="the machine has no time for it, or the scene stands still")
+        raise PalpateError(
+            "the browser drew no frames", why="the machine has no time for it, or the scene stands still"
+        )
     return {"fps": 1e3 / gaps.mean(), "fps_p50": 1e3 / float(np.median(gaps)), "fps_worst": 1e3 / gaps.max()}
 
 
