@@ -106,6 +106,7 @@ def test_two_spheres_oscillate_where_one_is_certified(two):
     alone, both = certify_all(two.scene, rig=two)
     assert (alone.verdict, both.verdict) == ("stable", "unstable")
     assert both.k_max == pytest.approx(0.5 * alone.k_max, rel=0.05)
+    assert both.k_max == pytest.approx(1150.0, rel=0.01), "docs/certificate.md"
     assert "2 of its spheres" in both.worst
     one = build(palpate.Scene.parse(SCENE.format(K=1400, B=0, spheres="")))
     assert not certificate_arms.swings(one, Z, 1400.0, 0.0)
