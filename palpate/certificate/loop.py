@@ -42,6 +42,7 @@ _PER_PERIOD = 30  # number of evenly spaced frequencies per turn of the delay's 
 _LOWEST = 1e-4  # lowest frequency of the grid, as a fraction of the Nyquist frequency
 _RESONANT = 0.1  # damping ratio below which the grid is refined around a pole
 _REFINEMENTS = 40  # bisection steps per crossing
+_SECANTS = 10  # steps of the faster search that is tried first
 _REFINED = 4  # number of lowest crossings that are refined
 _PERTURBATION = 1e-9  # relative perturbation of A that separates equal poles
 
@@ -207,12 +208,19 @@ class SampledLoop:
         guess = re[change] + fraction * (re[change + 1] - re[change])
         near = np.maximum(re[change], re[change + 1]) > 0.0  # interpolation may give a small positive value below zero
         change = change[near][np.argsort(guess[near])][:_REFINED]
-        low, high, below = self.grid[change], self.grid[change + 1], np.signbit(im[change])
-        for _ in range(_REFINEMENTS if len(change) else 0):
+        low, high = self.grid[change], self.grid[change + 1]
+        if not len(change):
+            return low, low
+        found = _illinois(lambda x: f(np.exp(1j * x)).imag, low, high, im[change], im[change + 1])
+        there = f(np.exp(1j * found))
+        if np.all(np.abs(there.imag) <= 1e-10 * np.abs(there.real)):
+            return found, there.real
+        below = np.signbit(im[change])  # a sign that changes at a pole, where the secant does not converge
+        for _ in range(_REFINEMENTS):
             middle = 0.5 * (low + high)
             same = np.signbit(f(np.exp(1j * middle)).imag) == below
             low, high = np.where(same, middle, low), np.where(same, high, middle)
-        return low, f(np.exp(1j * low)).real if len(change) else low
+        return low, f(np.exp(1j * low)).real
 
     def K_max(self, B: float) -> tuple[float, float]:
         """Largest stable K [N/m] for this B, and the frequency of the oscillation at this limit [rad/s].
@@ -227,3 +235,14 @@ class SampledLoop:
             return 0.0, 0.0
         K, w = self.crossings(B)
         return (float(K[0]), float(w[0])) if len(K) else (np.inf, 0.0)
+
+
+def _illinois(f: Callable[[Array], Array], a: Array, b: Array, f_a: Array, f_b: Array) -> Array:
+    """Roots of f between a and b (m,) after a few steps of the Illinois method (Dowell and Jarratt 1971, BIT 11)."""
+    for _ in range(_SECANTS):
+        c = (a * f_b - b * f_a) / (f_b - f_a)
+        f_c = f(c)
+        crossed = np.signbit(f_c) != np.signbit(f_b)
+        a, f_a = np.where(crossed, b, a), np.where(crossed, f_b, 0.5 * f_a)
+        b, f_b = c, f_c
+    return b

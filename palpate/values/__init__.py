@@ -89,15 +89,16 @@ class Section(BaseModel):
     def _convert_units(cls, data: Any) -> Any:
         if not isinstance(data, dict):
             return data
-        return {key: _converted(cls, key, value) if _has_text(value) else value for key, value in data.items()}
+        return {key: _converted(cls, key, value) if _has_quantity(value) else value for key, value in data.items()}
 
 
-def _has_text(value: Any) -> bool:
+def _has_quantity(value: Any) -> bool:
+    """Whether a text in the value is a number with letters; only then the source is read for the field's unit."""
     if isinstance(value, (list, tuple)):
-        return any(map(_has_text, value))
+        return any(map(_has_quantity, value))
     if isinstance(value, dict):
-        return any(map(_has_text, value.values()))
-    return isinstance(value, str)
+        return any(map(_has_quantity, value.values()))
+    return isinstance(value, str) and units.has_unit(value)
 
 
 def _converted(section: type[Section], key: Any, value: Any) -> Any:

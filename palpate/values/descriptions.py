@@ -8,6 +8,7 @@ import re
 import textwrap
 from functools import cache
 from itertools import pairwise
+from pathlib import Path
 
 from pydantic import BaseModel
 
@@ -33,12 +34,20 @@ def descriptions(model: type[BaseModel]) -> dict[str, str]:
     return {name: text for name, text in found.items() if name in model.model_fields}
 
 
+@cache
+def _classes(file: str) -> dict[str, ast.ClassDef]:
+    """Classes at the top of a source file, by name; one parse is much faster than inspect.getsource of each class."""
+    tree = ast.parse(Path(file).read_text(encoding="utf-8"))
+    return {node.name: node for node in tree.body if isinstance(node, ast.ClassDef)}
+
+
 def _below_fields(cls: type[BaseModel]) -> dict[str, str]:
     try:
-        tree = ast.parse(textwrap.dedent(inspect.getsource(cls)))
+        found = _classes(inspect.getfile(cls)).get(cls.__qualname__)
+        node = found or ast.parse(textwrap.dedent(inspect.getsource(cls))).body[0]
     except (OSError, TypeError):
         return {}
-    body = next(node for node in tree.body if isinstance(node, ast.ClassDef)).body
+    body = node.body if isinstance(node, ast.ClassDef) else []
     return {
         field.target.id: inspect.cleandoc(text.value.value)
         for field, text in pairwise(body)

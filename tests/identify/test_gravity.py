@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 import pytest
 import synthetic_arm as synthetic
-from threadpoolctl import threadpool_info
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from palpate import Arm
 from palpate.arm.coupling import drives
@@ -202,7 +202,9 @@ def test_fit_uses_one_core():
         return {pool["num_threads"] for pool in threadpool_info()}
 
     np.linalg.inv(np.eye(3))
-    assert threads() == {1}
+    with threadpool_limits(2):
+        assert {pool["num_threads"] for pool in threadpool_info()} == {2}, "control"
+        assert threads() == {1}
 
 
 @pytest.mark.parametrize("moving", [[1], [1, 2], [3, 4, 5]])

@@ -37,6 +37,7 @@ class Figures(TypedDict):
     """Result of the benchmark. The keys are the documented contract of ``--json``."""
 
     runs: int
+    sessions: int
     simulated_s: float
     workers: int
     sessions_s: float
@@ -54,6 +55,7 @@ def run(
     turns: int = TURNS,
     scene: Path | None = None,
     on_progress: Callable[[str], None] = lambda _: None,
+    sessions: int = 0,
 ) -> Figures:
     """Measure; the result has the keys of `palpate bench simulate` in docs/json.md.
 
@@ -63,14 +65,18 @@ def run(
         turns: number of alternations of sessions and `simulate`.
         scene: scene file; default: the shipped palpation scene.
         on_progress: called after each measurement.
+        sessions: number of runs that are also single sessions, spread over all; their time is scaled to all runs.
+            0: every run.
     """
     base = Scene.load(scene or default_scene())
     variations = [Variation(base, {"objects.0.stiffness": float(K)}) for K in np.linspace(_SOFTEST, _STIFFEST, runs)]
     memory = _memory_of_a_run(variations[0])
-    took, same = _alternate(variations, seconds, turns, on_progress)
+    sample = np.unique(np.linspace(0, runs - 1, min(sessions or runs, runs)).round().astype(int)).tolist()
+    took, same = _alternate(variations, sample, seconds, turns, on_progress)
     consecutive, parallel = (statistics.median(took[name]) for name in took)
     return {
         "runs": runs,
+        "sessions": len(sample),
         "simulated_s": seconds,
         "workers": cores(),
         "sessions_s": consecutive,
@@ -84,20 +90,29 @@ def run(
 
 
 def _alternate(
-    variations: list[Variation], seconds: float, turns: int, on_progress: Callable[[str], None]
+    variations: list[Variation],
+    sample: list[int],
+    seconds: float,
+    turns: int,
+    on_progress: Callable[[str], None],
 ) -> tuple[dict[str, list[float]], bool]:
-    """Times of all turns [s] for sessions and for `simulate`, and whether both compute the same numbers."""
+    """Times of all turns [s] for sessions and for `simulate`, and whether both compute the same numbers.
+
+    Sessions compute the variations of the sample alone, and their time is scaled to all.
+    """
     took: dict[str, list[float]] = {"sessions": [], "simulate": []}
     same = True
     for turn in range(turns):
         answers: dict[str, list[Numbers]] = {}
         for name in took if turn % 2 == 0 else reversed(took):
             began = time.perf_counter()
+            some = [variations[i] for i in sample] if name == "sessions" else variations
             compute = _consecutive if name == "sessions" else _parallel
-            answers[name] = compute(variations, seconds)
-            took[name].append(time.perf_counter() - began)
-            on_progress(f"{len(variations)} runs of {seconds:g} s, {name}: {took[name][-1]:.1f} s")
-        same = same and answers["sessions"] == answers["simulate"]
+            answers[name] = compute(some, seconds)
+            spent = time.perf_counter() - began
+            took[name].append(spent * len(variations) / len(some))
+            on_progress(f"{len(some)} runs of {seconds:g} s, {name}: {spent:.1f} s")
+        same = same and answers["sessions"] == [answers["simulate"][i] for i in sample]
     return took, same
 
 
@@ -144,7 +159,7 @@ def table(result: Figures) -> Table:
     same = "the same numbers" if result["identical"] else "DIFFERENT NUMBERS"
     out.caption_justify = "left"
     out.caption = (
-        f"{100 * result['share']:.0f} % of the time with {result['workers']} threads; {same};\n"
+        f"{result['sessions']} sessions measured; {100 * result['share']:.0f} % of the time with {result['workers']} threads; {same};\n"
         f"{result['memory_per_run_bytes'] / 2**20:.2f} MB a run in flight; load of the machine {result['load']:.1f}"
     )
     return out
