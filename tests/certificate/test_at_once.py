@@ -42,7 +42,7 @@ def test_objects_within_the_tips_diameter_are_a_group(x, more, found):
 
 def test_a_tool_of_several_spheres_reaches_over_its_length():
     apart = rig(ball("a", 0.0), ball("b", 0.06))  # a gap of 20 mm
-    assert (groups(apart, 0.019), groups(apart, 0.021)) == ([], [(0, 1)])
+    assert (groups(apart, 0.018), groups(apart, 0.021)) == ([], [(0, 1)])
 
 
 def test_surfaces_that_cross_far_from_all_vertices_are_a_group():
