@@ -97,6 +97,6 @@ def test_the_schema_states_the_ranges_of_stiffness_and_colour():
 @pytest.mark.parametrize("module", ["palpate.values", "builtins"])
 def test_a_section_without_source_has_no_descriptions(module):
     """A class made at run time: its module has no such class (OSError), or no file (TypeError)."""
-    made = type(f"Made{module[0]}", (values.Section,), {"__module__": module, "__annotations__": {"x": float}})
+    made = type(f"Made{module[0]}", (values.Section,), {"__module__": module, "__annotations__": {"x": int}})
     assert descriptions(made) == {}
     assert unit_of(made, "x") == ""
