@@ -20,6 +20,8 @@ ROOT = Path(__file__).resolve().parents[1]
 RUNS: dict[str, tuple[str, tuple[str, ...]]] = {
     "wall": ("study wall --hands 100", ("curve", "sensitivity")),
     "certificate": ("study certificate --devices 500", ("devices",)),
+    "passivity": ("study passivity", ()),
+    "registration": ("study registration", ("layouts",)),
     "planning": ("bench planning", ()),
     "tissue": ("bench tissue", ()),
 }

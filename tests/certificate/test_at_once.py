@@ -40,6 +40,11 @@ def test_objects_within_the_tips_diameter_are_a_group(x, more, found):
     assert groups(rig(ball("a", 0.0), ball("b", x, more))) == found
 
 
+def test_a_tool_of_several_spheres_reaches_over_its_length():
+    apart = rig(ball("a", 0.0), ball("b", 0.06))  # a gap of 20 mm
+    assert (groups(apart, 0.018), groups(apart, 0.021)) == ([], [(0, 1)])
+
+
 def test_surfaces_that_cross_far_from_all_vertices_are_a_group():
     long = "{{name: {}, box: {{size: [{}, {}, 0.01]}}}}"
     assert groups(rig(long.format("a", 0.3, 0.01), long.format("b", 0.01, 0.3))) == [(0, 1)]

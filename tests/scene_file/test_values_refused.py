@@ -7,6 +7,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from palpate import values
 from palpate.values import units
+from palpate.values.descriptions import descriptions, unit_of
 
 ANY = ["Number", "Positive", "NotNegative"]
 
@@ -59,8 +60,13 @@ def test_every_unit_has_its_size_and_its_dimension():
                 assert units.convert(f"2 {name}", other) is None, (name, other)
 
 
-@pytest.mark.parametrize(("unit", "names"), [("m", "um, mm, cm, m, in"), ("m, rad", "um, mm, cm, m, in"),
-                                             ("rad", "rad, mrad, deg"), ("N/m", "N/m"), ("furlong", "furlong")])  # fmt: skip
+@pytest.mark.parametrize(
+    ("unit", "names"),
+    [
+        *(("m", "um, mm, cm, m, in"), ("m, rad", "um, mm, cm, m, in")),
+        *(("rad", "rad, mrad, deg"), ("N/m", "N/m"), ("furlong", "furlong")),
+    ],
+)
 def test_other_ways_to_write_a_unit(unit, names):
     assert units.examples(unit) == names
 
@@ -86,3 +92,11 @@ def test_the_schema_states_the_ranges_of_stiffness_and_colour():
     assert text == {"type": "string", "pattern": "^#[0-9a-fA-F]{6}$"}
     assert numbers == {"type": "array", "items": {"type": "integer", "minimum": 0, "maximum": 255},
                        "minItems": 3, "maxItems": 3}  # fmt: skip
+
+
+@pytest.mark.parametrize("module", ["palpate.values", "builtins"])
+def test_a_section_without_source_has_no_descriptions(module):
+    """A class made at run time: its module has no such class (OSError), or no file (TypeError)."""
+    made = type(f"Made{module[0]}", (values.Section,), {"__module__": module, "__annotations__": {"x": int}})
+    assert descriptions(made) == {}
+    assert unit_of(made, "x") == ""
