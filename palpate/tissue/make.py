@@ -117,12 +117,13 @@ def _mend(mesh: Mesh) -> str:
     if mesh.report.open_edges == 0:
         return f"give a closed surface; {command} corrects its winding only"
     narrow = 0.1 * float(np.linalg.norm(mesh.report.extents_m))  # the default of --hole
-    for widest, option in ((narrow, ""), (np.inf, " --hole ")):
+    wide = 0.0
+    for widest in (narrow, np.inf):
         vertices, triangles, done = repair(mesh.core, widest)
         with quiet():
             closed = Mesh(vertices, triangles).report.watertight
         if closed:
-            size = f"{option}{math.ceil(wide)}" if option else ""
+            size = f" --hole {math.ceil(wide)}" if wide > 0.0 else ""
             return f"{command}{size} closes it (holes filled: {done.filled}); then use mended.stl"
         wide = done.widest_left_mm
     return f"{command} would leave holes of up to {wide:.3g} mm open: close them in the program that made the surface"

@@ -50,7 +50,9 @@ def warn_of_tissue(found: TissueFindings, where: str) -> None:
     """Warn of a mesh whose motion or time step suffers."""
     if found.added_mass_percent > MUCH_MASS:
         what = f"{where}: {found.added_mass_percent:.0f} % of mass is added to make the time step stable"
-        mend = "it swings more slowly than it should: a coarser resolution, a lower modulus or a smaller step needs less"
+        mend = (
+            "it swings more slowly than it should: a coarser resolution, a lower modulus or a smaller step needs less"
+        )
         warnings.warn(PalpateWarning(what, mend=mend), stacklevel=2)
     if found.poor_tets:
         what = f"{where}: {found.poor_tets:,} tetrahedra are poor (quality below {POOR:g})"
