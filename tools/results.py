@@ -23,7 +23,8 @@ RUNS: dict[str, tuple[str, tuple[str, ...]]] = {
     "passivity": ("study passivity", ()),
     "registration": ("study registration", ("layouts",)),
     "planning": ("bench planning", ()),
-    "tissue": ("bench tissue", ()),
+    "tissue": ("bench tissue", ("tick_ms", "control_ms", "viscosity")),
+    "tissue_times": ("bench tissue --only ticks --only mujoco", ()),  # on an idle machine
 }
 """Arguments of `palpate`, and the keys of its JSON that no page needs."""
 

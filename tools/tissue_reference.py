@@ -4,7 +4,7 @@
     python tools/tissue_reference.py --again   # all
 
 The forces are relative to E R^2, for a sphere of radius R on a layer of thickness h bonded to a rigid ground. Their
-error is .5 %: half the size of the elements changes them by .4 %. Over a lump they change by 1.3 % from 6 to 10
+error is .5 %: half the size of the elements changes them by .4 %. Over a lump they change by up to 1.5 % from 6 to 10
 elements for one radius.
 """
 
