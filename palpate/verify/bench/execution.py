@@ -67,14 +67,23 @@ def _lockstep(rig: Rig, problem: Problem, plan: Plan, t: float) -> tuple[float, 
     return _rested(np.array([session.step().tick for _ in range(round(_AFTER * session.rate))]), asked)
 
 
+class _Watched(Session):
+    """A session that keeps all ticks of its loop."""
+
+    def __init__(self, rig: Rig) -> None:
+        super().__init__(rig.scene, rig=rig)
+        self.rows: list[Ticks] = []
+
+    def _take(self, ticks: Ticks, realtime: bool = False) -> None:
+        self.rows.append(ticks)
+        super()._take(ticks, realtime)
+
+
 def _realtime(rig: Rig, problem: Problem, plan: Plan, t: float) -> tuple[float, float]:
     """The request comes from this thread, at any moment between two ticks; all ticks of the loop are looked at."""
-    session = Session(rig.scene, rig=rig)
+    session = _Watched(rig)
     session.change(following=False)
     execution = session.execute(plan, problem=problem)
-    rows: list[Ticks] = []
-    take = session._take
-    session._take = lambda ticks, realtime=False: (rows.append(ticks), take(ticks, realtime))[1]  # type: ignore[method-assign]
     session.start()
     try:
         while execution.time < t:
@@ -84,7 +93,7 @@ def _realtime(rig: Rig, problem: Problem, plan: Plan, t: float) -> tuple[float, 
         time.sleep(2.0 * _AFTER)
     finally:
         session.stop()
-    ticks = np.concatenate(rows)
+    ticks = np.concatenate(session.rows)
     return _rested(ticks[(ticks["t"] >= asked) & (ticks["t"] < asked + _AFTER)], asked)
 
 

@@ -63,8 +63,8 @@ def _in_slot(problem: Problem, checker: Checker, side: float, rng: np.random.Gen
         x = np.cross(rng.normal(size=3), z)
         x /= np.linalg.norm(x)
         X[:3, :3] = np.stack([x, np.cross(z, x), z], axis=1)
-        x, y, z = side * (_EDGE + rng.uniform(-0.001, 0.004)), rng.uniform(-0.03, 0.03), rng.uniform(-0.002, 0.002)
-        X[:3, 3] = _MIDDLE + np.array([x, y, z])
+        depth, along, above = rng.uniform(-0.001, 0.004), rng.uniform(-0.03, 0.03), rng.uniform(-0.002, 0.002)
+        X[:3, 3] = _MIDDLE + np.array([side * (_EDGE + depth), along, above])
         found = goals.solutions(arm, X_BW @ X, arm.home, int(rng.integers(1 << 30)))
         for q in [] if isinstance(found, goals.Unreachable) else found:
             if checker.refusal(q, problem.clearance + 3e-4) is None and _leaves(problem, checker, X, q, side):
