@@ -60,6 +60,8 @@ class Command:
     """Send frames and force to 3D Slicer during the run, on this port of 127.0.0.1 (docs/frames.md); e.g. 18944."""
     plan: Annotated[Path | None, arg(metavar="FILE.yaml")] = None
     """Let this motion plan move the tool first (palpate plan --out); the hand takes over at its end."""
+    record_places: Annotated[Path | None, arg(metavar="FILE.yaml")] = None
+    """Store the follower's joints at each press of the pedal coag: start, way points and goal of a plan."""
     speed: float = 1.0
     """Pace of the plan, 1: as planned [-]."""
     pedals: Annotated[str | None, arg(metavar="KIND:FILE")] = None
@@ -111,6 +113,10 @@ class Command:
 
             say("checking the plan in the scene")
             session.execute(load(self.plan), self.speed)
+        if self.record_places is not None:
+            from palpate.session.places import PlaceRecorder
+
+            PlaceRecorder(session, self.record_places)
         say("computing the stability certificate")
         warn_outside(session.rig)
         return session

@@ -75,7 +75,7 @@ class PlanExecution:
         self._speed, self._paused, self._stop, self._why = _require_speed(speed), False, False, ""
         count = max(2, int(np.ceil(plan.duration_s / _DT)) + 1)
         dt = plan.duration_s / (count - 1)
-        q, v, _ = plan.trajectory.at(dt * np.arange(count))
+        q, v, _ = plan.trajectory.at(np.linspace(0.0, plan.duration_s, count))
         self._until, self._looked_at = ahead.until(0.0), -np.inf
         self.number = executor.execute(q, v, dt, plan.scale, self._speed, self._until, guard)
         """Number of the motion in the signal ``execution_motion``."""

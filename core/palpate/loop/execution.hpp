@@ -51,8 +51,8 @@ enum class ExecutionPhase : std::uint8_t {
 /// goal never jumps and rests within this time after a stop, on the path.
 class Execution {
  public:
-  /// Time in which a motion at full pace comes to rest; 10 ms of the 50 are left to the transport of the request [s].
-  static constexpr double kStopTime = 0.04;
+  /// Time in which the goal of a motion at full pace comes to rest; the servos of the arm follow after it [s].
+  static constexpr double kStopTime = 0.02;
   /// Largest distance of the goal from the start of a motion, as motion of the tip [m], and the time in which it
   /// vanishes after the start [s].
   static constexpr double kNear = 1e-3, kBlend = 0.2;
