@@ -333,8 +333,13 @@ class LiveSession:
         if self.takes_snapshots:
             self._snapshots.take(float(self.latest()["t"]))
 
+    @property
+    def camera_arm(self) -> CameraArm | None:
+        """The endoscope arm, also one that several sessions share; None if the scene has none."""
+        return self.camera
+
     def _camera_joints(self) -> Array | None:
-        return None if self.camera is None else self.camera.q
+        return None if self.camera_arm is None else self.camera_arm.q
 
     def _timed(self, step: Callable[[float], object]) -> None:
         step(float(self.latest()["t"]))
