@@ -30,9 +30,9 @@ def coarser(vertices: Array, triangles: Triangles, most: int) -> tuple[Array, Tr
     _, group = np.unique(np.floor(vertices[:, :3] / cell).astype(np.int64), axis=0, return_inverse=True)
     group = group.reshape(-1)
     count = np.bincount(group)
-    merged = np.stack([np.bincount(group, vertices[:, k]) for k in range(vertices.shape[1])], axis=1)
-    merged /= count[:, None]
+    sums = np.stack([np.bincount(group, vertices[:, k]) for k in range(vertices.shape[1])], axis=1)
+    merged = np.asarray(sums / count[:, None])
     coarse = group[triangles]
     kept = (coarse[:, 0] != coarse[:, 1]) & (coarse[:, 1] != coarse[:, 2]) & (coarse[:, 2] != coarse[:, 0])
     faces, first = np.unique(coarse[kept], axis=0, return_index=True)
-    return merged, faces.astype(np.int32), np.flatnonzero(kept)[first]
+    return merged, faces.astype(np.int32), np.asarray(np.flatnonzero(kept)[first], dtype=np.int64)

@@ -11,7 +11,7 @@ from palpate.record.extra import RATE, TF, Extra, TransformTemplate
 from palpate.record.mcap_file import McapFile
 from palpate.record.messages import DEFINITIONS
 from palpate.record.snapshots import Snapshot
-from palpate.record.ticks import Ticks, nanoseconds
+from palpate.record.ticks import Ticks
 
 
 class ExtraWriter:
@@ -58,7 +58,7 @@ class ExtraWriter:
             messages.append((self._number["/tf"], time, self._template.message(poses, time)))
         due = sum(one.t <= float(ticks["t"][-1]) for one in self._snapshots)
         for one in self._snapshots[:due]:
-            messages.append((self._number[one.topic], max(int(nanoseconds(one.t)), int(log_time[0])), one.data))
+            messages.append((self._number[one.topic], max(round(1e9 * one.t), int(log_time[0])), one.data))
         del self._snapshots[:due]
         messages.sort(key=lambda message: message[1])
         if messages:

@@ -17,7 +17,7 @@ from palpate.errors import RecordError
 from palpate.record.channels import OPTIONAL, Channel, channels
 from palpate.record.mcap_file import MESSAGE_HEAD
 from palpate.record.mcap_scan import Scan, chunk_data, damaged, scan
-from palpate.record.snapshots import QUANTUM, SHAPE, Track, joints_of, shape_of
+from palpate.record.snapshots import CAMERA, QUANTUM, SHAPE, SHAPES, Track, joints_of, shape_of
 from palpate.record.ticks import TICK, TICK_BYTES, Signal, Ticks, Timing
 from palpate.record.writer import TickEncoder, column
 
@@ -94,6 +94,12 @@ class Record:
             return None
         times = np.array([message.log_time for message in found]) / 1e9
         return Track(times, np.stack(values), QUANTUM if read is shape_of else 1.0)
+
+    @cached_property
+    def snapshot_topics(self) -> list[str]:
+        """Topics that `snapshots` reads."""
+        found = [one.topic for one in scan(self.path).channels.values()]
+        return [topic for topic in found if topic == CAMERA or topic.startswith(SHAPES)]
 
     @property
     def duration(self) -> float:

@@ -22,13 +22,14 @@ QUANTUM = 2e-5
 """Unit of a stored displacement [m]: the vertex is at most 0.87 of it away, half a unit along each axis."""
 SHAPE, JOINTS = "std_msgs/msg/Int16MultiArray", "sensor_msgs/msg/JointState"
 CAMERA = "/scene/camera/joints"
+SHAPES = "/scene/shape/"
 _FARTHEST = 32767 * QUANTUM  # largest displacement [m]
 _HEAD = 4  # bytes before the body of a message
 
 
 def topic_of(name: str) -> str:
     """Topic of a soft object's shape; characters that a ROS name cannot have become underscores."""
-    return "/scene/shape/" + "".join(c if c.isascii() and (c.isalnum() or c == "_") else "_" for c in name)
+    return SHAPES + "".join(c if c.isascii() and (c.isalnum() or c == "_") else "_" for c in name)
 
 
 @dataclass(frozen=True)

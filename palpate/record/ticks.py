@@ -19,7 +19,6 @@ Ticks = NDArray[np.void]
 """A structured array of dtype `TICK`, shape (n,)."""
 Timing: TypeAlias = dict[str, Any]
 """Compute time, lateness, slack and missed ticks of a loop, as `Simulation.timing` of the core returns them."""
-_LATEST = 2.0**31 - 1  # a ROS time has 32 bits of seconds
 
 
 @dataclass(frozen=True)
@@ -95,9 +94,3 @@ def as_ticks(rows: NDArray[Any]) -> Ticks:
 def as_rows(ticks: Ticks) -> NDArray[np.float64]:
     """Ticks as plain rows: (n, TICK_DOUBLES) float64, the inverse of `as_ticks`."""
     return np.ascontiguousarray(ticks).view(np.float64).reshape(-1, TICK_DOUBLES)
-
-
-def nanoseconds(t: NDArray[np.float64]) -> NDArray[np.uint64]:
-    """Times [s] rounded to nanoseconds; NaN, infinity and negative values become zero."""
-    seconds = np.clip(np.nan_to_num(t, nan=0.0, posinf=0.0, neginf=0.0), 0.0, _LATEST)
-    return np.rint(seconds * 1e9).astype(np.uint64)

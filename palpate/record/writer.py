@@ -20,10 +20,12 @@ from palpate.record.extra import Extra
 from palpate.record.extra_writer import ExtraWriter
 from palpate.record.mcap_file import MESSAGE_HEAD, Block, McapFile
 from palpate.record.snapshots import Snapshot
-from palpate.record.ticks import TICK, Ticks, as_ticks, nanoseconds
+from palpate.record.ticks import TICK, Ticks, as_ticks
 
 CHUNKS_PER_SECOND = 4
 """Chunks per second of run time; a killed run loses at most one chunk."""
+
+_LATEST = 2.0**31 - 1  # a ROS time has 32 bits of seconds
 
 
 class Recorder:
@@ -257,6 +259,12 @@ class TickEncoder:
             values = ticks[channel.signal.name].reshape(n, -1)
             column(data, message + channel.data, "<f8", channel.signal.size)[:] = values[:, channel.order]
         return Block(data, log_time, self.offsets)
+
+
+def nanoseconds(t: NDArray[np.float64]) -> NDArray[np.uint64]:
+    """Times [s] rounded to nanoseconds; NaN, infinity and negative values become zero."""
+    seconds = np.clip(np.nan_to_num(t, nan=0.0, posinf=0.0, neginf=0.0), 0.0, _LATEST)
+    return np.rint(seconds * 1e9).astype(np.uint64)
 
 
 def column(data: NDArray[np.uint8], offset: int, kind: str, count: int = 1) -> NDArray[Any]:

@@ -118,6 +118,9 @@ class Rig:
                 name = str(self.scene.path_of(i).resolve())
                 section = data["objects"][i]
                 section[obj.source] = name if obj.cloud is None else section["cloud"] | {"file": name}
+            if absolute and obj.tissue is not None and obj.tissue.volume is not None:
+                volume = self.scene.path_to(obj.tissue.volume, self.scene.where("objects", i, "tissue"))
+                data["objects"][i]["tissue"]["volume"] = str(volume.resolve())
         arms = data["arms"]
         for side in ("leader", "follower"):
             path = self.scene.arm_path(side)

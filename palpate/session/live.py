@@ -366,8 +366,13 @@ class LiveSession:
         if self.takes_snapshots:
             self._snapshots.take(float(self.latest()["t"]))
 
+    @property
+    def camera_arm(self) -> CameraArm | None:
+        """The endoscope arm, also one that several sessions share; None if the scene has none."""
+        return self.camera
+
     def _camera_joints(self) -> Array | None:
-        return None if self.camera is None else self.camera.q
+        return None if self.camera_arm is None else self.camera_arm.q
 
     def _watch_execution(self) -> threading.Thread:
         return every(plan_execution.PERIOD, self._look_ahead, self._stop_pump, "execution", self._note)

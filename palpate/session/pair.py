@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Protocol
 
 from palpate import _core
-from palpate.arrays import Array
 from palpate.record.ticks import Ticks
 from palpate.scene.rig import Rig
 from palpate.session.camera import CameraArm
@@ -52,9 +51,10 @@ class PairSession(Session):
     def _own_camera(self) -> CameraArm | None:
         return None  # the pairs of a run have one camera, which all hands steer
 
-    def _camera_joints(self) -> Array | None:
-        camera = self._run.camera
-        return None if camera is None else camera.q
+    @property
+    def camera_arm(self) -> CameraArm | None:
+        """The endoscope arm that all pairs share."""
+        return self._run.camera
 
     def note(self, words: str) -> None:
         """Add a problem outside of the loop to the faults of the summary."""

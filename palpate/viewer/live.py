@@ -35,6 +35,8 @@ PANELS, NARROW_PANELS = 600, 390
 """Width of both panels [pixels]."""
 FRAMES_PER_READOUT, FRAMES_PER_PLOT = 3, 6
 """Frames between two updates of the read-outs (10 Hz) and of the plots (5 Hz)."""
+LIGHT_SLOWER = 2
+"""How many times more frames lie between them in a light picture."""
 
 
 class LiveViewer:
@@ -141,12 +143,13 @@ class LiveViewer:
             self.control_panel.show(tick)
             self.control_panel.resize_ball(self._server)
             self._gauges.add(tick)
-            if frame % FRAMES_PER_READOUT == 0:
+            slower = LIGHT_SLOWER if self.picture.light else 1
+            if frame % (slower * FRAMES_PER_READOUT) == 0:
                 now = self._source.controls
                 self._gauges.show(tick, self.control_panel.pause.value, now.stiffness_scale, now.damping_scale)
                 if self._rates is not None:
                     self._rates.show()
                 ball = self.control_panel.ball
                 self._labels.show(np.array(ball.position), float(ball.radius))
-            if frame % FRAMES_PER_PLOT == 0:
+            if frame % (slower * FRAMES_PER_PLOT) == 0:
                 self._gauges.plot()

@@ -59,8 +59,10 @@ class OrganDrawing:
     def see_through(self, share: float) -> None:
         """Sets the transparency: 0 opaque, up to 0.9."""
         self._share = share
-        for part in (*self._parts, *self._patches, *([self._coloured] if self._coloured else [])):
+        for part in (*self._parts, *self._patches):
             part.see_through(share)
+        if self._coloured is not None:
+            self._coloured.see_through(share)
 
     def set_light(self, light: bool) -> None:
         """Draws at most about `LIGHT_TRIANGLES` triangles, or all of them again."""

@@ -16,10 +16,11 @@ from palpate.record.ticks import Ticks
 from palpate.session import LiveSession, PairsSession
 from palpate.session.console import PEDALS, Console
 from palpate.viewer import views
+from palpate.viewer.arms import Color
 from palpate.viewer.control_panel import BALL, REACH
 from palpate.viewer.controls import set_value
-from palpate.viewer.drawing import Color, Drawing
-from palpate.viewer.live import FRAME_RATE, FRAMES_PER_PLOT, FRAMES_PER_READOUT
+from palpate.viewer.drawing import Drawing
+from palpate.viewer.live import FRAME_RATE, FRAMES_PER_PLOT, FRAMES_PER_READOUT, LIGHT_SLOWER
 from palpate.viewer.pair_gauges import PairGauges
 from palpate.viewer.picture import Picture
 from palpate.viewer.run_buttons import RunButtons, Runner
@@ -209,8 +210,9 @@ class PairsViewer:
             if self.soft is not None:
                 self.soft.show()
             self._gauges.add(ticks)
-            if self.frames % FRAMES_PER_READOUT == 0:
+            slower = LIGHT_SLOWER if self.picture.light else 1
+            if self.frames % (slower * FRAMES_PER_READOUT) == 0:
                 self._gauges.show(ticks, self.run.pause.value)
-            if self.frames % FRAMES_PER_PLOT == 0:
+            if self.frames % (slower * FRAMES_PER_PLOT) == 0:
                 self._gauges.plot()
         self.frames += 1

@@ -23,7 +23,9 @@
 
   const getContext = HTMLCanvasElement.prototype.getContext;
   HTMLCanvasElement.prototype.getContext = function (kind, options) {
-    const plain = software && String(kind).startsWith("webgl") ? { ...options, antialias: false } : options;
+    const plain = software && String(kind).startsWith("webgl")
+      ? { ...options, antialias: false, preserveDrawingBuffer: false } // the buffer is kept by copying it
+      : options;
     return getContext.call(this, kind, plain);
   };
 

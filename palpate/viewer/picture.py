@@ -8,9 +8,9 @@ light while any browser needs it. It starts light, because a slow browser would 
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from html import escape
-from typing import Any
+from typing import Any, cast
 
 import viser
 
@@ -40,10 +40,12 @@ def read(report: str) -> Browser | None:
     """The browser of a report; None if it is not one, for it comes from the network."""
     try:
         found = json.loads(report[:_LONGEST])
-        values = {one.name: type(one.default)(found[one.name]) for one in fields(Browser)}
+        return Browser(
+            str(found["renderer"]), bool(found["software"]), bool(found["slow"]),
+            float(found["fps"]), int(found["width"]), int(found["height"]),
+        )  # fmt: skip
     except (ValueError, KeyError, TypeError, OverflowError):
         return None
-    return Browser(**values)
 
 
 class Picture:
@@ -57,10 +59,11 @@ class Picture:
         self._materials: list[Any] = []
         self._lamps: list[Any] = []
         self._environment: tuple[tuple[Any, ...], dict[str, Any]] | None = None
+        self._background: Any = None
         self._server = server
         self.browsers: dict[int, Browser] = {}
         self.light = True
-        self.scene = Recorder(server.scene, self)
+        self.scene = cast("viser.SceneApi", Recorder(server.scene, self))
         """Where to draw: the nodes made here follow the quality."""
         with server.gui.add_folder("Picture", expand_by_default=False):
             hint = "Light: without shadows, reflections and smooth edges, for a browser without a graphics card"
@@ -90,6 +93,11 @@ class Picture:
     def set_environment(self, *args: Any, **kwargs: Any) -> None:
         """As `configure_environment_map`, for the full picture; the light one has no environment map."""
         self._environment = args, kwargs
+        self._apply()
+
+    def set_background(self, image: Any) -> None:
+        """As `set_background_image`, for the full picture; behind the light one is the page's own."""
+        self._background = image
         self._apply()
 
     def _follow(self) -> None:
@@ -127,6 +135,8 @@ class Picture:
             if self._environment is not None:
                 args, kwargs = ((None,), {}) if self.light else self._environment
                 self._server.scene.configure_environment_map(*args, **kwargs)
+            if self._background is not None:
+                self._server.scene.set_background_image(None if self.light else self._background)
 
 
 class Recorder:
@@ -135,14 +145,11 @@ class Recorder:
     def __init__(self, scene: viser.SceneApi, picture: Picture) -> None:
         self._scene, self._picture = scene, picture
 
-    @property
-    def light(self) -> bool:
-        """True while the picture is light."""
-        return self._picture.light
-
     def __getattr__(self, name: str) -> Any:
         if name == "configure_environment_map":
             return self._picture.set_environment
+        if name == "set_background_image":
+            return self._picture.set_background
         found = getattr(self._scene, name)
         if not name.startswith("add_"):
             return found

@@ -31,7 +31,9 @@ _STYLE = (  # the panels' contents follow their width: by default they keep 220 
     ".uplot-container{max-width:100%}"
     # a slider beside its label and its number would have no length
     ".mantine-Flex-root:has(>div>.mantine-Flex-root>.mantine-Slider-root){flex-direction:column;align-items:stretch!important}"
-    "}</style>"
+    "}"
+    # behind the light picture, which has no background of its own
+    "canvas[data-engine]{background:linear-gradient(rgb(226,233,238),rgb(250,251,252))}</style>"
 )
 _ONE_PIXEL = "data:image/gif;base64,R0lGODlhAQABAAAAACH5BAEKAAEALAAAAAABAAEAAAICTAEAOw=="
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,7 +49,7 @@ def ball(radius: float) -> Surface:
 def merged(visuals: Sequence[Visual]) -> tuple[Array, NDArray[np.uint32], NDArray[np.int64]]:
     """One surface of primitives: vertices (n, 3) [m], each in the frame of its link, triangles (m, 3), and the
     number (n,) of the primitive that a vertex belongs to."""
-    made = {"box": box, "cylinder": cylinder, "sphere": ball}
+    made: dict[str, Callable[..., Surface]] = {"box": box, "cylinder": cylinder, "sphere": ball}
     vertices, triangles, owner, count = [], [], [], 0
     for k, visual in enumerate(visuals):
         points, faces = made[visual.shape](*visual.size)

@@ -70,7 +70,7 @@ class Page:
             raise PalpateError("the page raised an error", why=str(found["exceptionDetails"].get("exception")))
         return found["result"].get("value")
 
-    def wait_for(self, expression: str, timeout: float = 90.0) -> None:
+    def wait_for(self, expression: str, timeout: float = 300.0) -> None:
         """Waits until an expression is true. Raises PalpateError after `timeout` [s]."""
         end = time.monotonic() + timeout
         while not self.evaluate(f"Boolean({expression})"):
