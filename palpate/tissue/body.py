@@ -116,7 +116,7 @@ class Tissue(Surface):
         if width <= small.width:
             return small
         if radius not in self._cores:
-            self._cores[radius] = _core.TissueSurface(self.body, width)
+            self._cores[radius] = _core.TissueSurface(self.body, width, small)
         return self._cores[radius]
 
     def __str__(self) -> str:

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "palpate/guidance/deformed_scope.hpp"
 #include "palpate/loop/soft_objects.hpp"
 
 namespace palpate::loop {
@@ -111,6 +112,7 @@ void Haptics::finish(const HapticsInput& in, const Wrench& F, Tick& tick) noexce
 
 // Lets the fixtures correct the goal and compute their wrench on the tool.
 void Haptics::guide(const HapticsInput& in) noexcept {
+  const guidance::DeformedScope deformed(*in.scene);
   out_.R_WT_mapped = out_.mapped.X_WT_goal.R;
   out_.guided = guidance_.step({in.t, out_.mapped, in.tool, tool_force_, in.handle, in.controls.guidance});
   // A planned goal is free as it is: a fixture that would correct it stops the motion instead (Cycle::guard).
