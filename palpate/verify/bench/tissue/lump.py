@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from palpate.tissue import Tissue
@@ -27,7 +29,8 @@ def with_lump(lab: Lab, cell: float, top: float) -> Tissue:
 def measure(lab: Lab, short: bool = False) -> Found:
     """Error for each depth of the lump, and how much of the added force is felt."""
     cells, tops, depths = ((10e-3,), TOPS[:1], (0.25,)) if short else ((7.5e-3, 5e-3), TOPS, DEPTHS)
-    rows, table = [], []
+    rows = []
+    table: list[dict[str, Any]] = []
     for top in tops:
         truth, bare = (
             np.array(
@@ -49,6 +52,6 @@ def measure(lab: Lab, short: bool = False) -> Found:
                 }
             )
         mine = [row for row in table if row["top"] == top]
-        error = max(abs(e) for row in mine for e in row["error"])  # type: ignore[union-attr]
+        error = max(abs(e) for row in mine for e in row["error"])
         rows.append(at_most(f"lump {1e3 * top:g} mm below the surface: error", 100.0 * error, 10.0))
     return Found(tuple(rows), {"lump": table})

@@ -40,7 +40,7 @@ def measure(lab: Lab, short: bool = False) -> Found:
         if size in LIMITS:
             scaled = times["p50"] * CONTROL_MS / min(before["p50"], now["p50"])
             rows.append(at_most(f"tick of {tets:,} tetrahedra, scaled by the control", scaled, LIMITS[size], "ms"))
-    middle = {key: float(np.median([one[key] for one in controls])) for key in ("p50", "p99")}  # type: ignore[literal-required]
+    middle = {key: float(np.median([one[key] for one in controls])) for key in ("p50", "p99")}
     return Found(tuple(rows), {"tick_ms": ticks, "control_ms": middle})
 
 
