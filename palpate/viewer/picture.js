@@ -61,7 +61,13 @@
       setLevel(level + 1);
     } else if (fps >= AMPLE && level > 0 && blocked[level - 1] < now && ++ample >= 3) setLevel(level - 1);
   };
+  const dismiss = () => {
+    // the library's warning about software rendering covers the scene; the folder "Picture" says the same
+    for (const note of document.querySelectorAll(".mantine-Notification-root"))
+      if (note.textContent.includes("Software WebGL")) note.querySelector("button")?.click();
+  };
   const report = () => {
+    dismiss();
     const canvas = document.querySelector("canvas[data-engine]");
     if (canvas) [state.width, state.height] = [canvas.width, canvas.height];
     const scale = fixed || (light() ? LEVELS[level] : null);

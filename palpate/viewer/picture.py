@@ -65,7 +65,7 @@ class Picture:
         self.light = True
         self.scene = cast("viser.SceneApi", Recorder(server.scene, self))
         """Where to draw: the nodes made here follow the quality."""
-        with server.gui.add_folder("Picture", expand_by_default=False):
+        with server.gui.add_folder("Picture"):
             hint = "Light: without shadows, reflections and smooth edges, for a browser without a graphics card"
             self.mode = server.gui.add_dropdown("quality", MODES, initial_value=MODES[0], hint=hint)
             self._words = server.gui.add_html("")
@@ -167,7 +167,7 @@ def in_words(browser: Browser | None, light: bool) -> str:
     if browser is None:
         return "waiting for the browser"
     why = "no graphics card" if browser.software else "slow graphics" if browser.slow else "graphics card"
-    what = "light: no shadows, reflections or smooth edges" if light else "full"
+    what = "light, without shadows and smooth edges" if light else "full"
     rate = f"{browser.fps:.0f} frames/s, " if browser.fps > 0.0 else ""
     drawn = f"{rate}{browser.width} x {browser.height} pixels"
-    return f"{what}<br>{why} ({escape(browser.renderer[:80])})<br>{drawn}"
+    return f'<span title="{escape(browser.renderer[:200])}">{what}: {why}<br>{drawn}</span>'

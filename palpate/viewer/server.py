@@ -26,7 +26,7 @@ LOOPBACK = ("127.0.0.1", "localhost", "::1")
 """Addresses that only this machine can reach."""
 _GATES: WeakKeyDictionary[viser.ViserServer, Gate] = WeakKeyDictionary()
 _STYLE = (  # the panels' contents follow their width: by default they keep 220 pixels, and are cut off
-    "<style>@media (max-width:1000px){"
+    "<style>@media (max-width:1300px){"
     ".mantine-ScrollArea-content{min-width:0!important;width:100%!important;display:block!important}"
     ".uplot-container{max-width:100%}"
     # a slider beside its label and its number would have no length

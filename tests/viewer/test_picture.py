@@ -51,7 +51,8 @@ def test_starts_light_becomes_full_with_a_graphics_card_and_light_while_one_brow
     assert picture.light
     assert node.material == LIGHT
     assert picture._server.scene.configure_environment_map.call_args.args == (None,)
-    assert "no graphics card (SwiftShader &lt;b&gt;)" in picture._words.content
+    assert "no graphics card" in picture._words.content
+    assert 'title="SwiftShader &lt;b&gt;"' in picture._words.content
     picture._left(SimpleNamespace(client_id=2))
     report(picture, 1, GPU | {"fps": 59})
     assert not picture.light
@@ -87,7 +88,7 @@ def test_bad_reports_change_nothing(picture, content):
 
 def test_words_say_quality_reason_and_rate():
     light = in_words(read(json.dumps(NO_GPU)), True)
-    assert "light: no shadows" in light
+    assert "light, without shadows" in light
     assert "28 frames/s, 640 x 700 pixels" in light
     assert in_words(None, True) == "waiting for the browser"
 

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from palpate.errors import PalpateError
 from palpate.verify.bench.browser import Page, open_browser
 
 SETTLE = 12.0
@@ -92,7 +91,7 @@ def run(
         "drawn": [state["width"], state["height"]],
         "triangles": found["triangles"],
         "draw_calls": found["calls"],
-        **_rates(found["times"]),
+        **_rates(found["times"], duration),
         "updates_per_s": sent / spent,
         "processor_ms_per_frame": {
             name: 1e3 * (after[name] - before.get(name, 0.0)) / frames for name in ("GPU", "renderer") if name in after
@@ -101,14 +100,16 @@ def run(
     }
 
 
-def _rates(times: list[float]) -> dict[str, float]:
-    """Frames per second: mean, of the median frame, and of the slowest one. times: of the frames [ms]."""
+def _rates(times: list[float], duration: float) -> dict[str, float]:
+    """Frames per second: mean over the duration [s], of the median frame, and of the slowest one.
+
+    times: of the frames [ms].
+    """
     gaps = np.diff(times)
-    if len(gaps) < 2:
-        raise PalpateError(
-            "the browser drew no frames", why="the machine has no time for it, or the scene stands still"
-        )
-    return {"fps": 1e3 / gaps.mean(), "fps_p50": 1e3 / float(np.median(gaps)), "fps_worst": 1e3 / gaps.max()}
+    mean = len(times) / duration
+    if not len(gaps):
+        return {"fps": mean, "fps_p50": mean, "fps_worst": mean}
+    return {"fps": mean, "fps_p50": 1e3 / float(np.median(gaps)), "fps_worst": 1e3 / float(gaps.max())}
 
 
 def _control(page: Page, size: tuple[int, int], drawn: tuple[int, int], duration: float) -> dict[str, float]:
@@ -118,7 +119,8 @@ def _control(page: Page, size: tuple[int, int], drawn: tuple[int, int], duration
     before = page.processor_seconds()
     found = page.evaluate(_CONTROL % (*size, *drawn, 1e3 * duration))
     spent = page.processor_seconds()["GPU"] - before["GPU"]
-    return _rates(found["times"]) | {"processor_ms_per_frame": 1e3 * spent / len(found["times"])}
+    frames = max(len(found["times"]), 1)
+    return _rates(found["times"], duration) | {"processor_ms_per_frame": 1e3 * spent / frames}
 
 
 @contextmanager
