@@ -54,9 +54,10 @@ def run(target: str, runs: int, seed: int = 0, on_progress: Callable[[Outcome], 
     outcome, start, late = Outcome(target, 0, seed), time.monotonic(), None
     while outcome.runs < runs and len(outcome.faults) < 20:
         if _campaign(outcome, seed + outcome.runs, seed + runs, on_progress):
-            if late == outcome.runs:  # late twice: not the machine's fault
+            if late != outcome.runs:
+                late = outcome.runs  # the machine may have been busy: this case runs once more
+            else:
                 _lost(outcome, f"endless: no answer within {TIMEOUT:g} s, twice")
-            late = outcome.runs
         outcome.seconds = time.monotonic() - start
     return outcome
 
