@@ -26,3 +26,21 @@ def test_crash_and_exception_are_faults_and_the_other_cases_run():
     assert outcome.faults[1]["what"] == "a violated requirement"
     assert outcome.faults[2]["what"] == "ZeroDivisionError: integer division or modulo by zero"
     assert outcome.counts == {"fine": 5}
+
+
+def test_a_case_is_endless_if_it_is_late_twice(monkeypatch):
+    """Seed 20 is always late, and seed 21 once, as on a machine that is busy for a moment."""
+    was_late = set()
+
+    def campaign(outcome, first, end, on_progress):
+        for seed in range(first, end):
+            if seed == 20 or (seed == 21 and seed not in was_late):
+                was_late.add(seed)
+                return True
+            outcome.runs = seed + 1 - outcome.seed
+        return False
+
+    monkeypatch.setattr(fuzz, "_campaign", campaign)
+    outcome = fuzz.run("fuzz_cases", 4, 19)
+    assert [(fault["seed"], fault["what"][:7]) for fault in outcome.faults] == [(20, "endless")]
+    assert (outcome.runs, was_late) == (4, {20, 21})
