@@ -120,6 +120,8 @@ void bind_device(nb::module_& m) {
           "t"_a, "X_LH"_a, "F"_a, nb::call_guard<nb::gil_scoped_release>(),
           "Steps at all times t (n,) [s] with poses X_LH (n, 4, 4) [m]; writes the wrenches to F (n, 6) [N, N m].")
       .def("allow_force", &DeviceCycle::allow_force, "allowed"_a, "False: the wrench ramps to zero.")
+      .def_prop_ro("gripper_torque", &DeviceCycle::gripper_torque,
+                   "Torque on the operator's fingers after the last step, positive when it opens them [N m].")
       .def_prop_ro("status", &DeviceCycle::status, "Bits of Status of the last step.")
       .def_prop_ro("period", &DeviceCycle::period, "Mean time between steps; 0: unknown [s].")
       .def(

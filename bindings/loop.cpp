@@ -113,6 +113,8 @@ void bind_session(nb::module_& m) {
       .def_rw("clutch", &SessionInput::clutch, "The clutch pedal is pressed.")
       .def_rw("camera", &SessionInput::camera, "The camera pedal is pressed.")
       .def_rw("hold", &SessionInput::hold, "A hold is requested.")
+      .def_rw("execute", &SessionInput::execute, "A planned motion waits, moves or pauses.")
+      .def_rw("moving", &SessionInput::moving, "A planned motion is not yet at rest.")
       .def_rw("fault", &SessionInput::fault, "A state of an arm is missing or wrong.")
       .def_rw("recover", &SessionInput::recover, "A fault may be left once its cause is gone.")
       .def_rw("settled", &SessionInput::settled, "No fault for the time that the loop demands.");

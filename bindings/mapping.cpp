@@ -48,6 +48,7 @@ void bind_mapping_options(nb::module_& m) {
       .def_rw("gripper_max", &Options::gripper_max, "Gripper angle that opens the jaw [rad].")
       .def_rw("jaw_min", &Options::jaw_min, "Angle of the closed jaw [rad].")
       .def_rw("jaw_max", &Options::jaw_max, "Angle of the open jaw [rad].")
+      .def_rw("jaw_start", &Options::jaw_start, "Jaw angle of a simulated follower at the start [rad].")
       .def_rw("jaw_rate", &Options::jaw_rate, "Rate at which the jaw approaches the gripper angle [rad/s].")
       .def_rw("ratchet", &Options::ratchet,
               "True: on engaging, the jaw does not open before the pinch has closed to its angle.")

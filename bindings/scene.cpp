@@ -243,7 +243,13 @@ void bind_motion(nb::module_& m) {
           nb::arg("v") = Vec3(Vec3::Zero()), nb::arg("w") = Vec3(Vec3::Zero()), nb::arg("waves") = std::vector<Wave>{},
           nb::arg("about") = Vec3(Vec3::Zero()),
           "Velocity v (3,) [m/s], angular velocity w (3,) [rad/s], sinusoids, and the centre of rotation about (3,) "
-          "[m].");
+          "[m].")
+      .def(
+          "pose",
+          [](const Motion& self, const Matrix4& X_WO, double t) {
+            return to_matrix(self.pose(to_pose(X_WO, "X_WO"), t));
+          },
+          nb::arg("X_WO"), nb::arg("t"), "Pose (4, 4) [m] at t [s] of an object with the rest pose X_WO.");
 }
 
 }  // namespace

@@ -52,6 +52,20 @@ Rows run(Simulation& self, std::size_t n_ticks, const std::optional<Points>& han
   return to_rows(std::move(ticks));
 }
 
+std::uint64_t execute(Simulation& self, const Eigen::MatrixXd& q, const Eigen::MatrixXd& v, double dt,
+                      const Eigen::VectorXd& levers, double pace, double until, double guard) {
+  loop::PlannedMotion motion;
+  motion.dt = dt;
+  motion.q = q.transpose();
+  motion.v = v.transpose();
+  motion.levers = joint_vector(levers, "levers");
+  return self.front().execute(std::move(motion), {0, pace, until, false, guard});
+}
+
+void order(Simulation& self, std::uint64_t motion, double pace, double until, bool stop, double guard) {
+  self.front().set_order({motion, pace, until, stop, guard});
+}
+
 /// Lockstep of several simulations in one world: every tick is computed for all of them, from the instruments as they
 /// were before it. Ends early while one of them is paused.
 std::vector<Rows> run_in_turns(const std::vector<Simulation*>& pairs, std::size_t n_ticks) {
@@ -98,13 +112,14 @@ Fields timing(const Simulation& self) {
   return d;
 }
 
-HandPath hand_path(std::vector<double> times, const Points& p, std::vector<double> grippers) {
+HandPath hand_path(std::vector<double> times, const Points& p, std::vector<double> grippers,
+                   std::vector<double> grip_times) {
   std::vector<Vec3> positions;
   positions.reserve(static_cast<std::size_t>(p.rows()));
   for (Eigen::Index i = 0; i < p.rows(); ++i) {
     positions.emplace_back(p.row(i));
   }
-  return {std::move(times), std::move(positions), std::move(grippers)};
+  return {std::move(times), std::move(positions), std::move(grippers), std::move(grip_times)};
 }
 
 template <typename Class, typename Struct>
@@ -202,11 +217,12 @@ void bind_running(nb::module_& m) {
       .def(
           "__init__",
           [](HandPath* self, std::vector<double> times, const Points& positions_W,
-             const std::optional<std::vector<double>>& grippers) {
-            new (self) HandPath(hand_path(std::move(times), positions_W, grippers.value_or(std::vector<double>{})));
+             const std::optional<std::vector<double>>& grippers, const std::optional<std::vector<double>>& grip_times) {
+            new (self) HandPath(hand_path(std::move(times), positions_W, grippers.value_or(std::vector<double>{}),
+                                          grip_times.value_or(std::vector<double>{})));
           },
-          "times"_a, "positions_W"_a, "grippers"_a = nb::none(),
-          "times (n,) [s], positions_W (n, 3) [m], grippers (n,) [rad] or None.")
+          "times"_a, "positions_W"_a, "grippers"_a = nb::none(), "grip_times"_a = nb::none(),
+          "times (n,) [s], positions_W (n, 3) [m], grippers (m,) [rad] or None, grip_times (m,) [s]; None: times.")
       .def(
           "at",
           [](const HandPath& self, double t) {
@@ -232,6 +248,12 @@ void bind_running(nb::module_& m) {
       .def("stop", &Simulation::stop, nb::call_guard<nb::gil_scoped_release>(),
            "Ramps the force to zero and ends the thread.")
       .def_prop_ro("running", &Simulation::running, "True while the real-time thread runs.")
+      .def("execute", &execute, "q"_a, "v"_a, "dt"_a, "levers"_a, "pace"_a = 1.0, "until"_a = 0.0, "guard"_a = 1.0,
+           "Gives the follower a planned motion: positions q (K, n) [rad, m] and velocities v (K, n) at equal times dt "
+           "[s]; levers (n,): motion of the tip per motion of each joint. Returns its number. See order().")
+      .def("order", &order, "motion"_a, "pace"_a, "until"_a, "stop"_a = false, "guard"_a = 1.0,
+           "Orders about the motion of this number: pace 0..1, the time until which it is known to be free [s], stop "
+           "for good, and the contact force that stops it [N].")
       .def("watch_stages", &Simulation::watch_stages,
            "Measures each stage of the cycle from now on; timing()['stages'][name] has p50, p99, p999 and max [us].")
       .def("stall", &Simulation::stall, "seconds"_a,

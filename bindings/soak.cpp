@@ -4,6 +4,7 @@
 #include <nanobind/stl/string.h>
 
 #include "bindings.hpp"
+#include "palpate/verify/tissue_soak.hpp"
 
 namespace nb = nanobind;
 
@@ -14,6 +15,46 @@ verify::SoakReport soak(const std::shared_ptr<scene::Mesh>& mesh, const std::str
                         std::uint64_t seed, const verify::SoakRange& range) {
   const nb::gil_scoped_release release;
   return verify::soak(mesh, method, passes, seed, range);
+}
+
+void bind_tissue_soak(nb::module_& m) {
+  using verify::TissueSoakRange, verify::TissueSoakReport;
+  nb::class_<TissueSoakRange>(m, "TissueSoakRange", "Ranges from which each action draws its values.")
+      .def(nb::init<>())
+      .def_rw("radius", &TissueSoakRange::radius, "Radius of both spheres [m].")
+      .def_rw("speed_min", &TissueSoakRange::speed_min, "Smallest speed [m/s].")
+      .def_rw("speed_max", &TissueSoakRange::speed_max, "Largest speed, that of slides [m/s].")
+      .def_rw("depth", &TissueSoakRange::depth, "Longest way below the surface [m].")
+      .def_rw("force_min", &TissueSoakRange::force_min, "Smallest force at which the tool turns back [N].")
+      .def_rw("force_max", &TissueSoakRange::force_max, "Largest force at which it turns back [N].")
+      .def_rw("hard_share", &TissueSoakRange::hard_share, "Share of the actions beyond force_max [-].")
+      .def_rw("hard_force", &TissueSoakRange::hard_force, "Force at which those turn back [N].")
+      .def_rw("friction", &TissueSoakRange::friction, "Largest coefficient of friction [-].")
+      .def_rw("rest_every", &TissueSoakRange::rest_every, "Actions between two checks at rest.")
+      .def_rw("rest", &TissueSoakRange::rest, "Time without contact before a check [s].");
+  nb::class_<TissueSoakReport>(m, "TissueSoakReport", "Outcome of many actions at one soft body.")
+      .def_ro("pokes", &TissueSoakReport::pokes, "Number of pokes.")
+      .def_ro("slides", &TissueSoakReport::slides, "Number of slides.")
+      .def_ro("grasps", &TissueSoakReport::grasps, "Number of grasps.")
+      .def_ro("hard", &TissueSoakReport::hard, "Number of actions beyond force_max.")
+      .def_ro("touched", &TissueSoakReport::touched, "Number of actions with a contact.")
+      .def_ro("ticks", &TissueSoakReport::ticks, "Number of ticks.")
+      .def_ro("not_finite", &TissueSoakReport::not_finite, "Actions with a force that is not finite.")
+      .def_ro("popped", &TissueSoakReport::popped, "Actions in which a sphere lost its contact below the surface.")
+      .def_ro("guarded", &TissueSoakReport::guarded, "Actions up to force_max in which the guard stopped a divergence.")
+      .def_ro("guarded_hard", &TissueSoakReport::guarded_hard, "The same, of the hard actions.")
+      .def_ro("hurried", &TissueSoakReport::hurried, "Actions in which the body took more steps.")
+      .def_ro("rests", &TissueSoakReport::rests, "Checks at rest.")
+      .def_ro("inverted_at_rest", &TissueSoakReport::inverted_at_rest, "Checks with an inverted tetrahedron.")
+      .def_ro("moved_at_rest", &TissueSoakReport::moved_at_rest, "Checks with a displaced node.")
+      .def_ro("least_volume", &TissueSoakReport::least_volume, "Smallest det F in an action [-].")
+      .def_ro("least_volume_at_rest", &TissueSoakReport::least_volume_at_rest, "Smallest det F at rest [-].")
+      .def_ro("largest_force", &TissueSoakReport::largest_force, "Largest force of the actions up to force_max [N].");
+  m.def(
+      "soak_tissue", &verify::soak_tissue, nb::arg("surface"), nb::arg("actions"), nb::arg("seed"),
+      nb::arg("held_below"), nb::arg("range"), nb::call_guard<nb::gil_scoped_release>(),
+      "Pokes, slides and grasps a copy at rest of a soft surface at random, at 1 kHz, above the height held_below [m]. "
+      "It releases the interpreter lock.");
 }
 
 }  // namespace
@@ -45,6 +86,7 @@ void bind_soak(nb::module_& m) {
   m.def("soak", &soak, nb::arg("mesh"), nb::arg("method"), nb::arg("passes"), nb::arg("seed"), nb::arg("range"),
         "Simulates random pokes at a mesh at 1 kHz and tests the proxy against each triangle. It releases the "
         "interpreter lock.");
+  bind_tissue_soak(m);
 }
 
 }  // namespace palpate::bindings

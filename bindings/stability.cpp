@@ -64,6 +64,8 @@ void bind_options(nb::module_& m) {
               "Largest rate of change of the force, also that of the ramp to zero [N/s].")
       .def_rw("moment_cap", &Options::moment_cap, "Largest moment on the hand [N m]; 0: forces only.")
       .def_rw("moment_rate_cap", &Options::moment_rate_cap, "Largest rate of change of the moment [N m/s].")
+      .def_rw("gripper_cap", &Options::gripper_cap,
+              "Largest torque on the operator's fingers; 0: the gripper has no motor [N m].")
       .def_rw("stale_after", &Options::stale_after, "Age above which measured states are not trusted [s].")
       .def_prop_rw(
           "passivity", &mode, &set_mode,

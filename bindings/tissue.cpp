@@ -2,16 +2,20 @@
 #include <nanobind/eigen/dense.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/pair.h>
+#include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/vector.h>
 
 #include <cstdint>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "bindings.hpp"
+#include "palpate/scene/snapshot.hpp"
 #include "palpate/tissue/body.hpp"
+#include "palpate/tissue/shared_surface.hpp"
 #include "palpate/tissue/soft_surface.hpp"
 #include "types.hpp"
 
@@ -161,13 +165,15 @@ void bind_tissue(nb::module_& m) {
       m, "TissueSurface", "The surface of a soft body, for contact. Each loop and each rendering uses a copy at rest.")
       .def(
           "__init__",
-          [](SoftSurface* self, const Body& body, double width) {
+          [](SoftSurface* self, const Body& body, double width, const SoftSurface* like) {
             const nb::gil_scoped_release release;
-            new (self) SoftSurface(body.data(), width);
+            new (self) SoftSurface(body.data(), width, like == nullptr ? 0 : like->id());
           },
-          nb::arg("body"), nb::arg("width") = 0.0,
+          nb::arg("body"), nb::arg("width") = 0.0, nb::arg("like").none() = nb::none(),
           "body: gives the mesh, the material and the step; its state is not used. width: standard deviation of the "
-          "spread contact force [m], 0: .7 of the mean edge; at least .45 of the largest sphere's radius. Raises "
+          "spread contact force [m], 0: .7 of the mean edge; at least .45 of the largest sphere's radius. like: "
+          "another "
+          "surface of the same body, which fixtures know. Raises "
           "ValueError "
           "if "
           "the body has no surface.")
@@ -187,6 +193,22 @@ void bind_tissue(nb::module_& m) {
           "Triangles of the surface (m, 3), wound outwards.")
       .def_prop_ro("edge", &SoftSurface::edge, "Mean length of the edges of the surface [m].")
       .def_prop_ro("width", &SoftSurface::width, "Standard deviation of the spread contact force [m].");
+  nb::class_<tissue::SharedSurface, scene::Surface>(m, "SharedTissue", "The surface of a soft body that loops share.")
+      .def(
+          "displacements", [](const tissue::SharedSurface& self) { return rows_of(self.shared().displacements()); },
+          "Displacements of the nodes of the body (n, 3) [m].");
+  m.def(
+      "share_bodies",
+      [](const scene::Snapshot& given) {
+        scene::Snapshot made = given;
+        for (scene::Object& object : made.objects) {
+          const auto* soft = dynamic_cast<const SoftSurface*>(object.surface.get());
+          if (soft != nullptr) object.surface = std::make_shared<tissue::SharedSurface>(*soft);
+        }
+        return std::make_shared<scene::Snapshot>(std::move(made));
+      },
+      nb::arg("snapshot"),
+      "The snapshot with soft bodies that all its loops share: one body each, which the tools of all loops press.");
 }
 
 }  // namespace palpate::bindings

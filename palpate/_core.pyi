@@ -1755,6 +1755,13 @@ class MappingOptions:
     def jaw_max(self, arg: float, /) -> None: ...
 
     @property
+    def jaw_start(self) -> float:
+        """Jaw angle of a simulated follower at the start [rad]."""
+
+    @jaw_start.setter
+    def jaw_start(self, arg: float, /) -> None: ...
+
+    @property
     def jaw_rate(self) -> float:
         """Rate at which the jaw approaches the gripper angle [rad/s]."""
 
@@ -2043,6 +2050,15 @@ class StabilityOptions:
 
     @moment_rate_cap.setter
     def moment_rate_cap(self, arg: float, /) -> None: ...
+
+    @property
+    def gripper_cap(self) -> float:
+        """
+        Largest torque on the operator's fingers; 0: the gripper has no motor [N m].
+        """
+
+    @gripper_cap.setter
+    def gripper_cap(self, arg: float, /) -> None: ...
 
     @property
     def stale_after(self) -> float:
@@ -3591,7 +3607,7 @@ def cartesian(
     cartesian_place.
     """
 
-TICK_BYTES: int = 3480
+TICK_BYTES: int = 3504
 
 def signals() -> list[tuple[str, int, int, str, str, str, bool, str]]:
     """
@@ -4128,8 +4144,11 @@ class HandPath:
         times: Sequence[float],
         positions_W: Annotated[NDArray[numpy.float64], "(:, 3)"],
         grippers: Sequence[float] | None = None,
+        grip_times: Sequence[float] | None = None,
     ) -> None:
-        """times (n,) [s], positions_W (n, 3) [m], grippers (n,) [rad] or None."""
+        """
+        times (n,) [s], positions_W (n, 3) [m], grippers (m,) [rad] or None, grip_times (m,) [s]; None: times.
+        """
 
     def at(
         self,
@@ -4634,6 +4653,12 @@ class DeviceCycle:
 
     def allow_force(self, allowed: bool) -> None:
         """False: the wrench ramps to zero."""
+
+    @property
+    def gripper_torque(self) -> float:
+        """
+        Torque on the operator's fingers after the last step, positive when it opens them [N m].
+        """
 
     @property
     def status(self) -> int:

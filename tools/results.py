@@ -20,8 +20,11 @@ ROOT = Path(__file__).resolve().parents[1]
 RUNS: dict[str, tuple[str, tuple[str, ...]]] = {
     "wall": ("study wall --hands 100", ("curve", "sensitivity")),
     "certificate": ("study certificate --devices 500", ("devices",)),
+    "passivity": ("study passivity", ()),
+    "registration": ("study registration", ("layouts",)),
     "planning": ("bench planning", ()),
-    "tissue": ("bench tissue", ()),
+    "tissue": ("bench tissue", ("tick_ms", "control_ms", "viscosity")),
+    "tissue_times": ("bench tissue --only ticks --only mujoco", ()),  # on an idle machine
 }
 """Arguments of `palpate`, and the keys of its JSON that no page needs."""
 

@@ -18,7 +18,8 @@ PICTURE, PAGE = ROOT / "docs/images/session.svg", ROOT / "docs/session.md"
 COLUMN, ROW, WIDTH, HEIGHT, LEFT, TOP = 178.0, 128.0, 104.0, 40.0, 70.0, 48.0
 PLACES = {
     "off": (0, 1), "powered": (1, 1), "homing": (2, 1), "homed": (3, 1), "aligning": (4, 1), "following": (5.6, 1),
-    "clutched": (4.8, 0), "camera": (4.8, 2), "hold": (0.25, 2), "recover": (1.25, 2), "fault": (2.25, 2),
+    "clutched": (4.8, 0), "executing": (3.2, 0), "camera": (4.8, 2),
+    "hold": (0.25, 2), "recover": (1.25, 2), "fault": (2.25, 2),
 }  # fmt: skip
 COLORS = {"following": "#d5efd9", "fault": "#f6d4d0", "recover": "#f9e8cf", "hold": "#f9e8cf"}
 SHARED = 4

@@ -103,9 +103,14 @@ void bind_system(nb::module_& m) {
   c.def(
        "__init__",
        [](System* self, const std::vector<ArmSpec>& arms, const std::vector<TeleopSpec>& teleops,
-          const std::vector<int>& camera) { new (self) System(system_spec(arms, teleops, camera)); },
-       "arms"_a, "teleops"_a, "camera"_a = std::vector<int>{},
-       "camera: indices of MTML, MTMR and ECM that the camera pedal couples; empty: none.")
+          const std::vector<int>& camera, bool head_sensor) {
+         dvrk::SystemSpec spec = system_spec(arms, teleops, camera);
+         spec.head_sensor = head_sensor;
+         new (self) System(std::move(spec));
+       },
+       "arms"_a, "teleops"_a, "camera"_a = std::vector<int>{}, "head_sensor"_a = false,
+       "camera: indices of MTML, MTMR and ECM that the camera pedal couples; empty: none. head_sensor: the operator's "
+       "presence comes from a head sensor, not from the coag pedal.")
       .def_prop_ro("arms", &System::arms, "Names of the arms, such as MTMR.")
       .def_prop_ro("teleops", &System::teleops, "Names of the teleoperations, such as MTMR_PSM1.")
       .def_prop_ro("t", &System::t, "Time since the simulation began [s].")

@@ -45,7 +45,7 @@ def certify(what: DeviceModel | Scene, K: float | None = None, B: float | None =
 def certify_all(
     scene: Scene, K: float | None = None, B: float | None = None, rig: Rig | None = None
 ) -> list[Certificate]:
-    """One certificate per object, region and fixture of a scene, in the order of `certificate.scene.touched`.
+    """One certificate per object, region and fixture of a scene, in the order of `certificate.touched.touched`.
 
     Arguments and errors are those of `certify`; ``rig`` is the assembled scene if it already exists.
     """

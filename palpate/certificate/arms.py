@@ -23,6 +23,7 @@ import numpy as np
 from palpate import _core
 from palpate.arm import Arm
 from palpate.arrays import Array
+from palpate.certificate.coupled import CoupledLoop
 from palpate.certificate.exponential import expm
 from palpate.certificate.loop import Complex, Modes, Path, SampledLoop, low_pass, modes
 
@@ -73,15 +74,18 @@ class HeldLeader:
             D[:, k] = -(platform_torque(self.q, e) - platform_torque(self.q, -e)) / (2.0 * _STEP)
         return D, K
 
-    def _space(self) -> tuple[Array, Array, Array, Array]:
-        """State-space matrices A (m, m), b (m, 3), c (3, m), d (3, m) from handle force to position and velocity."""
+    def _space(self, axes: int = 3) -> tuple[Array, Array, Array, Array]:
+        """State-space matrices A (m, m), b (m, axes), c (axes, m), d (axes, m) from the force on the handle to its
+        position and velocity; with six axes, from the wrench to position and rotation vector, and to the twist."""
         M, D, S, J = self._matrices
-        n, Minv, Jv = len(M), np.linalg.inv(M), J[:3]
+        n, Minv, Jv = len(M), np.linalg.inv(M), J[:axes]
         A = np.block([[np.zeros((n, n)), np.eye(n)], [-Minv @ S, -Minv @ D]])
-        first = np.arange(n) < _POSITIONING
-        rendered = np.where(first, Jv, 0.0) if str(self.o.torque.mode).endswith("paper") else Jv
-        b = np.vstack([np.zeros((n, 3)), Minv @ rendered.T])
-        c, d = np.hstack([Jv, np.zeros((3, n))]), np.hstack([np.zeros((3, n)), Jv])
+        rendered = Jv
+        if str(self.o.torque.mode).endswith("paper"):
+            forces = (np.arange(axes) < 3)[:, None]
+            rendered = np.where(forces & (np.arange(n) < _POSITIONING), Jv, 0.0)
+        b = np.vstack([np.zeros((n, axes)), Minv @ rendered.T])
+        c, d = np.hstack([Jv, np.zeros((axes, n))]), np.hstack([np.zeros((axes, n)), Jv])
         return _with_lags(A, b, c, d, self.o.leader)
 
     @cached_property
@@ -93,6 +97,26 @@ class HeldLeader:
         """The loop for a wall with normal n (3,) in the leader's base frame, without dry friction."""
         A, b, c, d, known = self._frictionless
         return self._closed(A, b @ n, n @ c, n @ d, known)
+
+    def coupled(self, spring: Array, damper: Array) -> CoupledLoop:
+        """The loop for a wall that touches several spheres, without dry friction.
+
+        spring, damper: wrench on the tool per pose and per twist of the tool (6, 6), for K = 1 N/m and B = 1 N s/m, in
+        the axes of the leader's base.
+        """
+        o, T = self.o, 1.0 / self.o.rate
+        A, b, c, d, known = self._frictionless_wrench
+        to_tool = np.array([o.mapping.scale] * 3 + [1.0] * 3)  # the tool turns by the handle's angle
+        to_hand = o.mapping.force_scale * o.torque.force_gain / o.mapping.scale * to_tool[:, None] * to_tool
+        fixtures = felt(o) * self.parallel_stiffness * np.diag([1.0] * 3 + [0.0] * 3)
+        return CoupledLoop(A, b, c, d, T, whole_servo_periods(o), to_hand * spring, to_hand * damper, fixtures,
+                           _depth(o, 1.0), _velocity(1.0, o.leader.velocity_window, T),
+                           low_pass(T, o.stability.low_pass), known)  # fmt: skip
+
+    @cached_property
+    def _frictionless_wrench(self) -> tuple[Array, Array, Array, Array, Modes]:
+        A, b, c, d = self._space(6)
+        return A, b, c, d, modes(A)
 
     def _closed(self, A: Array, b: Array, c: Array, d: Array, known: Modes) -> SampledLoop:
         o, T = self.o, 1.0 / self.o.rate
@@ -117,15 +141,16 @@ def whole_servo_periods(o: _core.SimulationOptions) -> float:
 
 def _with_lags(A: Array, b: Array, c: Array, d: Array, o: _core.LeaderOptions) -> tuple[Array, Array, Array, Array]:
     """Add the drives' first-order lag at the input and the velocity's low pass at the output, one state per axis."""
-    zero = np.zeros((3, 3))
+    axes = len(c)
+    zero, one = np.zeros((axes, axes)), np.eye(axes)
     if o.drive_lag > 0.0:
-        A = np.block([[A, b], [np.zeros((3, len(A))), -np.eye(3) / o.drive_lag]])
-        b = np.vstack([np.zeros_like(b), np.eye(3) / o.drive_lag])
+        A = np.block([[A, b], [np.zeros((axes, len(A))), -one / o.drive_lag]])
+        b = np.vstack([np.zeros_like(b), one / o.drive_lag])
         c, d = np.hstack([c, zero]), np.hstack([d, zero])
     if o.velocity_cutoff > 0.0:
         w = 2.0 * np.pi * o.velocity_cutoff
-        A = np.block([[A, np.zeros((len(A), 3))], [w * d, -w * np.eye(3)]])
-        b, c, d = np.vstack([b, zero]), np.hstack([c, zero]), np.hstack([np.zeros_like(d), np.eye(3)])
+        A = np.block([[A, np.zeros((len(A), axes))], [w * d, -w * one]])
+        b, c, d = np.vstack([b, zero]), np.hstack([c, zero]), np.hstack([np.zeros_like(d), one])
     return A, b, c, d
 
 

@@ -18,11 +18,12 @@ from palpate.scene.surface import PlacedSurface
 _POINTS = 4000  # points on each surface
 
 
-def groups(rig: Rig) -> list[tuple[int, ...]]:
-    """The largest sets of two and more objects (by index) that are pairwise close enough for the tip to touch both.
+def groups(rig: Rig, length: float = 0.0) -> list[tuple[int, ...]]:
+    """The largest sets of two and more objects (by index) that are pairwise close enough for the tool to touch both.
 
     Two objects are close when points spread over one of them come within the diameter of the tip's sphere of the other
-    one, plus the strokes of both and the spacing of the points. Objects that are tracked or sensed can be anywhere.
+    one, plus the strokes of both and the spacing of the points. A tool of several spheres reaches over its ``length``
+    [m] instead. Objects that are tracked or sensed can be anywhere.
     """
     scene = rig.scene
     count = len(scene.objects)
@@ -33,7 +34,7 @@ def groups(rig: Rig) -> list[tuple[int, ...]]:
     spread = {i: _points(rig.surfaces[i]) for i in stroke if np.isfinite(stroke[i])}
     close = np.zeros((count, count), dtype=bool)
     for i, j in combinations(range(count), 2):
-        slack = 2.0 * scene.contact.radius + stroke[i] + stroke[j]
+        slack = max(2.0 * scene.contact.radius, length) + stroke[i] + stroke[j]
         close[i, j] = close[j, i] = np.isinf(slack) or min(
             _gap(spread[i], rig.surfaces[j]), _gap(spread[j], rig.surfaces[i])
         ) < slack  # fmt: skip

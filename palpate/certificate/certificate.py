@@ -10,6 +10,7 @@ import numpy as np
 from palpate.arrays import Array
 from palpate.arrays.checks import finite_or_none
 from palpate.certificate import classical, trials, words
+from palpate.certificate.coupled import CoupledLoop
 from palpate.certificate.device import DeviceModel
 from palpate.certificate.loop import SampledLoop
 from palpate.renamed import RenamedMethod
@@ -22,13 +23,16 @@ SURE = 0.97
 _VISCOUS = 10.0  # largest damping that is advised, unless four times the present damping is larger [N s/m]
 
 
+Loop = SampledLoop | CoupledLoop
+
+
 @dataclass(frozen=True)
 class Case:
     """One of the loops that must be stable."""
 
     description: str
     """The hand, direction and pose of this loop, in words."""
-    loop: SampledLoop
+    loop: Loop
 
 
 @dataclass(frozen=True)

@@ -71,7 +71,7 @@ def modes(A: Array) -> Modes:
     return poles.astype(complex), V.astype(complex), np.linalg.inv(V).astype(complex)
 
 
-def _integral(poles: Complex, t: float) -> Complex:
+def integral(poles: Complex, t: float) -> Complex:
     """``int_0^t e^(poles s) ds``."""
     x = poles * t
     small = np.abs(x) < 1e-8
@@ -142,8 +142,8 @@ class SampledLoop:
         late = self._split[1]
         early = self.T - late
         drive = V_inverse @ self.b
-        Gamma0 = _integral(poles, early) * drive
-        Gamma1 = np.exp(poles * early) * _integral(poles, late) * drive
+        Gamma0 = integral(poles, early) * drive
+        Gamma1 = np.exp(poles * early) * integral(poles, late) * drive
         return np.exp(poles * self.T), Gamma0, Gamma1, self.c @ V, (self.c if self.d is None else self.d) @ V
 
     def P_and_Q(self, z: Complex) -> tuple[Complex, Complex]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 
@@ -14,66 +14,25 @@ from palpate import _core
 from palpate.arrays import Array
 from palpate.certificate import classical, words
 from palpate.certificate.arms import HeldLeader, felt, whole_servo_periods
-from palpate.certificate.at_once import groups
-from palpate.certificate.certificate import SURE, Case, Certificate, advice, judge
-from palpate.certificate.guidance import NO_OBJECT, entry_summary, fixture_springs, total_stiffness
+from palpate.certificate.certificate import SURE, Case, Certificate, Loop, advice, judge
+from palpate.certificate.coupled import CoupledLoop
+from palpate.certificate.guidance import entry_summary, total_stiffness
+from palpate.certificate.spheres import PlaneContact, plane_contacts, postures
+from palpate.certificate.touched import PATH_FRACTIONS, Touched, touched
 from palpate.errors import PalpateError, PalpateWarning
 from palpate.hands import PRESETS
 from palpate.record.ticks import as_ticks
-from palpate.scene.gains import touched_stiffness
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 
-_PATH_FRACTIONS = (0.3, 0.6)  # fractions of the operator's path, analysed in addition to the start
 _SETTLE = 1.0  # simulated time for the gimbal to settle [s]
 _TILTS = (0.4, 0.2)  # tilt angles of the search around the worst direction so far [rad]
+_REPEATED = 4  # searches for the spheres that touch at the limit
 #: The axes of the leader's base and the bisectors between them; opposite directions are equivalent.
 _DIRECTIONS = [
     np.array(n) / np.linalg.norm(n)
     for n in ((1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (1, -1, 0), (1, 0, 1), (1, 0, -1), (0, 1, 1), (0, 1, -1))
 ]
-
-
-@dataclass(frozen=True)
-class Touched:
-    """An object, region or fixture of a scene with one stiffness."""
-
-    name: str
-    index: int
-    """Index of the object; negative for a fixture."""
-    K: float
-    """Stiffness along the stiffest axis [N/m]."""
-    B: float
-    """Damping along the least damped axis [N s/m]."""
-    B_most: float
-    """Damping along the most damped axis; a large damping can also destabilise the loop [N s/m]."""
-    others: tuple[int, ...] = ()
-    """Indices of the other objects that are touched at the same time."""
-
-
-def touched(rig: Rig) -> list[Touched]:
-    """Objects, their regions with own parameters, objects that the tool can touch at once, and guidance fixtures.
-
-    They are in the order of the certificates.
-    """
-    each = [_alone(rig.scene, i) for i in range(len(rig.scene.objects))]
-    found = [one for parts in each for one in parts]
-    for group in groups(rig):
-        stiffest = [max(each[i], key=lambda part: part.K) for i in group]
-        K, B = sum(one.K for one in stiffest), sum(min(part.B for part in each[i]) for i in group)
-        most = sum(max(part.B_most for part in each[i]) for i in group)
-        found.append(Touched(" and ".join(one.name for one in stiffest) + " at once", group[0], K, B, most, group[1:]))
-    return found + [Touched(f.name, NO_OBJECT, f.K, f.B, f.B) for f in fixture_springs(rig.fixtures.list())]
-
-
-def _alone(scene: Scene, i: int) -> list[Touched]:
-    """An object and its regions."""
-    surface = scene.objects[i]
-    found = [Touched(surface.name, i, touched_stiffness(scene, i), min(surface.damping), max(surface.damping))]
-    for region in surface.regions:
-        K, B = region.stiffness or surface.stiffness, region.damping or surface.damping
-        found.append(Touched(f"{surface.name}, {region.name}", i, max(K), min(B), max(B)))
-    return found
 
 
 def warn_outside(rig: Rig) -> None:
@@ -135,12 +94,28 @@ def _require_known(scene: Scene) -> None:
         )
 
 
+@dataclass(frozen=True)
+class _Press:
+    """A leader whose tool presses a wall along n."""
+
+    held: HeldLeader
+    loop: Callable[[HeldLeader], Loop]
+    """The loop of this press for this or a modified leader."""
+    n: Array
+    """(3,) in the leader's base."""
+    description: str
+    """Pose, and spheres, in words."""
+    contacts: int = 1
+    """Number of spheres."""
+
+
 class _Arms:
     """The leader of a scene in several poses, with the worst pose and direction found so far by damping and surface."""
 
     def __init__(self, rig: Rig) -> None:
         self.rig, self.o = rig, rig.options()
         self.leaders = {pose: HeldLeader(rig.arms.leader, q, self.o, self.o.hand) for pose, q in _poses(rig)}
+        self.tools = postures(rig, PATH_FRACTIONS)
         self._worst_cases: dict[tuple[float, int | None], tuple[str, Array]] = {}
         self.fixture = False
 
@@ -155,36 +130,78 @@ class _Arms:
         return other
 
     def certificate(self, surface: Touched, K: float, B: float) -> Certificate:
-        pose, n = self._worst(surface, B)
-        held = self.leaders[pose]
-        case = Case(f"pressing {_along(self.rig.arms.X_WL[:3, :3] @ n)} {pose}", held.loop(n))
+        press = self._several(surface, K, B) if surface.several else self._single(surface, B)
+        along = _along(self.rig.arms.X_WL[:3, :3] @ press.n)
+        case = Case(f"pressing {along} {press.description}", press.loop(press.held))
         k_max, w = case.loop.K_max(B)
         verdict, margin = judge(K, k_max, k_max)
         servo = 0.0 if self.fixture else _servo_lag(self.o)
         facts = words.LoopFacts(whole_servo_periods(self.o), self.o.rate, B, w / (2 * np.pi), case.description,
                                 f", {1e3 * servo:.3g} ms of the follower's servo" if servo > 0.0 else "")  # fmt: skip
         reason = words.reason(
-            K, k_max, verdict, facts, [*advice((case,), B), *self._faster(held, n, B)] if verdict != "stable" else []
+            K, k_max, verdict, facts, [*advice((case,), B), *self._faster(press, B)] if verdict != "stable" else []
         )
         if verdict != "stable" and self.rig.scene.stability.passivity != "off":
             reason += f"; the passivity layer ({self.rig.scene.stability.passivity}) will take force to hold it"
         if verdict != "stable" and self.fixture and 0.0 < k_max < np.inf:
             reason += f"; softly it can hold so much: {entry_summary(SURE * k_max, self.o.mapping.force_scale)}"
             reason += "; with hard: true the tool stays out"
-        gain = felt(self.o)
+        gain = press.contacts * felt(self.o)
         passive = classical.colgate_brown(self.o.hand.damping, gain * B, 1 / self.o.rate, facts.delay + servo)
         bounds = {"colgate_brown_with_hand": passive / gain if gain > 0.0 else np.inf}
         return Certificate(B, k_max, k_max, w / (2 * np.pi), case.description, K, verdict, margin, reason, bounds,
-                           self._hands(held, n, B), (case,), surface.name)  # fmt: skip
+                           self._hands(press, B), (case,), surface.name)  # fmt: skip
+
+    def _single(self, surface: Touched, B: float) -> _Press:
+        """The press with the smallest stable stiffness, by the tip alone."""
+        pose, n = self._worst(surface, B)
+        return _Press(self.leaders[pose], lambda held: held.loop(n), n, pose)
+
+    def _several(self, surface: Touched, K: float, B: float) -> _Press:
+        """The press with the smallest stable stiffness, by several spheres on a plane.
+
+        More spheres touch a softer surface before the force reaches its cap. Where K is not stable, the spheres are
+        therefore those that touch at the limit.
+        """
+        press = self._least(self._contacts(surface, K), B)
+        for _ in range(_REPEATED):
+            limit = press.loop(press.held).K_max(B)[0]
+            if not 0.0 < limit < K:
+                break
+            K, press = limit, self._least(self._contacts(surface, limit), B)
+        return press
+
+    def _least(self, contacts: list[PlaneContact], B: float) -> _Press:
+        """The press with the smallest stable stiffness."""
+        R_LW = self.rig.arms.X_WL[:3, :3].T
+        turn, poses = np.kron(np.eye(2), R_LW), list(self.leaders)
+
+        def loop(one: PlaneContact, held: HeldLeader) -> CoupledLoop:
+            return held.coupled(turn @ one.springs @ turn.T, turn @ one.dampers @ turn.T)
+
+        pairs = [(one, self.leaders[poses[one.posture]]) for one in contacts]
+        one, held = min(pairs, key=lambda pair: loop(*pair).K_max(B)[0])
+        return _Press(held, lambda other: loop(one, other), R_LW @ one.normal,
+                      f"{poses[one.posture]} with {one.count} of its spheres", one.count)  # fmt: skip
+
+    def _contacts(self, surface: Touched, K: float) -> list[PlaneContact]:
+        slope = self.o.mapping.force_scale * K
+        depth = self.o.stability.force_cap / slope if slope > 0.0 else np.inf
+        return plane_contacts(self.tools, depth, self._normal(surface))
+
+    def _normal(self, surface: Touched) -> Array | None:
+        """The normal (3,) in W of a surface that is one plane; otherwise None."""
+        alone = surface.index >= 0 and not surface.others
+        plane = alone and self.rig.scene.objects[surface.index].plane is not None
+        return self.rig.surfaces[surface.index].X_WO[:3, 2] if plane else None
 
     def _worst(self, surface: Touched, B: float) -> tuple[str, Array]:
         """The pose, and the direction (3,) in the leader's base, with the smallest stable stiffness."""
-        alone = surface.index >= 0 and not surface.others
-        plane = alone and self.rig.scene.objects[surface.index].plane is not None
-        key = (B, surface.index if plane else None)
+        normal = self._normal(surface)
+        key = (B, None if normal is None else surface.index)
         if key not in self._worst_cases:
             R_LW = self.rig.arms.X_WL[:3, :3].T
-            only = [R_LW @ self.rig.surfaces[surface.index].X_WO[:3, 2]] if plane else None
+            only = None if normal is None else [R_LW @ normal]
             tried = [
                 (held.loop(n).K_max(B)[0], i, pose, n)
                 for i, (pose, held) in enumerate(self.leaders.items())
@@ -208,16 +225,18 @@ class _Arms:
         return n
 
     @staticmethod
-    def _hands(held: HeldLeader, n: Array, B: float) -> dict[str, float]:
+    def _hands(press: _Press, B: float) -> dict[str, float]:
         """Limit [N/m] with each preset of `palpate.hands`, for the same pose and direction."""
-        return {name: replace(held, hand=hand.options()).loop(n).K_max(B)[0] for name, hand in PRESETS.items()}
+        return {
+            name: press.loop(replace(press.held, hand=hand.options())).K_max(B)[0] for name, hand in PRESETS.items()
+        }
 
-    def _faster(self, held: HeldLeader, n: Array, B: float) -> list[words.Advice]:
+    def _faster(self, press: _Press, B: float) -> list[words.Advice]:
         if self.o.follower.bandwidth == 0.0 or self.fixture:
             return []
         o = self.rig.options()
         o.follower.bandwidth *= 2.0
-        loop = replace(held, o=o).loop(n)
+        loop = press.loop(replace(press.held, o=o))
         return [(f"a follower's servo of {o.follower.bandwidth:g} Hz", lambda: loop.K_max(B)[0])]
 
 
@@ -241,7 +260,7 @@ def _poses(rig: Rig) -> Iterator[tuple[str, Array]]:
     X_LH, X_WT = arms.leader.fk(arms.q_leader0), arms.X_WB @ arms.follower.fk(arms.q_follower0)
     handle0 = X_LH[:3, 3].copy()
     last = path.period if path.period else float(path.times[-1])
-    for fraction in _PATH_FRACTIONS:
+    for fraction in PATH_FRACTIONS:
         i = int(np.argmin(np.abs(path.times - fraction * last)))
         X_LH[:3, 3] = handle0 + arms.X_WL[:3, :3].T @ (path.positions_W[i] - X_WT[:3, 3]) / rig.scene.mapping.scale
         q, _ = arms.leader.ik_nearest(X_LH, q0, restarts=0)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from palpate.certificate import Certificate
     from palpate.certificate.entry import Entry
-    from palpate.certificate.scene import Touched
+    from palpate.certificate.touched import Touched
     from palpate.scene import Scene
     from palpate.scene.rig import Rig
 
@@ -54,7 +54,8 @@ class Command:
         from palpate.certificate import certify_all
         from palpate.certificate.device import is_device
         from palpate.certificate.entry import stiffness
-        from palpate.certificate.scene import touched, worst_of
+        from palpate.certificate.scene import worst_of
+        from palpate.certificate.touched import touched
         from palpate.certificate.words import number
         from palpate.scene import Scene
         from palpate.scene.rig import build
@@ -93,7 +94,8 @@ class Command:
     def _certify_pairs(self, scene: Scene, console: Console) -> int:
         """Certify each pair, alone and with another instrument that touches the tool at the same time."""
         from palpate.arrays.plain import plain
-        from palpate.certificate.scene import certificates, touched, worst_of
+        from palpate.certificate.scene import certificates, worst_of
+        from palpate.certificate.touched import touched
         from palpate.certificate.words import number
         from palpate.scene.together import build_pairs
 

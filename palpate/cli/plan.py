@@ -22,6 +22,8 @@ class Command:
       palpate plan planning --to behind-gallbladder --out plan.yaml
       palpate plan scenes/planning.yaml --from home --to joints:0.2,-0.8,0.2,0.4,-0.2,0 --clearance 5mm
       palpate plan my.yaml --to goal.yaml --json plan.json --figure plan.png
+      palpate plan planning --to behind-gallbladder --retreat 20mm --approach 20mm
+      palpate plan my.yaml --through places.yaml --out plan.yaml
 
     A start or goal is a name (current, home, or one of the scene's planning.states), joints:q1,q2,... [rad, m],
     pose:x,y,z,roll,pitch,yaw of the tip in W [m, deg], or a YAML file with joints or pose. The exit code is 1 if no
@@ -36,6 +38,12 @@ class Command:
     """Start of the motion."""
     to: str = "home"
     """Goal of the motion."""
+    through: Annotated[Path | None, arg(metavar="FILE.yaml")] = None
+    """Plan through all places of a file instead, from the first to the last (palpate run --record-places)."""
+    retreat: str | None = None
+    """Begin with a retreat along the trocar by this distance, e.g. 20mm."""
+    approach: str | None = None
+    """Reach the goal by an insertion along the trocar of this distance, e.g. 20mm."""
     clearance: str | None = None
     """Smallest distance from everything, e.g. 3mm; the scene's planning.clearance when left out."""
     seed: int = 0
@@ -80,12 +88,19 @@ class Command:
         return 0 if found.success else 1
 
     def _found(self, problem: Problem) -> Plan:
-        clearance = _length(self.clearance)
+        clearance = _length(self.clearance, "--clearance")
         if self.trajectory is not None:
             from palpate.planning import moveit
 
             return moveit.checked(problem, moveit.read(self.trajectory), clearance)
-        return problem.plan(self.from_, self.to, clearance, self.seed, self.timeout, self.planner)
+        retreat, approach = _length(self.retreat, "--retreat"), _length(self.approach, "--approach")
+        if self.through is None and retreat is None and approach is None:
+            return problem.plan(self.from_, self.to, clearance, self.seed, self.timeout, self.planner)
+        from palpate.planning import goals
+
+        places = [self.from_, self.to] if self.through is None else goals.read_places(self.through)
+        rows = problem.with_trocar_motions(places, retreat or 0.0, approach or 0.0, self.seed)
+        return problem.through(rows, clearance, self.seed, self.timeout)
 
 
 def _lines(found: Plan) -> list[str]:
@@ -105,7 +120,7 @@ def _lines(found: Plan) -> list[str]:
     return lines
 
 
-def _length(text: str | None) -> float | None:
+def _length(text: str | None, name: str) -> float | None:
     from palpate.errors import PlanningError
     from palpate.values.units import convert
 
@@ -116,5 +131,5 @@ def _length(text: str | None) -> float | None:
         try:
             value = float(text)
         except ValueError:
-            raise PlanningError(f"--clearance {text!r} is not a length", mend="write e.g. 3mm") from None
+            raise PlanningError(f"{name} {text!r} is not a length", mend="write e.g. 3mm") from None
     return value

@@ -58,6 +58,12 @@ class Command:
     """Show the run in the viewer even without a terminal."""
     openigtlink: Annotated[int | None, arg(metavar="PORT")] = None
     """Send frames and force to 3D Slicer during the run, on this port of 127.0.0.1 (docs/frames.md); e.g. 18944."""
+    plan: Annotated[Path | None, arg(metavar="FILE.yaml")] = None
+    """Let this motion plan move the tool first (palpate plan --out); the hand takes over at its end."""
+    record_places: Annotated[Path | None, arg(metavar="FILE.yaml")] = None
+    """Store the follower's joints at each press of the pedal coag: start, way points and goal of a plan."""
+    speed: float = 1.0
+    """Pace of the plan, 1: as planned [-]."""
     pedals: Annotated[str | None, arg(metavar="KIND:FILE")] = None
     """Foot switches, keyboards or gamepads as pedals, several in quotes, e.g. footswitch:/dev/input/event7."""
     port: int = PORT
@@ -78,6 +84,9 @@ class Command:
             require_viewer()
         require_writable(self.json)
         scene = Scene.load(self.scene)
+        if self.plan is not None and (scene.pairs or scene.arms.leader.driver is not None):
+            what = "a scene with several pairs" if scene.pairs else "a scene with a driver"
+            raise PalpateError(f"--plan has no effect on {what}", mend="leave it out; palpate ros move moves real arms")
         if scene.pairs:
             from palpate.cli._pairs import run_pairs
 
@@ -99,11 +108,21 @@ class Command:
 
         say("reading surfaces, placing arms and planning the path")
         session = Session(scene, out=self.out or Path(scene.record.folder), seed=self.seed)
+        if self.plan is not None:
+            from palpate.planning import load
+
+            say("checking the plan in the scene")
+            session.execute(load(self.plan), self.speed)
+        if self.record_places is not None:
+            from palpate.session.places import PlaceRecorder
+
+            PlaceRecorder(session, self.record_places)
         say("computing the stability certificate")
         warn_outside(session.rig)
         return session
 
     def _run(self, session: Session, console: Console, realtime: bool) -> Summary:
+        from palpate.console.output import say
         from palpate.console.progress import Progress
 
         duration = session.scene.duration if self.duration is None else self.duration
@@ -113,7 +132,10 @@ class Command:
             self._sender(session),
             pedals(self.pedals, session.console, realtime),
         ):
-            return session.run(duration, realtime=realtime, on_progress=progress)
+            summary = session.run(duration, realtime=realtime, on_progress=progress)
+        if session.execution is not None:
+            say(console, session.execution.words())
+        return summary
 
     def _run_device(self, scene: Scene) -> int:
         """Render the scene on the device of its driver until the duration or Ctrl-C ends it; returns the exit code."""

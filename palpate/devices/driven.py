@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import threading
 import time
+import warnings
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from palpate import _core
 from palpate.arrays import Array
 from palpate.devices.driver import Driver, Facts, as_reading, facts
 from palpate.devices.loop import DeviceLoop, device_scene
-from palpate.errors import DeviceError, PalpateError
+from palpate.errors import DeviceError, PalpateError, PalpateWarning
 from palpate.record.ticks import Timing
 from palpate.scene.scene import Scene
 
@@ -49,6 +50,7 @@ class DrivenLoop(DeviceLoop):
         self.facts: Facts = facts(driver, name)
         cap = self.facts.force_max or scene.stability.force_cap
         scene = device_scene(scene, name, self.facts.rate, min(cap, scene.stability.force_cap))
+        scene = self._with_gripper(scene)
         super().__init__(scene, self.facts.resolution, self.facts.mass, self.facts.workspace)
         self.driver = driver
         self.stalls = 0  #: how often the watchdog wrote zero force
@@ -129,6 +131,17 @@ class DrivenLoop(DeviceLoop):
             f"at most {shares['max']:.0f} us",
         }
 
+    def _with_gripper(self, scene: Scene) -> Scene:
+        """The scene with a gripper torque that the driver can give."""
+        leader, most = scene.arms.leader, self.facts.gripper_max
+        if leader.gripper.torque > most == 0.0:
+            what = f"the gripper of {self.facts.name} has no motor: its fingers do not feel the jaws"
+            where = scene.where("arms", "leader", "gripper", "torque")
+            warnings.warn(PalpateWarning(what, where=where, mend="leave gripper.torque out"), stacklevel=4)
+        gripper = leader.gripper.model_copy(update={"torque": min(leader.gripper.torque, most)})
+        arms = scene.arms.model_copy(update={"leader": leader.model_copy(update={"gripper": gripper})})
+        return scene.model_copy(update={"arms": arms})
+
     # -- the thread of the driver ------------------------------------------------------------------------------------
 
     def _run(self) -> None:
@@ -175,6 +188,9 @@ class DrivenLoop(DeviceLoop):
                 self.named.add(fault)
         self._enter("write")
         self.driver.write(self._limited())
+        if self.facts.gripper_max > 0.0:
+            self._enter("grip")
+            self.driver.grip(self.cycle.gripper_torque)
         self._enter("")
 
     def _limited(self) -> Array:
@@ -212,6 +228,8 @@ class DrivenLoop(DeviceLoop):
     def _write_zero(self) -> None:
         try:
             self.driver.write(_ZERO.copy())
+            if self.facts.gripper_max > 0.0:
+                self.driver.grip(0.0)
         except BaseException as error:
             self._end(f"write() raised {type(error).__name__}: {error}")
 

@@ -49,6 +49,8 @@ class Driver:
     """Largest force that the device may be commanded [N]; 0: it renders no force."""
     moment_max: float = 0.0
     """Largest moment that the device may be commanded [N m]; 0: forces only."""
+    gripper_max: float = 0.0
+    """Largest torque of the gripper on the fingers [N m]; above 0, Palpate calls ``grip(torque)`` after ``write``."""
     workspace: tuple[float, float, float] = (0.1, 0.1, 0.1)
     """Lengths of the workspace along the axes of the base [m]."""
     resolution: float = 0.0
@@ -71,6 +73,9 @@ class Driver:
     def write(self, wrench: Array) -> None:
         """Command the wrench (6,) on the hand: force [N], moment [N m]; must also work while `read` hangs."""
 
+    def grip(self, torque: float) -> None:
+        """Command the torque of the gripper on the fingers, positive when it opens them [N m]."""
+
     def close(self) -> None:
         """Switch the motors off and disconnect. The last wrench that was written is zero."""
 
@@ -85,6 +90,7 @@ class Facts(NamedTuple):
     workspace: tuple[float, float, float]  # [m]
     resolution: float  # [m]; 0: unknown
     mass: float  # [kg]
+    gripper_max: float = 0.0  # [N m]; 0: its gripper has no motor
 
 
 def facts(driver: object, name: str) -> Facts:
@@ -110,7 +116,16 @@ def facts(driver: object, name: str) -> Facts:
         (float(sizes[0]), float(sizes[1]), float(sizes[2])),
         _number(driver, name, "resolution", 0.0, 0.01, "m", 0.0),
         _number(driver, name, "mass", 0.001, 100.0, "kg", MASS),
+        _gripper_max(driver, name),
     )
+
+
+def _gripper_max(driver: object, name: str) -> float:
+    most = _number(driver, name, "gripper_max", 0.0, 2.0, "N m", 0.0)
+    if most > 0.0 and not callable(getattr(driver, "grip", None)):
+        what = f"driver {name} has gripper_max = {most:g} N m, and no function grip"
+        raise DeviceError(what, mend="add grip(torque), or leave gripper_max out; see docs/device.md")
+    return most
 
 
 def as_reading(given: Any) -> Reading:

@@ -93,6 +93,14 @@ class Haptics:
         return self._loop.wrench.copy()
 
     @property
+    def gripper_torque(self) -> float:
+        """Torque of the gripper on the fingers after the last step, positive when it opens them [N m].
+
+        It is within ``arms.leader.gripper.torque`` of the scene, and zero after a fault.
+        """
+        return self._loop.cycle.gripper_torque
+
+    @property
     def status(self) -> str:
         """``ok``, or the names of all present conditions, the gravest first, e.g. ``left_handed not_finite``.
 

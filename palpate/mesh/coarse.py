@@ -15,15 +15,24 @@ MOST_TRIANGLES = 150_000
 
 def drawable(vertices: Array, triangles: Triangles, most: int = MOST_TRIANGLES) -> tuple[Array, Triangles]:
     """A mesh of about `most` triangles or fewer: all vertices in a grid cell are merged into their mean."""
+    coarse, faces, _ = coarser(vertices, triangles, most)
+    return coarse, faces
+
+
+def coarser(vertices: Array, triangles: Triangles, most: int) -> tuple[Array, Triangles, NDArray[np.int64]]:
+    """As `drawable`, for vertices (n, 3 + k) with further columns such as colours, which are averaged as well; and the
+    number (m,) of a triangle of the given surface for each one."""
     if len(triangles) <= most:
-        return vertices, triangles
-    a, b, c = (vertices[triangles[:, k]] for k in range(3))
+        return vertices, triangles, np.arange(len(triangles))
+    a, b, c = (vertices[triangles[:, k], :3] for k in range(3))
     area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
     cell = np.sqrt(2.0 * area / most)  # about two triangles in each cell that the surface crosses
-    _, group = np.unique(np.floor(vertices / cell).astype(np.int64), axis=0, return_inverse=True)
+    _, group = np.unique(np.floor(vertices[:, :3] / cell).astype(np.int64), axis=0, return_inverse=True)
     group = group.reshape(-1)
     count = np.bincount(group)
-    merged = np.stack([np.bincount(group, vertices[:, k]) for k in range(3)], axis=1) / count[:, None]
+    sums = np.stack([np.bincount(group, vertices[:, k]) for k in range(vertices.shape[1])], axis=1)
+    merged = np.asarray(sums / count[:, None])
     coarse = group[triangles]
     kept = (coarse[:, 0] != coarse[:, 1]) & (coarse[:, 1] != coarse[:, 2]) & (coarse[:, 2] != coarse[:, 0])
-    return merged, np.unique(coarse[kept], axis=0).astype(np.int32)
+    faces, first = np.unique(coarse[kept], axis=0, return_index=True)
+    return merged, faces.astype(np.int32), np.asarray(np.flatnonzero(kept)[first], dtype=np.int64)

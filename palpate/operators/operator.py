@@ -118,6 +118,11 @@ class Operator:
         late = _delayed(self._seen, self.person.visual_delay)
         return None if late is None else np.asarray(late + self._sight_error[self.k])
 
+    @property
+    def F(self) -> float:
+        """Force of the tool as the operator senses it [N]; after the first update."""
+        return self._sensed()
+
     def _velocity_along(self, aim: Aim) -> Array:
         error = float(np.linalg.norm(aim.error))
         care = max(0.2, 1.0 - error / (0.5 * aim.width))

@@ -61,10 +61,7 @@ class Checker:
         self.robot, self.world = robot, world
         self.checks = 0  #: configurations examined so far
         bodies, obstacles = robot.bodies, world.obstacles
-        self._solids: list[tuple[Any, Array]] = []  # geometry and its pose (4, 4) in the carrier's frame
-        for body in bodies:
-            solid, X = (geometry.mesh(*body.mesh), np.eye(4)) if body.mesh else geometry.capsule(body.capsule)
-            self._solids.append((solid.coal, X))
+        self._solids = robot.solids
         self._bounds = np.array([o.bounds_W for o in obstacles]).reshape(-1, 2, 3)
         free = [not self._may_touch(b.name, b.link, o.name) for b in bodies for o in obstacles]
         self.pairs = np.array(free, dtype=bool).reshape(len(bodies), len(obstacles))

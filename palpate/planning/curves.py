@@ -37,6 +37,12 @@ class Curve:
             c = np.diff(c, axis=0)
         return factor * (_bernstein(len(c) - 1, s) @ c)
 
+    def part(self, a: float, b: float) -> Curve:
+        """The part from a to b, 0 <= a < b <= 1; a corner is kept whole."""
+        if len(self.controls) > 2:
+            return self
+        return Curve(self.at(np.array([a, b])))
+
 
 def line(a: Array, b: Array) -> Curve:
     """The straight line from a (n,) to b (n,)."""

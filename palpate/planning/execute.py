@@ -17,14 +17,12 @@ import numpy as np
 
 from palpate.arrays import Array
 from palpate.errors import PlanningError
-from palpate.planning.checker import Checker
-from palpate.planning.curves import Curve
+from palpate.planning.ahead import Ahead, require_arm, require_start
 from palpate.planning.problem import Problem
 from palpate.planning.result import Plan
 from palpate.planning.world import World
 
 STOP_TIME = 0.04  # time in which a moving execution comes to rest [s]; 10 ms of the 50 are left to the transport
-_NEAR = 2e-3  # distance of the measured joints from the plan's start, beyond which it does not begin [rad, m]
 
 
 class Phase(Enum):
@@ -66,12 +64,10 @@ class Execution:
         self.time = 0.0  #: time along the plan [s]
         self._pace = 0.0
         self.speed = speed
-        if plan.arm != problem.robot.name or len(plan.joint_names) != problem.robot.arm.n:
-            raise PlanningError(f"the plan moves {plan.arm}, not {problem.robot.name}", mend="plan for this arm")
-        start = self._trajectory.at(np.zeros(1))[0][0]
+        require_arm(problem, plan)
         if q_now is not None:
-            self._require_start(np.asarray(q_now), start)
-        self._version = plan.world_version
+            require_start(plan, np.asarray(q_now))
+        self._ahead = Ahead(problem.robot, plan)
         if not self._is_free(self._world()):
             raise PlanningError(
                 "the scene has changed and the plan is not free in it", why=self.reason, mend="plan again"
@@ -116,7 +112,7 @@ class Execution:
     def step(self, dt: float) -> Array:
         """The next goal of the joints (n,) [rad, m], `dt` [s] after the one before."""
         world = self._world()
-        if self.phase is Phase.MOVING and world.version != self._version and not self._is_free(world):
+        if self.phase is Phase.MOVING and not self._is_free(world):
             self.phase = Phase.ABORTED
         wanted = self._speed if self.phase is Phase.MOVING else 0.0
         change = dt / STOP_TIME
@@ -128,34 +124,6 @@ class Execution:
         return np.asarray(self._trajectory.at(np.array([self.time]))[0][0])
 
     def _is_free(self, world: World) -> bool:
-        """True if the rest of the plan is proved free in a world; remembers the version of the world."""
-        if world.version == self._version:
-            return True
-        checker = Checker(self._problem.robot, world)
-        for curve in self.remaining():
-            found = checker.blocked(curve, self.plan.clearance_asked)
-            if found is not None:
-                self.reason = (
-                    f"{' and '.join(found.pair)} come nearer than {1e3 * self.plan.clearance_asked:g} mm ahead"
-                )
-                return False
-        self._version = world.version
-        return True
-
-    def _require_start(self, q_now: Array, start: Array) -> None:
-        if q_now.shape != start.shape:
-            raise PlanningError(f"the arm has {q_now.size} joints, the plan {start.size}", mend="plan for this arm")
-        away = np.abs(q_now - start)
-        if not away.max() <= _NEAR:  # also true of values that are not finite
-            joint = int(np.argmax(np.where(np.isfinite(away), away, np.inf)))
-            name = self.plan.joint_names[joint]
-            raise PlanningError(
-                f"the arm is {away[joint]:.3g} rad or m from the start of the plan: {name} is at {q_now[joint]:.4f}, "
-                f"the plan begins at {start[joint]:.4f}",
-                mend="move the arm there, or plan from joints:" + ",".join(f"{q:.4f}" for q in q_now),
-            )
-
-    def remaining(self) -> list[Curve]:
-        """The curves of the plan that lie ahead, the present one whole."""
-        first = self._trajectory.index_at(self.time)
-        return list(self.plan.curves[first:])
+        """True if the rest of the plan is proved free in a world."""
+        self.reason = self._ahead.prove(world, self.time, self._trajectory.duration)
+        return not self.reason

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from palpate.mesh import Mesh
     from palpate.surfaces.surface import Surface
 
+_SPECK = 1e-5  # size of the triangle that stands for a point of a cloud [m]
 _PLANE = 10.0  # half of the box that bounds a half-space for culling [m]
 
 
@@ -62,6 +63,12 @@ def mesh(vertices: Array, triangles: NDArray[Any], inflation: float = 0.0, kind:
     model.endModel()
     bounds = np.stack([vertices.min(axis=0), vertices.max(axis=0)])
     return Solid(model, bounds, inflation, kind)
+
+
+def cloud(points: Array, spacing: float) -> Solid:
+    """Points (n, 3) [m] as small triangles, inflated by their spacing [m]."""
+    corners = points[:, None, :] + _SPECK * np.array([[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]])
+    return mesh(corners.reshape(-1, 3), np.arange(3 * len(points)).reshape(-1, 3), spacing + _SPECK, "cloud")
 
 
 def capsule(value: Capsule) -> tuple[Solid, Array]:

@@ -94,6 +94,9 @@ def _from_text(text: str, states: dict[str, Array], what: str) -> Any:
 
 def _from_keys(data: dict[str, Any], what: str) -> Any:
     value: Any = data.get("joints")
+    if "places" in data:  # recorded by a pedal: the first is the start
+        rows = places(data, what)
+        value = rows[0] if what == "start" else rows[-1]
     if "pose" in data:
         value = data["pose"]
         if isinstance(value, dict) and "xyz" in value:
@@ -110,6 +113,25 @@ def _from_keys(data: dict[str, Any], what: str) -> Any:
     if np.ndim(value) == 2 and np.shape(value) != (4, 4):
         value = value[-1]  # a plan file: its end
     return value
+
+
+def places(data: dict[str, Any], what: str = "file") -> list[Any]:
+    """Joint positions of all places of a file that was recorded by a pedal.
+
+    Raises:
+        PlanningError: the file holds no place.
+    """
+    rows = [one.get("joints") for one in data.get("places") or [] if isinstance(one, dict)]
+    if not rows or any(row is None for row in rows):
+        raise PlanningError(
+            f"the {what} has no recorded place", mend="press the pedal: palpate run --record-places FILE"
+        )
+    return rows
+
+
+def read_places(path: Path) -> list[Any]:
+    """All places of a file; raises as `places`."""
+    return places(_from_file(path, "file of places"), "file of places")
 
 
 def _require_pose(X: Array, what: str) -> Array:

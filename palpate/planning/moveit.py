@@ -18,7 +18,7 @@ import yaml
 from palpate.arrays import Array
 from palpate.arrays.so3 import quaternions
 from palpate.errors import OutputError, PlanningError
-from palpate.planning import shorten
+from palpate.planning import moveit_scene, shorten
 from palpate.planning.allowed import disabled_pairs
 from palpate.planning.checker import Checker
 from palpate.planning.curves import line
@@ -28,6 +28,7 @@ from palpate.planning.result import Plan
 from palpate.planning.shapes import Capsule
 from palpate.planning.world import Obstacle
 
+_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 GROUP = "arm"
 _REASONS = {"Cannula": "User", "Linkage": "User"}  # reasons that MoveIt has no word for
 _SOLVER = {
@@ -54,6 +55,7 @@ def export(problem: Problem, folder: Path) -> list[Path]:
         "joint_limits.yaml": yaml.safe_dump({"joint_limits": rows}, sort_keys=False),
         "kinematics.yaml": yaml.safe_dump({GROUP: _SOLVER}, sort_keys=False),
         "planning_scene.scene": scene_text(problem.world.obstacles),
+        "planning_scene.yaml": yaml.dump(moveit_scene.planning_scene(problem), sort_keys=False, Dumper=_DUMPER),
     }
     files = []
     for file, text in texts.items():
@@ -151,27 +153,9 @@ def _shape_lines(obstacle: Obstacle) -> list[str]:
         return ["cylinder", f"{0.5 * size[0]:.9g} {size[2]:.9g}"]
     if solid.kind == "half-space":
         return ["plane", "0 0 1 0"]
-    vertices, triangles = _triangles(obstacle)
+    vertices, triangles = moveit_scene.triangles_of(obstacle)
     return ["mesh", f"{len(vertices)} {len(triangles)}", *(" ".join(f"{x:.9g}" for x in row) for row in vertices),
             *(" ".join(str(i) for i in row) for row in triangles)]  # fmt: skip
-
-
-def _triangles(obstacle: Obstacle) -> tuple[Array, Any]:
-    """Vertices and triangles of a mesh, or of a capsule, which MoveIt does not have."""
-    shape = obstacle.solid.coal
-    if hasattr(shape, "vertices"):
-        count = shape.num_tris
-        return np.asarray(shape.vertices()), np.array(
-            [[shape.tri_indices(i)[j] for j in range(3)] for i in range(count)]
-        )
-    import trimesh
-
-    if hasattr(shape, "halfLength"):
-        made = trimesh.creation.capsule(2.0 * shape.halfLength, shape.radius, count=[16, 16])
-        made.apply_translation(-0.5 * (made.bounds[0] + made.bounds[1]))
-    else:
-        made = trimesh.creation.icosphere(2, shape.radius)
-    return np.asarray(made.vertices), np.asarray(made.faces)
 
 
 def waypoints(message: Any, joint_names: Sequence[str]) -> Array:

@@ -21,6 +21,7 @@ from palpate.planning.result import Plan
 from palpate.planning.robot import Attached, Robot
 from palpate.planning.timing import Limits, Trajectory
 from palpate.planning.world import World, instrument, obstacle
+from palpate.surfaces import LiveCloud
 
 if TYPE_CHECKING:
     from palpate.scene import Scene
@@ -69,7 +70,8 @@ class Problem:
         names = {one.name for one in held}
         obstacles = [
             obstacle(obj.name, placed.body, placed.X_WO)
-            for obj, placed in zip(scene.objects, rig.surfaces, strict=True) if obj.name not in names
+            for obj, placed in zip(scene.objects, rig.surfaces, strict=True)
+            if obj.name not in names and not isinstance(placed.body, LiveCloud)  # which is empty before its first frame
         ]  # fmt: skip
         for i in range(len(section.instruments)):
             obstacles += _instrument(scene, i)
@@ -166,6 +168,34 @@ class Problem:
         q = q.copy()
         q[slides] = np.clip(q[slides] - depth, self.robot.arm.q_min[slides], self.robot.arm.q_max[slides])
         return q
+
+    def with_trocar_motions(
+        self, places: Sequence[Any], retreat: float = 0.0, approach: float = 0.0, seed: int = 0
+    ) -> list[Array]:
+        """Places of a sequence that retreats along the trocar first and reaches its goal by an insertion.
+
+        Args:
+            places: start, way points and goal.
+            retreat: distance of the retreat from the start [m]; 0: none.
+            approach: distance of the final insertion [m]; 0: none.
+            seed: of the inverse kinematics of poses.
+
+        Raises:
+            PlanningError: a place cannot be understood or reached, or the arm has no trocar.
+        """
+        rows: list[Array] = []
+        for k, place in enumerate(places):
+            q = goals.read(place, self.robot.arm, self.states, "start" if k == 0 else "goal")
+            if q.shape == (4, 4):
+                near = rows[-1] if rows else self.states["current"]
+                found = goals.solutions(self.robot.arm, rigid.inverse(self.robot.X_WB) @ q, near, seed)
+                if isinstance(found, goals.Unreachable):
+                    raise PlanningError(f"place {k + 1} is {found.reason}", mend="choose another place")
+                q = found[0]
+            rows.append(q)
+        first = [self.retreat(rows[0], retreat)] if retreat > 0.0 else []
+        last = [self.retreat(rows[-1], approach)] if approach > 0.0 else []
+        return [rows[0], *first, *rows[1:-1], *last, rows[-1]]
 
     def empty_plan(self, clearance: float, seed: int, planner: str) -> Plan:
         """A plan without a motion, with the values of this problem."""

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from palpate.arm import Arm, models_folder
 from palpate.arm.shapes import Visual
 from palpate.arrays import Array
-from palpate.planning import shapes
+from palpate.planning import geometry, shapes
 from palpate.planning.kinematics import Kinematics, pose_of
 from palpate.planning.shapes import Capsule
 
@@ -89,6 +89,15 @@ class Robot:
             carrier, X = self.kinematics.mount[held.link]
             v = held.vertices @ X[:3, :3].T + X[:3, 3]
             found.append(Body(held.name, held.link, carrier, shapes.around(v), (v, held.triangles)))
+        return found
+
+    @cached_property
+    def solids(self) -> list[tuple[Any, Array]]:
+        """Coal's geometry of each body, and its pose (4, 4) in the frame of the carrier."""
+        found = []
+        for body in self.bodies:
+            solid, X = (geometry.mesh(*body.mesh), np.eye(4)) if body.mesh else geometry.capsule(body.capsule)
+            found.append((solid.coal, X))
         return found
 
     @property

@@ -108,6 +108,21 @@ class Trajectory:
         """Index of the curve on which the motion is at a time [s]."""
         return int(np.clip(np.searchsorted(self._begins, t, "right") - 1, 0, len(self._pieces) - 1))
 
+    def between(self, begin: float, end: float) -> list[Curve]:
+        """The curves that are travelled from one time to another [s]; corners whole."""
+        first, last = self.index_at(begin), self.index_at(end)
+        curves = list(self.curves[first : last + 1])
+        a, b = self._place(first, begin), self._place(last, end)
+        if first == last:
+            return [curves[0].part(a, max(b, a))]
+        return [curves[0].part(a, 1.0), *curves[1:-1], curves[-1].part(0.0, b)]
+
+    def _place(self, index: int, t: float) -> float:
+        """The place in 0..1 of a curve at a time [s]."""
+        piece = self._pieces[index]
+        s = _along(piece, np.clip([t - piece.begin], 0.0, piece.duration))[0]
+        return float(np.clip(s[0] / piece.length, 0.0, 1.0))
+
     def sampled(self, rate: float) -> tuple[Array, Array]:
         """Times (N,) [s] and positions (N, n) [rad, m] at a rate [Hz], the end included."""
         t = np.r_[np.arange(0.0, self.duration, 1.0 / rate), self.duration]

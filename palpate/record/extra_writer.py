@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 from palpate.record.extra import RATE, TF, Extra, TransformTemplate
 from palpate.record.mcap_file import McapFile
 from palpate.record.messages import DEFINITIONS
+from palpate.record.snapshots import Snapshot
 from palpate.record.ticks import Ticks
 
 
@@ -26,6 +29,7 @@ class ExtraWriter:
         self._extra, self._number = extra, {topic: i for i, (topic, _) in self.channels.items()}
         self._template: TransformTemplate | None = None
         self._due = -np.inf
+        self._snapshots: list[Snapshot] = []
 
     def begin(self, file: McapFile, schemas: dict[str, int]) -> None:
         """Register the channels; schemas: ids of the message types that the file has."""
@@ -34,8 +38,12 @@ class ExtraWriter:
                 schemas[schema] = file.add_schema(schema, "ros2msg", DEFINITIONS[schema])
             file.add_channel(topic, schemas[schema], "cdr", {"offered_qos_profiles": ""})
 
+    def keep(self, snapshots: Sequence[Snapshot]) -> None:
+        """Keep snapshots, in order of time, until the ticks up to theirs are written; unknown topics are left out."""
+        self._snapshots += [one for one in snapshots if one.topic in self._number]
+
     def add(self, file: McapFile, ticks: Ticks, log_time: NDArray[np.uint64]) -> None:
-        """Write the frames of some of the ticks (n,), and at first what does not change."""
+        """Write the frames of some of the ticks (n,), the snapshots up to them, and at first what does not change."""
         messages = []
         if self._template is None:
             messages = [(self._number[topic], int(log_time[0]), data) for topic, data in self._extra.first()]
@@ -48,5 +56,10 @@ class ExtraWriter:
                 self._template = TransformTemplate(tuple(found))
             poses = np.array(list(found.values())).reshape(-1, 4, 4)
             messages.append((self._number["/tf"], time, self._template.message(poses, time)))
+        due = sum(one.t <= float(ticks["t"][-1]) for one in self._snapshots)
+        for one in self._snapshots[:due]:
+            messages.append((self._number[one.topic], max(round(1e9 * one.t), int(log_time[0])), one.data))
+        del self._snapshots[:due]
+        messages.sort(key=lambda message: message[1])
         if messages:
             file.add_messages(messages)

@@ -51,7 +51,9 @@ class McapFile:
         self._size = 0
         self._schemas: list[records.Schema] = []
         self._channels: list[records.Channel] = []
-        self._chunks: list[records.ChunkIndex] = []
+        self._chunk_indexes = bytearray()  # serialised: a run of days has hundreds of thousands
+        self._chunk_count = 0
+        self._start, self._end = 0, 0  # times of the first and the last message [ns]
         self._attachments: list[records.AttachmentIndex] = []
         self._metadata: list[records.MetadataIndex] = []
         self.counts: dict[int, int] = {}
@@ -130,7 +132,10 @@ class McapFile:
             self.counts[channel] = self.counts.get(channel, 0) + len(places)
         index.message_index_length = len(tail)
         self._write(chunk + tail)
-        self._chunks.append(index)
+        self._chunk_indexes += _bytes(index)
+        self._start = self._start if self._chunk_count else start
+        self._end = max(self._end, end)
+        self._chunk_count += 1
 
     def finish(self) -> str:
         """Write the summary and close the file; returns its SHA-256 (hexadecimal)."""
@@ -140,24 +145,23 @@ class McapFile:
             attachment_count=len(self._attachments),
             channel_count=len(self._channels),
             channel_message_counts=dict(sorted(self.counts.items())),
-            chunk_count=len(self._chunks),
+            chunk_count=self._chunk_count,
             message_count=sum(self.counts.values()),
-            message_end_time=max((chunk.message_end_time for chunk in self._chunks), default=0),
-            message_start_time=self._chunks[0].message_start_time if self._chunks else 0,
+            message_end_time=self._end,
+            message_start_time=self._start,
             metadata_count=len(self._metadata),
             schema_count=len(self._schemas),
         )
-        groups: list[tuple[Opcode, list[records.McapRecord]]] = [
-            (Opcode.SCHEMA, [*self._schemas]),
-            (Opcode.CHANNEL, [*self._channels]),
-            (Opcode.STATISTICS, [statistics]),
-            (Opcode.CHUNK_INDEX, [*self._chunks]),
-            (Opcode.ATTACHMENT_INDEX, [*self._attachments]),
-            (Opcode.METADATA_INDEX, [*self._metadata]),
+        groups = [
+            (Opcode.SCHEMA, _joined(self._schemas)),
+            (Opcode.CHANNEL, _joined(self._channels)),
+            (Opcode.STATISTICS, _bytes(statistics)),
+            (Opcode.CHUNK_INDEX, bytes(self._chunk_indexes)),
+            (Opcode.ATTACHMENT_INDEX, _joined(self._attachments)),
+            (Opcode.METADATA_INDEX, _joined(self._metadata)),
         ]
         summary, offsets = b"", b""
-        for opcode, members in groups:
-            data = b"".join(_bytes(m) for m in members)
+        for opcode, data in groups:
             offsets += _bytes(records.SummaryOffset(opcode, start + len(summary), len(data))) if data else b""
             summary += data
         footer = _bytes(records.Footer(start, start + len(summary), 0))
@@ -181,6 +185,10 @@ class McapFile:
             rest = rest[self._file.write(rest) :]
         self._sha256.update(data)
         self._size += len(data)
+
+
+def _joined(members: Sequence[records.McapRecord]) -> bytes:
+    return b"".join(_bytes(member) for member in members)
 
 
 def _bytes(record: records.McapRecord) -> bytes:

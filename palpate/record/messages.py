@@ -27,6 +27,9 @@ _FIELDS = {
         "geometry_msgs/Transform transform",
     ),
     "tf2_msgs/TFMessage": ("geometry_msgs/TransformStamped[] transforms",),
+    "std_msgs/MultiArrayDimension": ("string label", "uint32 size", "uint32 stride"),
+    "std_msgs/MultiArrayLayout": ("std_msgs/MultiArrayDimension[] dim", "uint32 data_offset"),
+    "std_msgs/Int16MultiArray": ("std_msgs/MultiArrayLayout layout", "int16[] data"),
     "sensor_msgs/CompressedImage": ("std_msgs/Header header", "string format", "uint8[] data"),
     "visualization_msgs/UVCoordinate": ("float32 u", "float32 v"),
     "visualization_msgs/MeshFile": ("string filename", "uint8[] data"),
@@ -91,7 +94,12 @@ def _definition(name: str) -> str:
     return text
 
 
-_OTHERS = {"tf2_msgs/msg/TFMessage", "std_msgs/msg/String", "visualization_msgs/msg/MarkerArray"}
+_OTHERS = {
+    "tf2_msgs/msg/TFMessage",
+    "std_msgs/msg/String",
+    "visualization_msgs/msg/MarkerArray",
+    "std_msgs/msg/Int16MultiArray",
+}
 DEFINITIONS = {
     schema: _definition(schema.replace("/msg/", "/")) for schema in sorted({*TYPE_OF_PART.values(), *_OTHERS})
 }

@@ -17,6 +17,7 @@ from palpate.errors import RecordError
 from palpate.record.channels import OPTIONAL, Channel, channels
 from palpate.record.mcap_file import MESSAGE_HEAD
 from palpate.record.mcap_scan import Scan, chunk_data, damaged, scan
+from palpate.record.snapshots import CAMERA, QUANTUM, SHAPE, SHAPES, Track, joints_of, shape_of
 from palpate.record.ticks import TICK, TICK_BYTES, Signal, Ticks, Timing
 from palpate.record.writer import TickEncoder, column
 
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 Numbered = dict[int, Channel]
 """Channel id in the file -> layout of the channel."""
+
+_TOPICS = frozenset(channel.topic for channel in channels(deterministic=False))
 
 
 @dataclass(frozen=True)
@@ -69,6 +72,34 @@ class Record:
         except (ValueError, TypeError) as error:
             raise damaged(path, error) from error
         return record
+
+    def snapshots(self, topic: str) -> Track | None:
+        """Shape of a soft object or joints of the camera over time (`palpate.record.snapshots`).
+
+        None if the file does not hold the topic, or another tool has rewritten it in another layout.
+        """
+        content = scan(self.path)
+        number = next((k for k, one in content.channels.items() if one.topic == topic), None)
+        if number is None:
+            return None
+        read = shape_of if content.schemas.get(content.channels[number].schema_id) == SHAPE else joints_of
+        signals = {k for k, one in content.channels.items() if one.topic in _TOPICS}
+        content.chunks = [chunk for chunk in content.chunks if _first_channel(chunk, self.path) not in signals]
+        found = [message for message in content.messages(self.path) if message.channel_id == number]
+        try:
+            values = [read(bytes(message.data)) for message in found]
+        except ValueError:
+            return None
+        if not found or len({value.shape for value in values}) != 1:
+            return None
+        times = np.array([message.log_time for message in found]) / 1e9
+        return Track(times, np.stack(values), QUANTUM if read is shape_of else 1.0)
+
+    @cached_property
+    def snapshot_topics(self) -> list[str]:
+        """Topics that `snapshots` reads."""
+        found = [one.topic for one in scan(self.path).channels.values()]
+        return [topic for topic in found if topic == CAMERA or topic.startswith(SHAPES)]
 
     @property
     def duration(self) -> float:

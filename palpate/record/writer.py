@@ -19,6 +19,7 @@ from palpate.record.channels import Channel, channels
 from palpate.record.extra import Extra
 from palpate.record.extra_writer import ExtraWriter
 from palpate.record.mcap_file import MESSAGE_HEAD, Block, McapFile
+from palpate.record.snapshots import Snapshot
 from palpate.record.ticks import TICK, Ticks, as_ticks
 
 CHUNKS_PER_SECOND = 4
@@ -93,10 +94,15 @@ class Recorder:
             ) from error
         self._guard(lambda: self._begin(scene_yaml, seed, rate))
 
-    def append(self, rows: NDArray[Any]) -> None:
-        """Record ticks: (n, TICK_DOUBLES) float64 or (n,) `TICK`, in order of time. Ignored after a failure."""
+    def append(self, rows: NDArray[Any], snapshots: Sequence[Snapshot] = ()) -> None:
+        """Record ticks: (n, TICK_DOUBLES) float64 or (n,) `TICK`, in order of time. Ignored after a failure.
+
+        snapshots: of the same time or later; they are written with the ticks of their time.
+        """
         if self.failure is not None or self.sha256 is not None or not len(rows):
             return
+        if self._extra is not None:
+            self._extra.keep(snapshots)
         ticks = as_ticks(rows)
         kept = ticks[-self._seen % self._every :: self._every].copy()
         self._seen += len(ticks)

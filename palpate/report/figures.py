@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from palpate.plotting.style import CAP, CELL, DEPTH, FORCE, INK, JOINTS, MUTED, PHASES, Canvas, curve
 from palpate.report.assumptions import FAST_FORCE
+from palpate.report.grasp import grasp_of
 from palpate.report.run import Run
 from palpate.report.soft import soft_law
 from palpate.tissue import indentation
@@ -113,6 +114,28 @@ def _terms_of_law(run: Run, axes: Axes, canvas: Canvas) -> None:
     _span(run, axes)
     _headroom(axes, 0.12)
     axes.legend(loc="upper right", ncols=2, handlelength=1.2)
+
+
+def grasp(run: Run, canvas: Canvas) -> Figure:
+    """Angle of the jaws, forces of both jaws, and the pull beside the friction that holds it."""
+    figure, held = _figure(canvas, 4.6, 5.4), grasp_of(run)
+    panels = figure.subplots(3, 1, sharex=True, height_ratios=[1.0, 1.0, 1.4])
+    points = canvas.points()
+    for name, label, color in (("jaw_goal", "goal", MUTED), ("jaw", "jaws", INK)):
+        curve(panels[0], run.t, np.degrees(run.ticks[name]), points, color=color, lw=1.0, label=label)
+    panels[0].set_ylabel("jaws [°]")
+    if held is not None:
+        for k, color in enumerate((FORCE, DEPTH)):
+            curve(panels[1], run.t, held.jaws[k], points, color=color, lw=1.0, label=f"jaw {k + 1}")
+        curve(panels[2], run.t, held.limit, points, color=CAP, lw=0.9, label=f"{held.friction:g} times both forces")
+        curve(panels[2], run.t, held.pull, points, color=FORCE, lw=1.0, label="pull along the jaws")
+    panels[1].set_ylabel("squeeze [N]")
+    panels[2].set(xlabel="time [s]", ylabel="pull [N]")
+    for axes in panels:
+        _headroom(axes, 0.3)
+        _legend(axes, canvas, 2)
+    _span(run, panels[2])
+    return figure
 
 
 def torques(run: Run, canvas: Canvas) -> Figure:

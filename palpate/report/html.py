@@ -18,6 +18,7 @@ from palpate.record.ticks import STATUS
 from palpate.report import elements, energy, imperfections, rates, touches, tracked
 from palpate.report.assumptions import FAST_FORCE, SlowMotion, slow_motion
 from palpate.report.diagram import diagram, signal_table
+from palpate.report.grasp import grasp_of
 from palpate.report.page import write
 from palpate.report.run import Run
 from palpate.report.soft import soft_law
@@ -76,6 +77,7 @@ def report(record: Record) -> str:
         figure("What the hand felt", _story_words(run), figures.story),
         figure("Where the tool went", _VIEWS + ("" if run.surface else _NO_SURFACE), views.path),
         figure("Force over penetration", _stiffness_words(run), figures.stiffness),
+        *([figure("What the jaws held", held.words(), figures.grasp)] if (held := grasp_of(run)) else []),
         section("The loop that ran", _LOOP, f"{diagram(run)}{_details('All recorded signals', signal_table(run))}"),
         figure("The two terms of the torque (Eq 13)", _TORQUE, figures.torques),
         section("The sphere's springs and dampers", _ELEMENTS, elements.table(run.ticks)),

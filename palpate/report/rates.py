@@ -6,8 +6,9 @@ from collections.abc import Iterable
 from html import escape
 
 from palpate.record.reader import Record
+from palpate.record.snapshots import CAMERA
 from palpate.report.run import Run
-from palpate.session.rates import Rate, cells, recorded
+from palpate.session.rates import Rate, cells, recorded, snapshot
 
 WORDS = (
     "Each loop with its measured rate, how late its cycles started, how many periods it missed, and the largest age of "
@@ -18,7 +19,13 @@ WORDS = (
 def rates_of(record: Record, name: str = "") -> list[Rate]:
     """The rates of a record; name: of its pair."""
     frames = Run(record).tracked_frames if "tracked_p" in record.signals else []
-    return recorded(name, record.ticks, record.rate, record.timing, frames)
+    rows = recorded(name, record.ticks, record.rate, record.timing, frames)
+    for topic in record.snapshot_topics:
+        track = record.snapshots(topic)
+        if track is not None:
+            what = "endoscope" if topic == CAMERA else f"shape of {topic.rsplit('/', 1)[1]}"
+            rows.append(snapshot(f"{name} {what}, recorded".strip(), track))
+    return rows
 
 
 def table(rates: Iterable[Rate]) -> str:

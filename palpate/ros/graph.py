@@ -24,6 +24,8 @@ DISCOVERY = 1.5
 """Time for discovery before the measurement [s]."""
 _HIDDEN = ("/rosout", "/parameter_events")
 _AT_ONCE = 24  # topics that are listened to at the same time
+COLLECTED = ("/tf", "/tf_static", "/diagnostics")
+"""Topics that ROS 2 collects from many nodes."""
 _OWN = "palpate_topic"  # name of the node that looks
 
 
@@ -60,6 +62,8 @@ class Graph:
     topics: list[TopicFacts]
     duplicate_nodes: list[str]
     """names that several nodes have, which ROS 2 does not allow"""
+    shared_topics: list[str]
+    """topics that several nodes publish, other than those that ROS 2 collects from many nodes"""
 
 
 @dataclass
@@ -109,7 +113,17 @@ def measure(seconds: float = 3.0, network: bool = False) -> Graph:
         )
         for name in sorted(set(names))
     ]
-    return Graph(seconds, nodes, topics, sorted(name for name, n in Counter(names).items() if n > 1))
+    twice = sorted(name for name, n in Counter(names).items() if n > 1)
+    return Graph(seconds, nodes, topics, twice, [one.name for one in topics if is_shared(one)])
+
+
+def is_shared(topic: TopicFacts) -> bool:
+    """True if several nodes publish the topic. A haptic node and its guardian, which takes over from it, count as one.
+
+    Their names are palpate_writer_MARK and palpate_guardian_MARK.
+    """
+    names = {name.replace("palpate_guardian_", "palpate_writer_") for name in topic.publishers}
+    return len(names) > 1 and topic.name not in COLLECTED
 
 
 def _hear(here: Any, names: list[str], seconds: float) -> dict[str, _Meter]:

@@ -19,6 +19,7 @@ def start(
     *,
     rate: float = 100.0,
     network: bool = False,
+    head_sensor: bool = False,
     on_progress: build.Progress = lambda _: None,
 ) -> Any:
     """Start the robot, which runs outside the interpreter until its `stop()`.
@@ -27,6 +28,7 @@ def start(
         arms: names, such as MTMR and PSM1.
         rate: rate of the measured states [Hz].
         network: communicate with other machines; otherwise only within this one.
+        head_sensor: a head sensor reports the operator's presence; otherwise the coag pedal does.
         on_progress: called with a line on each compilation at first use.
 
     Raises:
@@ -38,7 +40,7 @@ def start(
         raise PalpateError(
             f"--rate {rate:g}: the arms cannot publish at {rate:g} Hz", mend=f"choose from 1 to {FASTEST:g} Hz"
         )
-    robot, twin = dvrk.system(arms), dvrk.system(arms)
+    robot, twin = dvrk.system(arms, head_sensor=head_sensor), dvrk.system(arms)
     native = build.load(on_progress)
     return native.Robot(native.Context(network=network), robot, twin, rate)
 

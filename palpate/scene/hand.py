@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from palpate import _core
 from palpate.arrays import Array
 from palpate.errors import SceneError
+from palpate.scene.jaws import GripPoint
 from palpate.scene.scene import Scene
 from palpate.scene.surface import PlacedSurface
 
@@ -27,6 +30,11 @@ class HandPlan:
     positions_W: Array  # (k, 3) [m]
     period: float = 0.0  # period of the phases; 0: not periodic [s]
     phases: tuple[tuple[float, str], ...] = ()  # (start within the period [s], name)
+
+    def core(self, grip: Sequence[GripPoint] | None = None) -> _core.HandPath:
+        """The path of the core, with a program of pinch angles; None: half open."""
+        angles, times = [p.angle for p in grip or ()], [p.t for p in grip or ()]
+        return _core.HandPath(self.times.tolist(), self.positions_W, angles or None, times or None)
 
     def phase(self, t: float) -> str:
         """Phase at time ``t`` [s]: ``approach``, ``press``, ``slide`` or ``leave``; empty for a path of way points."""

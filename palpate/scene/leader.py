@@ -10,6 +10,7 @@ from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 
 from palpate import _core
 from palpate.arm import NAMES
+from palpate.scene.jaws import GripperSection
 from palpate.values import NotNegative, Number, Pose, Positive, Section
 
 _C = _core.SimulationOptions()
@@ -65,6 +66,8 @@ class LeaderSection(Section):
     """frame of the scene's frames in which base is given; with a frame and without base, the base is that frame"""
     start: Joints | None = None
     """joint positions at the start; when left out, the handle takes the orientation of the tool [rad, m]"""
+    gripper: GripperSection = GripperSection()
+    """the gripper, which moves the jaws of the follower"""
     model_mass_scale: Positive = 1.0
     """masses in the controller's gravity model relative to the true masses [-]"""
     gravity_model: str | None = None

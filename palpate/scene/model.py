@@ -9,6 +9,7 @@ from pydantic import Field, field_validator, model_validator
 from palpate import _core
 from palpate.scene.clouds import CloudSection
 from palpate.scene.force import Presence
+from palpate.scene.jaws import JawSection
 from palpate.scene.leader import ArmName, LeaderSection
 from palpate.scene.soft import TissueSection
 from palpate.scene.solids import (
@@ -42,6 +43,8 @@ class FollowerSection(Section):
     """X_WT: pose of the tool at the start; when left out, at the start of the operator's path"""
     bandwidth: NotNegative = _C.follower.bandwidth
     """natural frequency of the joint servos; 0: ideal servos [Hz]"""
+    jaw: JawSection = JawSection()
+    """the jaws of the tool"""
 
 
 class ArmsSection(Section):

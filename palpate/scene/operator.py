@@ -9,6 +9,7 @@ from pydantic import AfterValidator, Field, ValidationInfo, WithJsonSchema, mode
 
 from palpate import _core, hands
 from palpate.errors import RecordingError
+from palpate.scene.jaws import GripPoint, check_times
 from palpate.values import NotNegative, Number, Positive, Section, Vector
 
 _C = _core.SimulationOptions()
@@ -89,6 +90,8 @@ class OperatorSection(Section):
     path: tuple[WayPoint, ...] | None = None
     """instead of palpate: way points of the tool. The hand passes them without a stop; it stops at both ends, at
     repeated way points, and where the path turns by 90 degrees or more"""
+    grip: tuple[GripPoint, ...] | None = None
+    """pinch angle over time, from one to the next by minimum jerk; half open when left out"""
     hand: HandName = "normal"
     """grip of the handle: relaxed, light, normal, firm, rigid; or a file of `palpate calibrate hand`, relative to the
     scene file"""
@@ -115,6 +118,7 @@ class OperatorSection(Section):
 
     @model_validator(mode="after")
     def _check_path(self) -> OperatorSection:
+        check_times(self.grip)
         for before, after in zip(self.path or (), (self.path or ())[1:], strict=False):
             if after.t <= before.t:
                 raise ValueError(f"path: times must rise: {after.t:g} s follows {before.t:g} s | sort the way points")

@@ -15,7 +15,7 @@ from palpate.errors import PalpateWarning, RecordingError, SceneError
 from palpate.frames import FrameGraph
 from palpate.guidance.context import FixtureContext
 from palpate.hands import PRESETS
-from palpate.scene import arms, force_source, gains, guidance, hand, placed_ecm, placing, surface, tool
+from palpate.scene import arms, force_source, gains, grip, guidance, hand, placed_ecm, placing, surface, tool
 from palpate.scene.scene import Scene
 from palpate.surfaces import DistanceGrid
 
@@ -51,6 +51,7 @@ class Rig:
         _fill(o, scene.operator, "tremor")
         o.leader = self._with_imperfections(o.leader)  # set after the torques, which use the model file
         o.stability = self._stability(o)
+        grip.fill(o, scene)
         if not self.arms.leader.orients:
             o.mapping.align_rate = 0.0  # the handle cannot rotate, so the tool keeps its orientation
         _fill(o.follower, scene.arms.follower, "bandwidth")
@@ -117,6 +118,9 @@ class Rig:
                 name = str(self.scene.path_of(i).resolve())
                 section = data["objects"][i]
                 section[obj.source] = name if obj.cloud is None else section["cloud"] | {"file": name}
+            if absolute and obj.tissue is not None and obj.tissue.volume is not None:
+                volume = self.scene.path_to(obj.tissue.volume, self.scene.where("objects", i, "tissue"))
+                data["objects"][i]["tissue"]["volume"] = str(volume.resolve())
         arms = data["arms"]
         for side in ("leader", "follower"):
             path = self.scene.arm_path(side)
@@ -171,7 +175,7 @@ class Rig:
             gravity = self.gravity_model(key)
             if gravity is not None:
                 arm.set_gravity_model(gravity.terms, gravity.theta)
-        path = _core.HandPath(self.path.times.tolist(), self.path.positions_W)
+        path = self.path.core(self.scene.operator.grip)
         try:
             made = _core.Simulation(
                 options or self.options(seed), leader, model, self.arms.follower, self.snapshot, path
@@ -215,6 +219,7 @@ def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | Non
     path = hand.plan(scene, placed, until)
     camera = placed_ecm.place(scene, path)
     both = arms.place(scene, placed, path, None if camera is None else camera.R_WL)
+    grip.check(scene, both.follower)
     spheres = tool.tool_spheres(both.follower, scene.contact.spheres, scene.contact.whole_tool)
     context = guidance.fixture_context(scene, placed, both)
     frames = placing.whole_graph(scene, both.X_WL, both.X_WB)

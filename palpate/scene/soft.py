@@ -27,7 +27,20 @@ def _known(name: str) -> str:
 PresetName = Annotated[str, AfterValidator(_known), WithJsonSchema({"enum": list(PRESETS)})]
 
 _MATERIAL = ("young", "poisson", "density", "yeoh")
-_Poisson = Annotated[float, Field(strict=True, ge=0.0, le=HIGHEST_POISSON)]
+
+
+def _compressible(value: float) -> float:
+    if not 0.0 <= value <= HIGHEST_POISSON:
+        why = "an incompressible body has no finite bulk modulus" if value >= 0.5 else "the body would not be stable"
+        raise ValueError(f"must lie from 0 to {HIGHEST_POISSON}: {why}. Got: {value:g} | 0.45 to 0.49 for soft tissue")
+    return value
+
+
+_Poisson = Annotated[
+    float,
+    Field(strict=True, json_schema_extra={"minimum": 0.0, "maximum": HIGHEST_POISSON}),
+    AfterValidator(_compressible),
+]
 
 
 class SpotSection(Section):

@@ -23,7 +23,7 @@ _LEADERS = 0.05  # smallest distance between the bases of two leaders [m]
 
 
 def build_pairs(scene: Scene, bodies: Bodies | None = None, until: float | None = None) -> Rigs:
-    """Set up every pair of a scene; the surfaces and the snapshot of the objects are shared.
+    """Set up every pair of a scene; surfaces, snapshot of the objects and soft bodies are shared.
 
     Args:
         scene: a scene with the section `pairs`.
@@ -36,7 +36,7 @@ def build_pairs(scene: Scene, bodies: Bodies | None = None, until: float | None 
     rigs: Rigs = {}
     for name, one in scene.each_pair().items():
         rig = build(one, shared, until)
-        first = next(iter(rigs.values()), rig)
+        first = next(iter(rigs.values()), replace(rig, snapshot=_core.share_bodies(rig.snapshot)))
         rigs[name] = replace(rig, snapshot=first.snapshot, surfaces=first.surfaces)
     check_apart(scene, rigs)
     return _with_one_camera(scene, rigs)

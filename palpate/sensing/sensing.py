@@ -66,6 +66,7 @@ class Sensing:
         }
         self._targets = {name: (0.0, np.zeros(3), np.zeros(3)) for name in self.streams}  # t, X, V
         self._objects = list(rig.snapshot.objects)
+        self._rendered: dict[str, tuple[_core.PointSurface, float]] = {}
         self.frames: dict[str, CloudFrame] = {}  #: newest frame of each object, for drawings
 
     def step(self, t: float) -> int:
@@ -86,6 +87,7 @@ class Sensing:
             found.core.translate(stream.rebase(X, found.V, now))
             self._targets[name] = (frame.t, X - found.V * (now - frame.t), found.V)
             self._replace(name, found.core)
+            self._rendered[name] = (found.core, stream.spacing)
             built += 1
         if built:
             self._loop.set_snapshot(_core.Snapshot(self._objects))
@@ -99,6 +101,10 @@ class Sensing:
     def status(self, t: float) -> dict[str, str]:
         """State of each stream in words, at the session's time t [s]."""
         return {name: _state(stream, t) for name, stream in self.streams.items()}
+
+    def clouds(self) -> dict[str, tuple[_core.PointSurface, float]]:
+        """The newest surface of each object that has one, as handed to the loop, and its spacing [m]; any thread."""
+        return dict(self._rendered)
 
     def close(self) -> None:
         """Close all sources."""

@@ -86,6 +86,11 @@ class Stream:
         self._since_key = np.zeros(3)  # displacement of the surface since the key frame, at the newest stamp [m]
 
     @property
+    def spacing(self) -> float:
+        """Distance between the averaged points [m]; 0 before the first frame."""
+        return 0.0 if self._scales is None else self._scales.voxel
+
+    @property
     def remembered(self) -> Array:
         """Points (n, 3) in O that the instrument hides, and that were seen before [m]."""
         return self._memory.points - self._anchor

@@ -44,6 +44,7 @@ class CameraArm:
         self._hands0: Array | None = None
         self._holding = np.zeros(len(X_WL), dtype=bool)
         self._done = PictureMotion()
+        self.steps = 0  #: number of periods in which the hands were asked
 
     @property
     def q(self) -> Array:
@@ -75,6 +76,7 @@ class CameraArm:
 
     def steer(self, ticks: Sequence[Ticks], dt: float) -> None:
         """One period [s] with the newest tick of each hand: the hands in the state `camera` move the camera."""
+        self.steps += 1
         pressed = [machine.name_of(float(tick["session_state"])) == "camera" for tick in ticks]
         self.step(pressed, [tick["p_LH"] for tick in ticks], dt)
 

@@ -81,6 +81,7 @@ class Console:
             raise StateError(f"there is no pedal {pedal!r}", where=source, mend=mend)
         with self._lock:
             before = self.pedals
+            self._down[pedal].pop(_lost(source), None)
             self._down[pedal][source] = bool(down)
             self._kept.discard(pedal)
             self._send(before)
@@ -93,9 +94,17 @@ class Console:
             for pedal, sources in self._down.items():
                 was_down = sources.pop(source, None)
                 if was_down is not None and pedal in PRESENCE:
-                    sources[f"{source} (lost)"] = False
+                    sources[_lost(source)] = False
                 elif was_down:
                     self._kept.add(pedal)
+            self._send(before)
+
+    def forget(self, pedal: str, source: str) -> None:
+        """End what a source reports of a pedal, as if it had never reported it."""
+        with self._lock:
+            before = self.pedals
+            for name in (source, _lost(source)):
+                self._down[pedal].pop(name, None)
             self._send(before)
 
     @property
@@ -195,3 +204,8 @@ class Console:
         with self._lock:
             for hand in self._hands:
                 hand.change(**values)
+
+
+def _lost(source: str) -> str:
+    """Name under which the presence that a lost source reported counts as absence, until it reports again."""
+    return f"{source} (lost)"

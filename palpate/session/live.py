@@ -11,33 +11,41 @@ from datetime import datetime, timedelta
 from functools import partial
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
 from palpate import _core
 from palpate.arrays import Array
-from palpate.errors import PalpateError
+from palpate.errors import PalpateError, StateError
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.lists import with_unique_names
 from palpate.guidance.steered import SteeredFixtures
+from palpate.record import snapshots
 from palpate.record.ticks import Ticks, Timing, as_ticks
 from palpate.record.writer import Recorder
 from palpate.scene.rig import Rig
 from palpate.sensing import sensing as sensing_module
 from palpate.sensing.source import Clouds, as_sources
+from palpate.session import execution as plan_execution
 from palpate.session import machine
 from palpate.session.camera import CameraArm
 from palpate.session.console import Console
 from palpate.session.controls import Controls
+from palpate.session.execution import PlanExecution
 from palpate.session.faults import how_to_leave
 from palpate.session.loop import Loop
 from palpate.session.periodic import every
 from palpate.session.recorded_frames import RecordedFrames
 from palpate.session.run_folder import keep_scene, new_folder, require_writable
+from palpate.session.snapshots import Snapshots
 from palpate.session.state import State
 from palpate.session.summary import Summary, Totals
 from palpate.trackers.tracking import PERIOD, Tracking
+
+if TYPE_CHECKING:
+    from palpate.planning.problem import Problem
+    from palpate.planning.result import Plan
 
 DRAIN = 0.05
 """Period at which the loop's ring buffer is drained [s]."""
@@ -101,6 +109,8 @@ class LiveSession:
         self.sensing = _sensing(rig, loop, clouds)  #: turns the frames of sensors into surfaces
         if self.sensing is not None:
             weakref.finalize(self, self.sensing.close)
+        self._snapshots = Snapshots(rig, self.soft_vertices, self._camera_joints)
+        self.execution: PlanExecution | None = None  #: the newest plan that moves, or moved, the follower
         self._beside: list[threading.Thread] = []  # work beside the loop, in the order in which it ends
         self.notes: list[str] = []  #: problems outside of the loop, e.g. a full disk
 
@@ -199,6 +209,30 @@ class LiveSession:
             controls = self._loop.controls
             machine.apply(controls, request)
             self._loop.controls = controls
+
+    def execute(
+        self, plan: Plan, speed: float = 1.0, guard: float = plan_execution.GUARD, problem: Problem | None = None
+    ) -> PlanExecution:
+        """Let a plan move the follower (docs/planning-execution.md); afterwards the hand takes over, as after a clutch.
+
+        Args:
+            plan: the plan; it begins where the follower is, and must be free in the scene as it is now.
+            speed: pace, 1: as planned; 0 < speed <= 1.
+            guard: contact force on the tool that stops the motion [N].
+            problem: the planning problem of the scene, if there is one already.
+
+        Raises:
+            PlanningError: the plan begins elsewhere, belongs to another arm, or is not free any more; nothing moves.
+            StateError: the session is in a state without plans, a plan is under way, or its follower takes none.
+        """
+        if self.execution is not None and not self.execution.over and self.execution.phase != "waiting":
+            raise StateError("another plan moves the follower", mend="session.execution.stop()")
+        self.execution = plan_execution.begin(
+            self._loop, self.rig, self.sensing, self.latest, plan, speed, guard, problem
+        )
+        if self._pump is not None:
+            self._beside.append(self._watch_execution())
+        return self.execution
 
     @property
     def fixtures(self) -> tuple[Fixture, ...]:
@@ -312,10 +346,41 @@ class LiveSession:
             found.append(every(PERIOD, step, self._stop_pump, "tracking", self._note, last))
         if self.camera is not None:
             found.append(every(PERIOD, self._steer_camera, self._stop_pump, "camera", self._note))
+        if self.takes_snapshots:
+            step = partial(self._timed, self._snapshots.take)
+            found.append(every(1.0 / snapshots.RATE, step, self._stop_pump, "snapshots", self._note))
         if sensing is not None:
             step = partial(self._timed, sensing.step)
             found.append(every(sensing_module.PERIOD, step, self._stop_pump, "sensing", self._note, sensing.hold))
+        if self.execution is not None and not self.execution.over:
+            found.append(self._watch_execution())
         return found
+
+    @property
+    def takes_snapshots(self) -> bool:
+        """True if the record needs snapshots of soft objects or of the camera."""
+        return self._out is not None and self.recording and self.scene.record.frames and self._snapshots.needed
+
+    def take_snapshot(self) -> None:
+        """Take a snapshot of the newest tick, if one is due."""
+        if self.takes_snapshots:
+            self._snapshots.take(float(self.latest()["t"]))
+
+    @property
+    def camera_arm(self) -> CameraArm | None:
+        """The endoscope arm, also one that several sessions share; None if the scene has none."""
+        return self.camera
+
+    def _camera_joints(self) -> Array | None:
+        return None if self.camera_arm is None else self.camera_arm.q
+
+    def _watch_execution(self) -> threading.Thread:
+        return every(plan_execution.PERIOD, self._look_ahead, self._stop_pump, "execution", self._note)
+
+    def _look_ahead(self) -> None:
+        """Let the execution of a plan look at the world ahead."""
+        if self.execution is not None and not self.execution.over:
+            self.execution.look()
 
     def _timed(self, step: Callable[[float], object]) -> None:
         step(float(self.latest()["t"]))
@@ -339,7 +404,7 @@ class LiveSession:
             self._totals.add(ticks)
             self._taken += len(ticks)
             if self._recorder is not None:
-                self._recorder.append(ticks)
+                self._recorder.append(ticks, self._snapshots.collect())
                 if self._recorder.failure and self._recorder.failure not in self.notes:
                     self.notes.append(self._recorder.failure)
 

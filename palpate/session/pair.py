@@ -25,6 +25,11 @@ class Run(Protocol):
         """Folder of the run."""
         ...
 
+    @property
+    def camera(self) -> CameraArm | None:
+        """The endoscope arm that the hands of all pairs steer."""
+        ...
+
 
 class PairSession(Session):
     """The session of one pair. Its record lies in a folder with the pair's name, in the folder of the run."""
@@ -45,6 +50,11 @@ class PairSession(Session):
 
     def _own_camera(self) -> CameraArm | None:
         return None  # the pairs of a run have one camera, which all hands steer
+
+    @property
+    def camera_arm(self) -> CameraArm | None:
+        """The endoscope arm that all pairs share."""
+        return self._run.camera
 
     def note(self, words: str) -> None:
         """Add a problem outside of the loop to the faults of the summary."""

@@ -247,7 +247,8 @@ class PairsSession:
     def _advance(self, n: int) -> list[np.ndarray]:
         """Run `n` ticks of all pairs in turns; trackers, sensors and the camera have their turn every `PERIOD`."""
         beside = [p for s in self.pairs.values() for p in (s.tracking, s.sensing) if p is not None]
-        if not beside and self.camera is None:
+        snapshots = any(session.takes_snapshots for session in self.pairs.values())
+        if not beside and self.camera is None and not snapshots:
             return list(_core.run_in_turns(self._loops, n))
         size, done = max(1, round(PERIOD * self.scene.rates.haptic)), []
         while n > 0:
@@ -255,6 +256,8 @@ class PairsSession:
                 for part in beside:
                     part.step(float(self.latest()["t"]))
                 self._seat.steer()
+                for session in self.pairs.values():
+                    session.take_snapshot()
                 self._ticks_to_steps = size
             some = min(self._ticks_to_steps, n)
             done.append(_core.run_in_turns(self._loops, some))

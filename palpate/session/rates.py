@@ -8,8 +8,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from palpate.record.snapshots import RATE, Track
 from palpate.record.ticks import Ticks, Timing
 from palpate.session.live import LiveSession
+from palpate.session.snapshots import soft_objects
+from palpate.trackers.tracking import PERIOD
 
 
 @dataclass(frozen=True)
@@ -47,10 +50,11 @@ class LiveRates:
     def __init__(self, sessions: Mapping[str, LiveSession]) -> None:
         self._sessions = dict(sessions)
         self._before: dict[str, tuple[float, float]] = {}  # time of the clock and value of the count at the last call
+        self._cameras: dict[int, int] = {}  # session whose row shows a camera
         self._fresh: dict[str, tuple[float, float]] = {}  # newest value and the time of the clock when it was new
 
     def rows(self) -> list[Rate]:
-        """One row for the haptic loop of each session, and one for each tracked frame and sensor."""
+        """One row for each haptic loop, soft object, tracked frame and sensor, and for the endoscope."""
         return [row for name, session in self._sessions.items() for row in self._of(name, session)]
 
     def _of(self, name: str, session: LiveSession) -> list[Rate]:
@@ -67,11 +71,33 @@ class LiveRates:
             self._age(label, float(tick["t"])),
         )
         rows = [loop]
+        t = float(tick["t"])
+        for k, soft in soft_objects(session.rig).items():
+            key = f"{name} soft {soft}".strip()  # the body steps in the loop; its surface reaches others in snapshots
+            rows.append(Rate(key, session.rate, loop.measured_Hz, age_s=self._surface_age(key, session, k)))
         gates = session.tracking.gates if session.tracking is not None else {}
         for child, gate in gates.items():
-            t = float(tick["t"])
-            rows.append(Rate(f"{name} frame {child}".strip(), None, None, age_s=t - gate.seen_at))
-        return rows
+            key = f"{name} frame {child}".strip()
+            rows.append(Rate(key, None, self._measured(key, gate.taken), age_s=t - gate.seen_at))
+        streams = session.sensing.streams if session.sensing is not None else {}
+        for sensed, stream in streams.items():
+            key = f"{name} cloud {sensed}".strip()
+            used, last = stream.gate.counts.used, stream.gate.last
+            rows.append(Rate(key, None, self._measured(key, used), age_s=t - last if used else None))
+        return rows + self._camera(session)
+
+    def _camera(self, session: LiveSession) -> list[Rate]:
+        """The row of the endoscope arm, which several pairs share."""
+        camera = session.camera_arm
+        if camera is None or self._cameras.setdefault(id(camera), id(session)) != id(session):
+            return []
+        rate = self._measured("endoscope", camera.steps)
+        return [Rate("endoscope", 1.0 / PERIOD, rate, age_s=self._age("endoscope", camera.steps))]
+
+    def _surface_age(self, key: str, session: LiveSession, index: int) -> float | None:
+        """Time since the surface changed, None before it does; a body at rest looks old."""
+        shape = float(np.abs(session.soft_vertices(index)).sum())
+        return self._age(key, shape) if session.running else None
 
     def _measured(self, key: str, count: float) -> float | None:
         now = time.monotonic()
@@ -105,6 +131,12 @@ def recorded(name: str, ticks: Ticks, rate: float, timing: Timing | None, frames
     longest = float(np.diff(t).max()) if len(t) > 1 else None
     loop = Rate(f"{name} haptic loop".strip(), rate, (len(t) - 1) / ran if ran > 0 else None, p50, p99, missed, longest)
     return [loop, *(_frame(name, child, k, ticks, span) for k, child in enumerate(frames))]
+
+
+def snapshot(name: str, track: Track) -> Rate:
+    """The rate of recorded snapshots: the shape of a soft object, or the joints of the endoscope arm."""
+    longest = float(np.diff(track.t).max()) if len(track.t) > 1 else None
+    return Rate(name, RATE, track.rate or None, age_s=longest)
 
 
 def _frame(name: str, child: str, slot: int, ticks: Ticks, span: float) -> Rate:

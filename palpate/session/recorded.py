@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from palpate.errors import SceneError
 from palpate.record.reader import Record
+from palpate.scene.model import ObjectSection
 from palpate.scene.scene import Scene
 from palpate.session.run_folder import SCENE
 
@@ -31,9 +34,18 @@ def recorded_scene(record: Record) -> Scene:
         else obj
         for obj in scene.objects
     )
+    objects = tuple(_with_volume(obj, original) for obj in objects)
     sections = {
         side: getattr(scene.arms, side).model_copy(update={"model": str(file)})
         for side, file in arm_files.items()
         if file is not None and file.is_file()
     }
     return scene.model_copy(update={"objects": objects, "arms": scene.arms.model_copy(update=sections)})
+
+
+def _with_volume(obj: ObjectSection, original: Scene) -> ObjectSection:
+    """The object with the file of its tetrahedra where the scene next to the record has it."""
+    there = next((one.tissue for one in original.objects if one.name == obj.name), None)
+    if obj.tissue is None or there is None or there.volume is None or not Path(there.volume).is_file():
+        return obj
+    return obj.model_copy(update={"tissue": obj.tissue.model_copy(update={"volume": there.volume})})

@@ -17,8 +17,10 @@ from palpate.record.extra import (
     text_message,
     transform_message,
 )
+from palpate.record.snapshots import CAMERA, JOINTS, SHAPE, topic_of
 from palpate.record.ticks import Ticks
 from palpate.scene.rig import Rig
+from palpate.session.snapshots import soft_objects
 from palpate.trackers.sending import object_poses
 
 MOST_TRIANGLES = 8_000
@@ -42,6 +44,9 @@ class RecordedFrames:
         self._models = {f"/{side}/robot_description": arm.urdf for side, arm in self._arms.items() if arm.urdf}
         self.topics = {"/tf_static": TF, "/scene/arms": MARKERS, "/scene/objects": MARKERS}
         self.topics |= dict.fromkeys(self._models, TEXT)
+        self.topics |= {topic_of(name): SHAPE for name in soft_objects(rig).values()}
+        if rig.ecm is not None:
+            self.topics[CAMERA] = JOINTS
 
     def first(self) -> list[tuple[str, bytes]]:
         """As `Extra.first`."""

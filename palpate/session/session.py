@@ -113,7 +113,8 @@ class Session(LiveSession):
 
     def _advance(self, n: int) -> Rows:
         """Run `n` ticks; trackers and sensors are read every `PERIOD`."""
-        if self.tracking is None and self.sensing is None and self.camera is None:
+        beside = self.tracking is not None or self.sensing is not None or self.camera is not None
+        if not beside and not self.takes_snapshots and not self._executes:
             return self._sim.run(n)
         size, done = max(1, round(PERIOD * self.rate)), []
         while n > 0:
@@ -122,11 +123,17 @@ class Session(LiveSession):
                     if part is not None:
                         part.step(float(self.latest()["t"]))
                 self._steer_camera()
+                self.take_snapshot()
+                self._look_ahead()
                 self._ticks_to_tracking = size
             some = min(self._ticks_to_tracking, n)
             done.append(self._sim.run(some))
             n, self._ticks_to_tracking = n - some, self._ticks_to_tracking - some
         return np.concatenate(done)
+
+    @property
+    def _executes(self) -> bool:
+        return self.execution is not None and not self.execution.over
 
     def _run_lockstep(self, n: int, on_progress: Callable[[State], None] | None) -> None:
         self._require_own_clock()

@@ -108,8 +108,8 @@ class Totals:
             timing: result of `Simulation.timing()`, for missed ticks.
             known: fields of `Summary` that the ticks do not contain: realtime, faults, record, ...
         """
-        us = np.concatenate(self._cycle_us) if self._cycle_us else np.zeros(0)
-        p50, p99, p999 = np.percentile(us, [50, 99, 99.9]).tolist() if len(us) else (0.0,) * 3
+        us = np.concatenate(self._cycle_us) if self._kept else np.zeros(1)
+        p50, p99, p999 = np.percentile(us, [50, 99, 99.9]).tolist()
         summary = Summary(
             duration_s=round(self._ticks * self._dt, 9),
             ticks=self._ticks,

@@ -109,11 +109,14 @@ def system(
     driven: bool = False,
     base_frames: Mapping[str, ArrayLike] | None = None,
     teleops: Sequence[_dvrk.TeleopSpec] | None = None,
+    head_sensor: bool = False,
 ) -> _dvrk.System:
     """A simulated dVRK with these arms (names or specifications from `arm`), powered off.
 
     base_frames: pose (4, 4) of an arm's own base in the frame of its `measured_cp`; default: identity.
     teleops: default: those of `TELEOPS` whose arms are both present.
+    head_sensor: True if a head sensor reports the operator's presence, set by `emulate_operator_present` of `console`,
+        and the coag pedal only itself; False if the coag pedal reports presence.
 
     Raises:
         ArmError: an arm is unknown, or named twice.
@@ -135,4 +138,4 @@ def system(
                 pair.mtm, pair.psm = names.index(mtm), names.index(psm)
                 teleops.append(pair)
     camera = [names.index(a) for a in ("MTML", "MTMR", "ECM") if a in names]
-    return _dvrk.System(specs, list(teleops), camera if len(camera) == 3 else [])
+    return _dvrk.System(specs, list(teleops), camera if len(camera) == 3 else [], head_sensor)

@@ -49,6 +49,7 @@ class Tissue(Surface):
         spring: stiffness of springs from the nodes to their rest positions, one number or (n,) [N/m].
         damping: damping force per mass and velocity [1/s].
         step: time step; 0: the longest that needs little added mass [s].
+        portable: use the kernels without AVX2, for comparison.
         name: name in plots and messages.
 
     Raises:
@@ -68,6 +69,7 @@ class Tissue(Surface):
         spring: float | npt.ArrayLike = 0.0,
         damping: float = 5.0,
         step: float = 0.0,
+        portable: bool = False,
         name: str = "tissue",
     ) -> None:
         self.name = name
@@ -94,6 +96,7 @@ class Tissue(Surface):
                 spring=_each("spring", spring, n),
                 damping=float(damping),
                 step=float(step),
+                portable=portable,
             )
         except ValueError as error:
             raise SurfaceError(str(error), mend="correct the value or the mesh") from None
@@ -113,7 +116,7 @@ class Tissue(Surface):
         if width <= small.width:
             return small
         if radius not in self._cores:
-            self._cores[radius] = _core.TissueSurface(self.body, width)
+            self._cores[radius] = _core.TissueSurface(self.body, width, small)
         return self._cores[radius]
 
     def __str__(self) -> str:

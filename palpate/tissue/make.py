@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import subprocess
 import sys
 import tempfile
@@ -16,7 +17,8 @@ import numpy as np
 from palpate import cache
 from palpate.arrays.checks import positive
 from palpate.errors import MeshError, MissingExtraError
-from palpate.mesh import Mesh
+from palpate.mesh import Mesh, quiet
+from palpate.mesh.repair import repair
 from palpate.tissue.tetrahedra import MOST, TetMesh, signed_volumes
 
 ENVELOPE = 1e-3
@@ -105,8 +107,26 @@ def _require_closed(mesh: Mesh) -> None:
         f"the surface cannot be filled: {'; '.join(found)}",
         where=mesh.name,
         why="only a closed surface has an inside",
-        mend="palpate check FILE --repair mended.stl fills small holes and turns triangles; use mended.stl then",
+        mend=_mend(mesh),
     )
+
+
+def _mend(mesh: Mesh) -> str:
+    """What ``palpate check --repair`` would do to an open surface."""
+    command = f"palpate check {mesh.name} --repair mended.stl"
+    if mesh.report.open_edges == 0:
+        return f"give a closed surface; {command} corrects its winding only"
+    narrow = 0.1 * float(np.linalg.norm(mesh.report.extents_m))  # the default of --hole
+    wide = 0.0
+    for widest in (narrow, np.inf):
+        vertices, triangles, done = repair(mesh.core, widest)
+        with quiet():
+            closed = Mesh(vertices, triangles).report.watertight
+        if closed:
+            size = f" --hole {math.ceil(wide)}" if wide > 0.0 else ""
+            return f"{command}{size} closes it (holes filled: {done.filled}); then use mended.stl"
+        wide = done.widest_left_mm
+    return f"{command} would leave holes of up to {wide:.3g} mm open: close them in the program that made the surface"
 
 
 def _require_size(mesh: Mesh, edge: float) -> None:
@@ -128,7 +148,8 @@ def _require_same_volume(mesh: Mesh, made: TetMesh) -> None:
         f"the surface encloses {1e6 * surface:.4g} ml by its triangles, but {1e6 * volume:.4g} ml were filled",
         where=mesh.name,
         why="the surface intersects itself, or it has thin parts that the envelope closes",
-        mend="remesh it as one closed surface without inner walls, then palpate check FILE",
+        mend="unite its parts into one closed surface without inner walls, for example by a boolean union; "
+        "palpate check --repair closes holes and does not mend this",
     )
 
 

@@ -49,6 +49,7 @@ class Gate:
         self.tool, self.limits = tool, limits or Limits()
         self.X = X  #: last good pose (4, 4) [m]
         self.refused = 0  #: number of refused poses
+        self.taken = 0  #: number of good poses
         self._why = ""
         self._stamp = -math.inf
         self._good_at: float | None = None
@@ -64,6 +65,7 @@ class Gate:
             self._why, self.refused = why, self.refused + 1
             return False
         self.X, self._stamp, self._good_at = X, seen.t, now
+        self.taken += 1
         self._why, self._free, self._memory = "", False, _MEMORY
         return True
 

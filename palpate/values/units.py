@@ -85,9 +85,7 @@ def _scaled(number: str, size: float, target: float) -> float:
     value = float(number)
     if value == 0.0 or math.isinf(value):  # also keeps 1e999999999 out of exact arithmetic
         return value
-    factor = size / target
-    exact = Fraction(repr(factor)) if factor < 1.0 else 1 / Fraction(repr(target / size))
     try:
-        return float(Fraction(number) * exact)
+        return float(Fraction(number) * Fraction(repr(size / target)))
     except OverflowError:
         return math.copysign(math.inf, value)

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 
 import numpy as np
 import viser
-from viser.transforms import SE3
+from numpy.typing import NDArray
 
 from palpate.arm.ecm import Ecm
-from palpate.arm.shapes import Visual
 from palpate.arrays import Array
 from palpate.record.ticks import Ticks
 from palpate.scene.placed_ecm import PlacedEcm
+from palpate.viewer.arms import ArmDrawing, Color
 from palpate.viewer.cue import ForceCue
 from palpate.viewer.fixtures import FixtureDrawing
 from palpate.viewer.frames import FrameDrawing
@@ -20,8 +20,6 @@ from palpate.viewer.organs import OrganDrawing
 from palpate.viewer.stage import ArmPlace, Stage, TouchedObject
 from palpate.viewer.targets import TargetDrawing
 from palpate.viewer.tool import Presses, ToolDrawing
-
-Color = tuple[int, int, int]
 
 RED: Color = (200, 0, 0)
 GREEN: Color = (0, 130, 30)
@@ -32,10 +30,6 @@ FORCE_SCALE = 0.06
 """Length of a force arrow [m/N]."""
 DEFLECTION_SCALE = 10.0
 """Length of the deflection arrow over the deflection [-]."""
-TINT = 0.55
-"""Share of a pair's colour in the colours of its arms [-]."""
-STILL = 2e-5
-"""Smallest change of a link's pose that is drawn [m, rad]."""
 
 
 class Arrow:
@@ -62,57 +56,6 @@ class Arrow:
             self._handle.points = np.stack([start, start + vector])[None].astype(np.float32)
         if self._handle.visible != seen:
             self._handle.visible = seen
-
-
-class ArmDrawing:
-    """The primitives of an arm's links, one node per link."""
-
-    def __init__(self, scene: viser.SceneApi, place: ArmPlace, tint: Color | None = None) -> None:
-        """Draws the arm at its home position; `tint` is mixed into its colours."""
-        self._arm = place.arm
-        X = SE3.from_matrix(place.X_WA)
-        base = f"/{place.name}"
-        self._base = scene.add_frame(base, show_axes=False, wxyz=X.rotation().wxyz, position=X.translation())
-        self._p_WA, self._shift = np.array(X.translation()), np.zeros(3)
-        self._links = {
-            link: scene.add_frame(f"{base}/{link}", show_axes=False)
-            for link in dict.fromkeys(visual.link for visual in place.arm.visuals)
-        }
-        for k, visual in enumerate(place.arm.visuals):
-            _primitive(scene, f"{base}/{visual.link}/{k}", visual, tint)
-        self._shown: dict[str, Array] = {}
-        self.show(place.arm.home, 0.0)
-
-    def show(self, q: Array, pinch: float) -> dict[str, Array]:
-        """Moves the links to joints q (n,) [rad, m] and jaw or grip angle `pinch` [rad]; returns their poses."""
-        poses = self._arm.link_poses(q[: self._arm.n], pinch)  # the arrays of a tick are longer than n
-        for link, node in self._links.items():
-            if np.abs(poses[link] - self._shown.get(link, 0.0)).max() < STILL:
-                continue  # saves traffic to the browser
-            self._shown[link] = poses[link]
-            X = SE3.from_matrix(poses[link])
-            node.wxyz, node.position = X.rotation().wxyz, X.translation()
-        return poses
-
-    def shift(self, by: Array) -> None:
-        """Displaces the whole drawn arm by (3,) in W [m]."""
-        if np.abs(by - self._shift).max() > STILL or (self._shift.any() and not by.any()):
-            self._shift, self._base.position = by, self._p_WA + by
-
-
-def _primitive(scene: viser.SceneApi, name: str, visual: Visual, tint: Color | None) -> None:
-    X = SE3.from_matrix(visual.X_link_visual)
-    own = [255.0 * c for c in visual.colour[:3]]
-    share = 0.0 if tint is None else TINT
-    r, g, b = (round((1.0 - share) * c + share * t) for c, t in zip(own, tint or (0, 0, 0), strict=True))
-    wxyz, p = X.rotation().wxyz, X.translation()
-    if visual.shape == "box":
-        x, y, z = visual.size
-        scene.add_box(name, (r, g, b), (x, y, z), wxyz=wxyz, position=p)
-    elif visual.shape == "cylinder":
-        scene.add_cylinder(name, visual.size[0], visual.size[1], (r, g, b), wxyz=wxyz, position=p)
-    else:
-        scene.add_icosphere(name, visual.size[0], (r, g, b), subdivisions=2, wxyz=wxyz, position=p)
 
 
 class Drawing:
@@ -152,9 +95,14 @@ class Drawing:
         for organ in holding or self._organs:
             organ.see_through(share)
 
-    def deform(self, index: int, vertices: Array, colors: Array | None = None) -> None:
+    def deform(self, index: int, vertices: Array, bands: NDArray[np.int64] | None = None) -> None:
         """Draws a soft object as deformed; see `OrganDrawing.deform`."""
-        self._organs[index].deform(vertices, colors)
+        self._organs[index].deform(vertices, bands)
+
+    def set_light(self, light: bool) -> None:
+        """Draws the objects with fewer triangles, for a browser without a graphics card."""
+        for organ in self._organs:
+            organ.set_light(light)
 
     def show_frames(self, shown: bool) -> None:
         """Shows or hides the frames of the scene."""

@@ -18,6 +18,7 @@ from palpate.viewer.drawing import Drawing
 from palpate.viewer.fixtures import FixturePanel
 from palpate.viewer.gauges import Gauges
 from palpate.viewer.labels import LabelPlacer
+from palpate.viewer.picture import Picture
 from palpate.viewer.rates_panel import RatesPanel
 from palpate.viewer.run_buttons import Runner
 from palpate.viewer.server import close_server, open_server, url
@@ -34,6 +35,8 @@ PANELS, NARROW_PANELS = 600, 390
 """Width of both panels [pixels]."""
 FRAMES_PER_READOUT, FRAMES_PER_PLOT = 3, 6
 """Frames between two updates of the read-outs (10 Hz) and of the plots (5 Hz)."""
+LIGHT_SLOWER = 2
+"""How many times more frames lie between them in a light picture."""
 
 
 class LiveViewer:
@@ -67,7 +70,8 @@ class LiveViewer:
         self._server = open_server(host, port, stage.title) if server is None else server
         views.start_with(self._server, views.overview(stage))
         self.url = url(self._server)
-        self._drawing = Drawing(self._server.scene, stage)
+        self.picture = Picture(self._server)
+        self._drawing = Drawing(self.picture.scene, stage)
         sensing = getattr(source, "sensing", None)
         self._clouds = None if sensing is None else CloudDrawing(self._server.scene, sensing)
         self._gauges = Gauges(self._server, stage, self._drawing)
@@ -96,6 +100,7 @@ class LiveViewer:
             )
         self._labels = LabelPlacer(self._server, self._drawing.labels)
         self.stopped = self.control_panel.run.stopped
+        self.frames = 0  #: number of updates sent
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="palpate-viewer", daemon=True)
         self._thread.start()
@@ -117,16 +122,17 @@ class LiveViewer:
         views.look(client, views.overview(self._stage, views.picture(client, PANELS if wide else NARROW_PANELS)))
 
     def _run(self) -> None:
-        frame, due = 0, time.perf_counter()
+        due = time.perf_counter()
         while not self._stop.is_set():
-            self._frame(frame)
-            frame += 1
+            self._frame(self.frames)
+            self.frames += 1
             due = max(due + 1.0 / FRAME_RATE, time.perf_counter())
             self._stop.wait(due - time.perf_counter())
 
     def _frame(self, frame: int) -> None:
         tick = self._source.latest()
         with self._server.atomic():
+            self._drawing.set_light(self.picture.light)
             self._drawing.show(tick)
             if self._camera is not None:
                 self._drawing.show_ecm(self._camera.q)
@@ -137,12 +143,13 @@ class LiveViewer:
             self.control_panel.show(tick)
             self.control_panel.resize_ball(self._server)
             self._gauges.add(tick)
-            if frame % FRAMES_PER_READOUT == 0:
+            slower = LIGHT_SLOWER if self.picture.light else 1
+            if frame % (slower * FRAMES_PER_READOUT) == 0:
                 now = self._source.controls
                 self._gauges.show(tick, self.control_panel.pause.value, now.stiffness_scale, now.damping_scale)
                 if self._rates is not None:
                     self._rates.show()
                 ball = self.control_panel.ball
                 self._labels.show(np.array(ball.position), float(ball.radius))
-            if frame % FRAMES_PER_PLOT == 0:
+            if frame % (slower * FRAMES_PER_PLOT) == 0:
                 self._gauges.plot()

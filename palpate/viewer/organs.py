@@ -7,16 +7,21 @@ import viser
 from numpy.typing import NDArray
 from viser.transforms import SE3
 
+from palpate import _core
 from palpate.arrays import Array
+from palpate.mesh.coarse import coarser
 from palpate.record import live
 from palpate.record.ticks import Ticks
 from palpate.viewer.dent import Press
 from palpate.viewer.patch import PatchCutter
-from palpate.viewer.skins import Color, ColoredSkin, PlainSkin, Skin
+from palpate.viewer.skins import BandedSkin, Color, ColoredSkin, PlainSkin, Skin
 from palpate.viewer.stage import RegionMark, TouchedObject
 
 TINT: Color = (222, 178, 62)
 """Colour of a region: of the object's triangles inside the region, and of the region's own body."""
+
+LIGHT_TRIANGLES = 4000
+"""Number of triangles of an object in a light picture."""
 
 
 class OrganDrawing:
@@ -27,7 +32,7 @@ class OrganDrawing:
         self._moving, self._slot, self._X_WO = obj.moving, obj.slot, np.array(obj.X_WO)
         self._takes_dents = not obj.is_cloud
         self._scene, self._share = scene, 0.0
-        self._coloured: ColoredSkin | None = None
+        self._coloured: BandedSkin | None = None
         self.holds = obj.holds or bool(obj.regions)
         self._name = f"/objects/{obj.name}"
         X = SE3.from_matrix(obj.X_WO)
@@ -42,6 +47,9 @@ class OrganDrawing:
             [_skin(scene, f"{self._name}/{k}{suffix}", shade) for k, shade in enumerate(shades)]
             for suffix in ("", "_pressed")
         )
+        self._full = self._vertices, self._triangles, self._labels
+        self._may_be_coarse = self._takes_dents and not obj.soft and len(obj.triangles) > LIGHT_TRIANGLES
+        self.is_light = False
         self._cutter: PatchCutter | None = None
         self._is_pressed = False
         self._draw(np.ones(len(obj.triangles), dtype=bool))
@@ -51,8 +59,30 @@ class OrganDrawing:
     def see_through(self, share: float) -> None:
         """Sets the transparency: 0 opaque, up to 0.9."""
         self._share = share
-        for part in (*self._parts, *self._patches, *([self._coloured] if self._coloured else [])):
+        for part in (*self._parts, *self._patches):
             part.see_through(share)
+        if self._coloured is not None:
+            self._coloured.see_through(share)
+
+    def set_light(self, light: bool) -> None:
+        """Draws at most about `LIGHT_TRIANGLES` triangles, or all of them again."""
+        if light == self.is_light or not self._may_be_coarse:
+            return
+        if self._is_pressed:
+            self._release()
+        self.is_light, self._cutter = light, None
+        self._vertices, self._triangles, self._labels = self._full
+        if light:
+            self._vertices, self._triangles, source = coarser(self._vertices, self._triangles, LIGHT_TRIANGLES)
+            self._labels = self._labels[source]
+        self._draw(np.ones(len(self._triangles), dtype=bool))
+
+    def error(self) -> float:
+        """Largest distance of a vertex of the full surface from the drawn one [m]: zero unless it is light."""
+        if not self.is_light:
+            return 0.0
+        drawn = _core.Mesh(self._vertices[:, :3], self._triangles)
+        return float(np.abs(drawn.nearest(self._full[0][:, :3])[0]).max())
 
     def show(self, tick: Ticks) -> None:
         """Moves the object to its pose at a tick."""
@@ -88,25 +118,24 @@ class OrganDrawing:
             skin.show(patch.vertices, patch.triangles[patch.labels == k])
         self._is_pressed = True
 
-    def deform(self, vertices: Array, colors: Array | None = None) -> None:
+    def deform(self, vertices: Array, bands: NDArray[np.int64] | None = None) -> None:
         """Draws a soft object as deformed; from then on it takes no dents.
 
         Args:
             vertices: (n, 3) in O [m], in the order of the drawn object.
-            colors: (n, 3) colour of each vertex, 0 to 255; None: those of the object.
+            bands: (m,) number of the colour in `skins.BANDS` of each triangle; None: the object's own colours.
         """
         if self._is_pressed:
             self._release()
         self._takes_dents = False
         self._vertices = vertices
-        none = self._triangles[:0]
-        if colors is not None and self._coloured is None:
-            self._coloured = ColoredSkin(self._scene, f"{self._name}/coloured")
+        if bands is not None and self._coloured is None:
+            self._coloured = BandedSkin(self._scene, f"{self._name}/coloured")
             self._coloured.see_through(self._share)
         if self._coloured is not None:
-            shaded = vertices if colors is None else np.hstack([vertices, colors])
-            self._coloured.show(shaded, none if colors is None else self._triangles)
-        self._draw(np.full(len(self._triangles), colors is None))
+            none = np.full(len(self._triangles), -1)
+            self._coloured.show(vertices, self._triangles, none if bands is None else bands)
+        self._draw(np.full(len(self._triangles), bands is None))
 
     def _in_object(self, centre: Array, radius: float, point: Array, normal: Array | None) -> Press:
         assert self._cutter is not None

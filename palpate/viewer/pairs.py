@@ -16,13 +16,16 @@ from palpate.record.ticks import Ticks
 from palpate.session import LiveSession, PairsSession
 from palpate.session.console import PEDALS, Console
 from palpate.viewer import views
+from palpate.viewer.arms import Color
 from palpate.viewer.control_panel import BALL, REACH
 from palpate.viewer.controls import set_value
-from palpate.viewer.drawing import Color, Drawing
-from palpate.viewer.live import FRAME_RATE, FRAMES_PER_PLOT, FRAMES_PER_READOUT
+from palpate.viewer.drawing import Drawing
+from palpate.viewer.live import FRAME_RATE, FRAMES_PER_PLOT, FRAMES_PER_READOUT, LIGHT_SLOWER
 from palpate.viewer.pair_gauges import PairGauges
+from palpate.viewer.picture import Picture
 from palpate.viewer.run_buttons import RunButtons, Runner
 from palpate.viewer.server import close_server, open_server, url
+from palpate.viewer.soft_objects import SoftObjects
 from palpate.viewer.stage import Stage
 from palpate.viewer.surgeon import SurgeonView
 
@@ -132,9 +135,10 @@ class PairsViewer:
         self._seen = np.concatenate(every)
         views.start_with(self._server, self._view(0.8))
         colors = dict(zip(stages, COLORS, strict=False))
+        self.picture = Picture(self._server)
         self.drawings = {
             name: Drawing(
-                cast("viser.SceneApi", Within(self._server.scene, f"/{name}")), stage, stage is first, colors[name]
+                cast("viser.SceneApi", Within(self.picture.scene, f"/{name}")), stage, stage is first, colors[name]
             )
             for name, stage in stages.items()
         }
@@ -149,6 +153,10 @@ class PairsViewer:
             camera = self._camera
             with gui.add_folder("Endoscope"):
                 self.surgeon = SurgeonView(self._server, camera.placed, lambda: camera.q, self._ticks)
+        name, stage = next(iter(stages.items()))
+        self.soft = None
+        if any(obj.soft for obj in stage.objects):
+            self.soft = SoftObjects(gui, stage, self.drawings[name], sources[name])
         with gui.add_folder("Run"):
             self.run = RunButtons(gui, runner, bool(getattr(runner, "recording", False)))
             self.run.pause.on_update(lambda _: self._pause())
@@ -192,15 +200,19 @@ class PairsViewer:
     def _frame(self) -> None:
         ticks = {name: source.latest() for name, source in self._sources.items()}
         with self._server.atomic():
+            next(iter(self.drawings.values())).set_light(self.picture.light)
             presses: list[Any] = []
             for name in reversed(ticks):  # the first pair draws the objects, dented by all tools
                 presses.append(self.drawings[name].show(ticks[name], presses))
                 self.handles[name].show(ticks[name])
             if self._camera is not None:
                 next(iter(self.drawings.values())).show_ecm(self._camera.q)
+            if self.soft is not None:
+                self.soft.show()
             self._gauges.add(ticks)
-            if self.frames % FRAMES_PER_READOUT == 0:
+            slower = LIGHT_SLOWER if self.picture.light else 1
+            if self.frames % (slower * FRAMES_PER_READOUT) == 0:
                 self._gauges.show(ticks, self.run.pause.value)
-            if self.frames % FRAMES_PER_PLOT == 0:
+            if self.frames % (slower * FRAMES_PER_PLOT) == 0:
                 self._gauges.plot()
         self.frames += 1

@@ -11,14 +11,18 @@ import numpy as np
 import viser
 
 from palpate.record.reader import Record
+from palpate.record.ticks import Ticks
 from palpate.viewer import views
 from palpate.viewer.controls import set_value
 from palpate.viewer.drawing import Drawing
 from palpate.viewer.pair_gauges import PairGauges
 from palpate.viewer.pairs import COLORS, Within
+from palpate.viewer.picture import Picture
+from palpate.viewer.recorded import Snapshots
 from palpate.viewer.replay import FRAME_RATE, SPEEDS
 from palpate.viewer.server import close_server, open_server, url
 from palpate.viewer.staging import stage_of_record
+from palpate.viewer.surgeon import SurgeonView
 
 _HANDLES = 0.08  # distance of two handles below which a warning appears [m]
 
@@ -43,9 +47,10 @@ class PairsReplayViewer:
         self.url = url(self._server)
         views.start_with(self._server, views.overview_of(np.concatenate([s.seen for s in stages.values()]), 0.8))
         first = next(iter(stages))
+        self.picture = Picture(self._server)
         self.drawings = {
             name: Drawing(
-                cast("viser.SceneApi", Within(self._server.scene, f"/{name}")), stage, name == first, colors[name]
+                cast("viser.SceneApi", Within(self.picture.scene, f"/{name}")), stage, name == first, colors[name]
             )
             for name, stage in stages.items()
         }
@@ -58,6 +63,15 @@ class PairsReplayViewer:
             self.play = gui.add_checkbox("play", True)
             self.time = gui.add_slider("time [s]", begin, max(self._last, begin + 1e-3), 1e-3, begin)
             self.speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value="x 1")
+        self._snapshots = Snapshots(gui, stages[first], self.drawings[first])
+        self._now = begin
+        self.surgeon = None
+        placed = stages[first].ecm
+        if placed is not None:
+            with gui.add_folder("Endoscope"):
+                self.surgeon = SurgeonView(
+                    self._server, placed, self._snapshots.joints, lambda: list(self._found(self._now).values())
+                )
         gui.main_panel.dock_right()
         gui.main_panel.set_width(240)
         self._begin = begin
@@ -73,6 +87,8 @@ class PairsReplayViewer:
     def close(self) -> None:
         """Stops playing and closes the port."""
         self._stop.set()
+        if self.surgeon is not None:
+            self.surgeon.close()
         self._thread.join(timeout=2.0)
         close_server(self._server)
 
@@ -86,16 +102,22 @@ class PairsReplayViewer:
             before = now
             self.show(self.time.value)
 
-    def show(self, t: float) -> None:
-        """Draws all pairs at t [s]."""
-        found = {
+    def _found(self, t: float) -> dict[str, Ticks]:
+        """The tick of each pair at t [s]."""
+        return {
             name: ticks[max(int(np.searchsorted(ticks["t"], t, side="right")) - 1, 0)]
             for name, ticks in self._ticks.items()
         }
+
+    def show(self, t: float) -> None:
+        """Draws all pairs at t [s]."""
+        found, self._now = self._found(t), t
         with self._server.atomic():
+            next(iter(self.drawings.values())).set_light(self.picture.light)
             presses: list[Any] = []
             for name in reversed(found):
                 presses.append(self.drawings[name].show(found[name], presses))
+            self._snapshots.show(t)
             self._gauges.add(found)
             self._gauges.show(found, False)
             self._gauges.plot()

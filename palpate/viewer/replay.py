@@ -13,8 +13,11 @@ from palpate.viewer.controls import set_value
 from palpate.viewer.drawing import Drawing
 from palpate.viewer.gauges import POINTS, WINDOW, Gauges
 from palpate.viewer.labels import LabelPlacer
+from palpate.viewer.picture import Picture
+from palpate.viewer.recorded import Snapshots
 from palpate.viewer.server import close_server, open_server, url
 from palpate.viewer.stage import Stage
+from palpate.viewer.surgeon import SurgeonView
 
 FRAME_RATE = 30.0
 """Update rate of the view [Hz]."""
@@ -29,7 +32,8 @@ class ReplayViewer:
         self._ticks, self._times = ticks, np.asarray(ticks["t"])
         self._server = open_server(host, port, stage.title)
         self.url = url(self._server)
-        self._drawing = Drawing(self._server.scene, stage)
+        self.picture = Picture(self._server)
+        self._drawing = Drawing(self.picture.scene, stage)
         self._gauges = Gauges(self._server, stage, self._drawing)
         self._shown = -1
         first, last = float(self._times[0]), float(self._times[-1])
@@ -39,6 +43,11 @@ class ReplayViewer:
             self.play = gui.add_checkbox("play", True)
             self.time = gui.add_slider("time [s]", first, max(last, first + 1e-3), 1e-3, first)
             self.speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value="x 1")
+        self._snapshots = Snapshots(gui, stage, self._drawing)
+        self.surgeon = None
+        if stage.ecm is not None:
+            with gui.add_folder("Endoscope"):
+                self.surgeon = SurgeonView(self._server, stage.ecm, self._snapshots.joints, self._present)
         self.inset = views.add_buttons(self._server, stage, self._drawing)
         self._labels = LabelPlacer(self._server, self._drawing.labels)
         gui.main_panel.dock_right()
@@ -57,6 +66,8 @@ class ReplayViewer:
         """Stops playing and closes the port."""
         self._stop.set()
         self.inset.close()
+        if self.surgeon is not None:
+            self.surgeon.close()
         self._thread.join(timeout=2.0)
         close_server(self._server)
 
@@ -78,15 +89,20 @@ class ReplayViewer:
         t = self.time.value + dt
         set_value(self.time, t if t <= self._times[-1] else float(self._times[0]))
 
+    def _present(self) -> list[Ticks]:
+        return [self._ticks[max(self._shown, 0)]]
+
     def _show(self, k: int) -> None:
         k = max(k, 0)
-        if k == self._shown:
+        if k == self._shown and (self._snapshots.soft is None or self._snapshots.soft.is_drawn):
             return
         self._shown = k
         start = int(np.searchsorted(self._times, self._times[k] - WINDOW))
         history = self._ticks[start : k + 1][:: max(1, (k + 1 - start) // POINTS)]
         with self._server.atomic():
+            self._drawing.set_light(self.picture.light)
             self._drawing.show(self._ticks[k])
+            self._snapshots.show(float(self._times[k]))
             self._gauges.set_history(history)
             self._gauges.show(self._ticks[k])
             self._gauges.plot()

@@ -16,6 +16,8 @@ from palpate.viewer.gate import Gate
 
 try:
     import viser
+
+    from palpate.viewer.page import own_page
 except ModuleNotFoundError as missing:
     raise MissingExtraError("the viewer", "viewer") from missing
 
@@ -29,7 +31,9 @@ _STYLE = (  # the panels' contents follow their width: by default they keep 220 
     ".uplot-container{max-width:100%}"
     # a slider beside its label and its number would have no length
     ".mantine-Flex-root:has(>div>.mantine-Flex-root>.mantine-Slider-root){flex-direction:column;align-items:stretch!important}"
-    "}</style>"
+    "}"
+    # behind the light picture, which has no background of its own
+    "canvas[data-engine]{background:linear-gradient(rgb(226,233,238),rgb(250,251,252))}</style>"
 )
 _ONE_PIXEL = "data:image/gif;base64,R0lGODlhAQABAAAAACH5BAEKAAEALAAAAAABAAEAAAICTAEAOw=="
 
@@ -85,7 +89,7 @@ def _refused(host: str, port: int, error: OSError) -> PortError:
 
 def _viser(host: str, port: int, title: str) -> viser.ViserServer:
     logging.getLogger("websockets").setLevel(logging.ERROR)  # a browser that disconnects is not an error
-    with contextlib.redirect_stdout(io.StringIO()):  # the caller prints the address
+    with contextlib.redirect_stdout(io.StringIO()), own_page():  # the caller prints the address
         server = viser.ViserServer(host=host, port=port, label=f"Palpate - {title}", verbose=False)
     server.gui.configure_theme(dark_mode=False, show_logo=False, show_share_button=False, brand_color=(48, 96, 130))
     # the page's own title is the widget library's: the only way to set it is a script of an element

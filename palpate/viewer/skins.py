@@ -11,6 +11,11 @@ from numpy.typing import NDArray
 from palpate.arrays import Array
 
 Color = tuple[int, int, int]
+BANDS: tuple[Color, ...] = (
+    (68, 1, 84), (72, 35, 116), (64, 67, 135), (52, 94, 141), (41, 120, 142),
+    (32, 144, 140), (34, 167, 132), (68, 190, 112), (121, 209, 81), (189, 222, 38), (253, 231, 37),
+)  # fmt: skip
+"""Colours of a quantity from zero to its largest value: those of matplotlib's viridis at equal distances."""
 
 
 class Skin(Protocol):
@@ -87,6 +92,24 @@ class ColoredSkin:
         self._opacity = 1.0 - share
         if self._shape is not None and self.mesh is not None and self.mesh.visible:
             self.show(*self._shape)
+
+
+class BandedSkin:
+    """A surface in a few colours, one mesh each. The vertices of a mesh move in place in the browser; one mesh with a
+    colour for each vertex would be loaded anew, with its shader, at every update."""
+
+    def __init__(self, scene: viser.SceneApi, name: str) -> None:
+        self._parts = [PlainSkin(scene, f"{name}/{k}", color) for k, color in enumerate(BANDS)]
+
+    def show(self, vertices: Array, triangles: NDArray[np.int32], bands: NDArray[np.int64]) -> None:
+        """Draws vertices (n, 3) [m] and triangles (m, 3) with the number (m,) of their colour; hidden without any."""
+        for k, part in enumerate(self._parts):
+            part.show(vertices, triangles[bands == k])
+
+    def see_through(self, share: float) -> None:
+        """As `Skin.see_through`."""
+        for part in self._parts:
+            part.see_through(share)
 
 
 def glb(vertices: Array, triangles: NDArray[np.int32], opacity: float) -> bytes:

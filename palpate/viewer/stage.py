@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from palpate.arm import Arm
 from palpate.arrays import Array
+from palpate.record.snapshots import Track
 from palpate.record.ticks import Ticks
 from palpate.scene.placed_ecm import PlacedEcm
 from palpate.scene.tool import LinkSphere
@@ -163,6 +164,10 @@ class Stage:
 
     ecm: PlacedEcm | None = None
     """The endoscope arm."""
+    shapes: Mapping[int, Track] = field(default_factory=dict)
+    """Recorded displacement (n, 3) [m] of the vertices of soft objects, by the object's number."""
+    camera: Track | None = None
+    """Recorded joints (4,) of the endoscope arm [rad, m]."""
 
     def touches(self, tick: Ticks) -> list[str]:
         """Contact pairs with the force of the surface before all caps, the strongest first."""

@@ -21,6 +21,7 @@ from palpate.mesh.coarse import drawable
 from palpate.mesh.colors import colors_of
 from palpate.record import live
 from palpate.record.reader import Record
+from palpate.record.snapshots import CAMERA, topic_of
 from palpate.record.ticks import Ticks
 from palpate.scene import materials, placing
 from palpate.scene.gains import touched_stiffness
@@ -211,7 +212,15 @@ def stage_of_record(record: Record) -> Stage:
             why="another program rewrote it, or it was cut short",
             mend="show its numbers instead: palpate report",
         )
-    return stage_of(build(recorded_scene(record)), record.path.parent.name)
+    stage = stage_of(build(recorded_scene(record)), record.path.parent.name)
+    shapes = {
+        k: track
+        for k, obj in enumerate(stage.objects)
+        if obj.soft and (track := record.snapshots(topic_of(obj.name))) is not None
+        if track.values.shape[1:] == obj.vertices.shape
+    }
+    camera = None if stage.ecm is None else record.snapshots(CAMERA)
+    return replace(stage, shapes=shapes, camera=camera)
 
 
 def _is_soft(felt: _core.Object) -> bool:

@@ -15,13 +15,15 @@ std::string_view pedal_name(std::size_t pedal) noexcept {
 
 }  // namespace
 
-Console::Console(std::vector<SimulatedArm*> mtms, std::vector<Teleop*> teleops, CameraTeleop* camera, Outbox& out)
+Console::Console(std::vector<SimulatedArm*> mtms, std::vector<Teleop*> teleops, CameraTeleop* camera,
+                 bool head_sensor, Outbox& out)
     : mtms_(std::move(mtms)),
       teleops_(std::move(teleops)),
       selected_(teleops_.size(), true),
       camera_teleop_(camera),
       publisher_({Kind::console, 0}, "console", out),
-      pedal_publisher_({Kind::footpedals, 0}, "footpedals", out) {
+      pedal_publisher_({Kind::footpedals, 0}, "footpedals", out),
+      head_sensor_(head_sensor) {
   for (std::size_t k = 0; k < pedals_.size(); ++k) {
     pedals_[k].topic = static_cast<Topic>(static_cast<std::size_t>(Topic::pedal_clutch) + k);
   }
@@ -104,7 +106,7 @@ void Console::report(std::size_t pedal, int button) noexcept {
   words << (button == 0 ? " released" : button == 1 ? " pressed" : " quick tap");
   if (pedal == kClutch) return clutch(button);
   if (pedal == kCamera) return camera(button);
-  if (pedal == kCoag) return operator_present(button);
+  if (pedal == kCoag && !head_sensor_) return operator_present(button);
   publisher_.message(Topic::status, words);
 }
 

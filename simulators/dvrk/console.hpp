@@ -1,5 +1,6 @@
-// Console and pedals: operator presence and pedals start and stop the teleoperations. It simulates the console of
-// sawIntuitiveResearchKit with pedals only, where the coag pedal reports the operator's presence.
+// Console and pedals: operator presence and pedals start and stop the teleoperations. It simulates the two consoles of
+// sawIntuitiveResearchKit: with pedals only, where the coag pedal reports the operator's presence, and with a head
+// sensor, which reports it and leaves the coag pedal free.
 #pragma once
 
 #include <array>
@@ -13,8 +14,10 @@ namespace palpate::dvrk {
 /// Console with operator presence and pedals.
 class Console {
  public:
-  /// Keeps the addresses of the arms and teleops.
-  Console(std::vector<SimulatedArm*> mtms, std::vector<Teleop*> teleops, CameraTeleop* camera, Outbox& out);
+  /// Keeps the addresses of the arms and teleops. head_sensor: presence comes from a head sensor, which
+  /// emulate_operator_present sets; otherwise from the coag pedal.
+  Console(std::vector<SimulatedArm*> mtms, std::vector<Teleop*> teleops, CameraTeleop* camera, bool head_sensor,
+          Outbox& out);
 
   void start() noexcept;                        ///< publishes the first states
   bool apply(const Command& command) noexcept;  ///< applies a command; false if the console has no such verb
@@ -45,6 +48,7 @@ class Console {
   CameraTeleop* camera_teleop_;
   EventPublisher publisher_, pedal_publisher_;
   std::array<Pedal, 6> pedals_;
+  bool head_sensor_;
   bool enabled_ = false, present_ = false, camera_ = false;
   bool psm_running_ = false, camera_running_ = false;
 };

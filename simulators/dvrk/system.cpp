@@ -55,7 +55,7 @@ struct System::Impl {
       camera = std::make_unique<CameraTeleop>(at_index(spec.camera_mtml), at_index(spec.camera_mtmr),
                                               at_index(spec.camera_ecm));
     }
-    console = std::make_unique<Console>(std::move(mtms), std::move(list), camera.get(), out);
+    console = std::make_unique<Console>(std::move(mtms), std::move(list), camera.get(), spec.head_sensor, out);
     publisher.value(Topic::volume, audio.volume());
     for (auto& arm : arms) arm->start();
     for (auto& teleop : teleops) teleop->start();

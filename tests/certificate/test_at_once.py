@@ -7,7 +7,8 @@ import pytest
 import palpate
 from palpate.certificate import certify_all
 from palpate.certificate.at_once import groups
-from palpate.certificate.scene import touched, warn_outside
+from palpate.certificate.scene import warn_outside
+from palpate.certificate.touched import touched
 from palpate.errors import PalpateWarning
 from palpate.scene.rig import build
 
@@ -37,6 +38,11 @@ def ball(name, x, more=""):
 )
 def test_objects_within_the_tips_diameter_are_a_group(x, more, found):
     assert groups(rig(ball("a", 0.0), ball("b", x, more))) == found
+
+
+def test_a_tool_of_several_spheres_reaches_over_its_length():
+    apart = rig(ball("a", 0.0), ball("b", 0.06))  # a gap of 20 mm
+    assert (groups(apart, 0.018), groups(apart, 0.021)) == ([], [(0, 1)])
 
 
 def test_surfaces_that_cross_far_from_all_vertices_are_a_group():

@@ -9,6 +9,7 @@ import palpate
 from palpate import _core
 from palpate.arrays.plain import plain
 from palpate.certificate import classical
+from palpate.certificate.device import is_device
 from palpate.errors import PalpateError
 from palpate.hands import PRESETS
 
@@ -106,3 +107,13 @@ def test_invalid_devices_are_rejected():
         palpate.DeviceModel(0.0, 1.0)
     with pytest.raises(PalpateError, match="device rate"):
         palpate.DeviceModel(0.3, 1.0, rate=1.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [("kind: device\n", True), ("kind: hand\n", False), ("- device\n", False), ("device\n", False), ("{", False)],
+)
+def test_a_file_of_a_device_says_so(tmp_path, text, expected):
+    (tmp_path / "d.yaml").write_text(text)
+    assert is_device(tmp_path / "d.yaml") is expected
+    assert not is_device(tmp_path / "absent.yaml")

@@ -7,7 +7,8 @@ import pytest
 
 import palpate
 from palpate.certificate import certify_all
-from palpate.certificate.scene import touched, warn_outside
+from palpate.certificate.scene import warn_outside
+from palpate.certificate.touched import touched
 from palpate.errors import PalpateError, PalpateWarning
 from palpate.scene.rig import build
 from palpate.studies.certificate import arms as certificate_arms

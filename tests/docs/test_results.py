@@ -4,6 +4,7 @@ PHRASES is the one place that ties them: each entry computes a phrase from a res
 """
 
 import json
+import math
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -100,15 +101,121 @@ def tissue_ticks(found: Result) -> list[str]:
     return [f"| {int(n):,} | {t['p50']:.2f} / {t['p99']:.2f} ms |" for n, t in found["tick_ms"].items()]
 
 
-def tissue_layers(found: Result) -> list[str]:
-    worst = max(abs(c["force"] / c["expected"] - 1.0) for c in found["cases"])
-    return [f"within {100 * worst:.1f} %", f"by up to {100 * found['ripple']:.1f} %"]
+def tissue_rows(found: Result) -> list[str]:
+    return [
+        f"| {r['name']} | {r['value']:.3g} {r['unit']} | {'>=' if r['least'] else '<='} {r['asked']:g} {r['unit']} | "
+        f"{'yes' if r['met'] else '**no**'} |"
+        for r in found["rows"]
+        if r["unit"] != "ms"  # times are those of the idle machine
+    ]
+
+
+def tissue_text(found: Result) -> list[str]:
+    m, late = found["mujoco"], found["realtime"]
+    ticks, missed, bare = round(1000 * late["seconds"]), late["missed"], late["control_missed"]
+    errors = f"errs by {100 * m['layer_error']:+.1f} %, Palpate by {100 * m['own_layer_error']:+.1f} %"
+    return [errors, f"missed {missed} of {ticks} ticks, a bare loop in turns with it {bare}"]
+
+
+def tissue_mujoco(found: Result) -> list[str]:
+    return [f"MuJoCo takes {found['mujoco']['tick_ms']['p50']:.1f} ms a step"]
+
+
+def certificate_devices(found: Result) -> list[str]:
+    share = "all" if found["share_within"] == 1.0 else f"{100 * found['share_within']:.1f} %"
+    broken = found["certified_broken"] or "none"
+    return [
+        f"{found['count']} random devices (`--devices {found['count']}`) | median {100 * found['median_error']:.2f} %, "
+        f"largest {100 * found['largest_error']:.1f} %, {share} within 5 %; "
+        f"the linear part alone: median {100 * found['linear_median_error']:.1f} %",
+        f"of {found['certified_gains']} certified pairs {broken} oscillates",
+    ]
+
+
+def certificate_arms(found: Result) -> list[str]:
+    largest = {scene: max(abs(row["error"]) for row in found["arms"] if row["scene"] == scene)
+               for scene in ("palpation", "paper")}  # fmt: skip
+    assert not any(row["certified_broken"] for row in found["arms"])
+    return [
+        f"3 directions, 0 and 6 ms, two dampings | largest {100 * largest['palpation']:.1f} %",
+        f"mode `paper` at 500 Hz | largest {100 * largest['paper']:.1f} %",
+        f"at 97 % of the limit | all of {len(found['arms'])} come to rest",
+    ]
+
+
+def mj(joules: float) -> str:
+    return f"{float(f'{1e3 * joules:.3g}'):,.{max(0, 2 - int(math.log10(abs(1e3 * joules)) // 1))}f}"
+
+
+def passivity_rows(found: Result) -> list[str]:
+    def bold(text: str, is_bold: bool) -> str:
+        return f"**{text}**" if is_bold else text
+
+    return [
+        f"| {row['mode']} | {bold(mj(row['lowest_port_J']) + ' mJ', row['mode'] in ('observer', 'tank'))} | "
+        f"{bold(str(row['below_bound']), row['mode'] in ('observer', 'tank'))} | "
+        f"{bold(mj(row['lowest_rendered_J']) + ' mJ', row['mode'] == 'alone')} | "
+        f"{bold(str(row['rendered_below_bound']), row['mode'] == 'alone')} | {row['diverged']} | {row['oscillates']} |"
+        for row in found["modes"]
+    ]
+
+
+def passivity_changes(found: Result) -> list[str]:
+    rows = {row["of"]: row for row in found["changes"]}
+    every = [f"{row['runs']:,}" if row["runs"] >= 10_000 else str(row["runs"]) for row in rows.values()]
+    assert rows["silent"]["changed"] == 0
+    return [f"| {runs} | {row['changed']} ({100 * row['changed'] / row['runs']:.0f} %) |"
+            for runs, row in zip(every, rows.values(), strict=True) if row["of"] != "silent"]  # fmt: skip
+
+
+def of(rows: list[Result], key: str) -> str:
+    return f"{sum(round(row[key] * row['trials']) for row in rows)} of {sum(row['trials'] for row in rows)}"
+
+
+def registration_markers(found: Result) -> list[str]:
+    both, (estimated, stated) = found["predicted"].values(), found["wrong_marker"].values()
+    return [
+        "isotropic; anisotropic | " + "; ".join(f"{1e3 * one['largest_p95_m']:.3f} mm" for one in both),
+        "isotropic; anisotropic | " + "; ".join(f"{100 * one['largest_error']:.1f} %" for one in both),
+        f"unknown correspondence found | {of(list(found['unknown'].values()), 'right')}",
+        f"FLE estimated; stated | {of([estimated], 'found')}; {of([stated], 'found')}",
+        f"false alarms, FLE estimated; stated | {100 * estimated['false_alarms']:.1f} %; "
+        f"{100 * stated['false_alarms']:.1f} %",
+    ]
+
+
+def registration_surfaces(found: Result) -> list[str]:
+    rough, none, arm, beside = *(found["surface"][k] for k in ("rough", "none")), *found["handeye"].values()
+    wrong = sum(one["wrong"] for one in found["surface"].values())
+    assert found["wrong_told"] == 1.0
+    return [
+        f"from +-30 deg and +-30 mm | {of([rough], 'converged')}",
+        f"rms error of its points, 95 % | {1e3 * rough['p95_m']:.2f} mm",
+        f"without a start | {of([none], 'converged')}",
+        f"other organ) | {wrong} of {wrong}",
+        f"on the arm | {1e3 * arm['position_p95_m']:.2f} mm, {math.degrees(arm['rotation_p95_rad']):.2f} deg",
+        f"beside the arm | {1e3 * beside['position_p95_m']:.2f} mm, {math.degrees(beside['rotation_p95_rad']):.2f} deg",
+    ]
+
+
+def registration_chain(found: Result) -> list[str]:
+    touched, chain = found["touched"], found["chain"]
+    return [
+        f"{touched['trials']} runs | {1e3 * touched['simulated_m']:.2f} mm rms, "
+        f"predicted {1e3 * touched['predicted_m']:.2f} mm",
+        f"median; largest | {1e3 * chain['tip_median_m']:.2f} mm; {1e3 * chain['tip_largest_m']:.1f} mm",
+        f"within 1 mm of the surface | {100 * chain['felt_within_1mm']:.1f} % of {20 * chain['trials']} places",
+    ]
 
 
 PHRASES: dict[str, tuple[str, list[Callable[[Result], list[str]]]]] = {
     "wall": ("wall.md", [wall_rows, wall_misses, wall_text, wall_hands]),
+    "certificate": ("certificate.md", [certificate_devices, certificate_arms]),
+    "passivity": ("stability-study.md", [passivity_rows, passivity_changes]),
+    "registration": ("registration.md", [registration_markers, registration_surfaces, registration_chain]),
     "planning": ("planning.md", [planning_rows]),
-    "tissue": ("tissue.md", [tissue_ticks, tissue_layers]),
+    "tissue": ("tissue-figures.md", [tissue_rows, tissue_text]),
+    "tissue_times": ("tissue-figures.md", [tissue_ticks, tissue_mujoco]),
 }
 """By result: its page, and what computes phrases of it. A phrase with `\\|.*\\|` leaves columns of other runs out."""
 

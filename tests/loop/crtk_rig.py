@@ -14,7 +14,7 @@ BIT = {name: bit for name, (bit, _) in STATUS.items()}
 
 
 def crtk_options(**changes):
-    o = options()
+    o = options(**{name: changes.pop(name) for name in list(changes) if "__" in name})
     made = _core.CrtkOptions(o, Q_FOLLOWER)
     made.virtual_follower = True
     stability = made.stability

@@ -108,3 +108,55 @@ def test_rosbags_reads_and_writes_the_same_trajectory() -> None:
     data = store.serialize_cdr(sent, "trajectory_msgs/msg/JointTrajectory")
     read = store.deserialize_cdr(data, "trajectory_msgs/msg/JointTrajectory")
     np.testing.assert_array_equal(moveit.waypoints(read, problem().robot.arm.joint_names), [A, B])
+
+
+def _built(store, kind: str, value):  # type: ignore[no-untyped-def]
+    """An object of a message type from a mapping; fields that the type does not have are refused."""
+    fields = dict(store.fielddefs[kind][1])
+    assert set(value) <= set(fields), set(value) - set(fields)
+    assert set(value) == set(fields) - {"polygon"}
+    made = {}
+    for name, (what, spec) in fields.items():
+        if name == "polygon":  # of prisms
+            made[name] = _built(store, "geometry_msgs/msg/Polygon", {"points": []})
+        elif what.name == "NAME":
+            made[name] = _built(store, spec, value[name])
+        elif what.name == "BASE":
+            made[name] = value[name]
+        elif spec[0][0].name == "NAME":
+            made[name] = [_built(store, spec[0][1], one) for one in value[name]]
+        else:
+            types = {"float64": np.float64, "uint32": np.uint32}
+            made[name] = np.array(value[name], dtype=types[spec[0][1][0]])
+    return store.types[kind](**made)
+
+
+def test_the_planning_scene_message_has_the_shapes_of_its_types(tmp_path: Path) -> None:
+    """Shapes and poses go through the definitions of rosbags, which knows no messages of MoveIt itself."""
+    typesys = pytest.importorskip("rosbags.typesys")
+    store = typesys.get_typestore(typesys.Stores.ROS2_HUMBLE)
+    made = problem()
+    moveit.export(made, tmp_path)
+    message = yaml.safe_load((tmp_path / "planning_scene.yaml").read_text())
+    assert set(message) == {"name", "robot_model_name", "world", "is_diff"}
+    objects = message["world"]["collision_objects"]
+    assert [one["id"] for one in objects] == ["vessel", "post", "ball"]
+    kinds = {"primitives": "SolidPrimitive", "meshes": "Mesh", "planes": "Plane"}
+    poses = {"primitives": "primitive_poses", "meshes": "mesh_poses", "planes": "plane_poses"}
+    for one, obstacle in zip(objects, made.world.obstacles, strict=True):
+        assert (one["header"], one["operation"]) == ({"frame_id": "world"}, 0)
+        (key,) = set(one) & set(kinds)
+        (shape,), (pose,) = one[key], one[poses[key]]
+        kind = f"shape_msgs/msg/{kinds[key]}"
+        built = _built(store, kind, shape)
+        assert store.deserialize_cdr(store.serialize_cdr(built, kind), kind)
+        placed = _built(store, "geometry_msgs/msg/Pose", pose)
+        np.testing.assert_allclose(
+            [placed.position.x, placed.position.y, placed.position.z], obstacle.X_WO[:3, 3], atol=1e-12
+        )
+    post = objects[1]["primitives"][0]
+    assert post["type"] == store.types["shape_msgs/msg/SolidPrimitive"].BOX
+    np.testing.assert_allclose(post["dimensions"], [0.004, 0.05, 0.06])
+    assert objects[2]["primitives"][0]["type"] == store.types["shape_msgs/msg/SolidPrimitive"].SPHERE
+    with pytest.raises(AssertionError):
+        _built(store, "geometry_msgs/msg/Pose", {"position": pose["position"], "rotation": pose["orientation"]})

@@ -1,5 +1,6 @@
 """Independent readers open the record: the mcap library, and rosbags, which has its own ROS 2 decoder."""
 
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ from mcap.writer import CompressionType, Writer
 
 from palpate.record import SIGNALS, Record, Recorder, as_rows
 from palpate.record.channels import channels
+from palpate.record.mcap_file import McapFile
 
 rosbag2 = pytest.importorskip("rosbags.rosbag2", reason="rosbags (test group) is not installed")
 from rosbags.typesys import Stores, get_typestore  # noqa: E402
@@ -131,3 +133,18 @@ def test_folder_of_a_run_is_a_bag_with_metadata(tmp_path):
         assert bag.message_count == len(ticks) * len(channels(deterministic=True))
         assert bag.duration == round(1e9 * (ticks["t"][-1] - ticks["t"][0])) + 1
         assert sum(1 for _ in bag.messages()) == bag.message_count
+
+
+def test_a_long_record_takes_little_memory_in_its_writer(tmp_path):
+    """A chunk is written each half second: its index may take 20 bytes a channel, or days would take gigabytes."""
+    file = McapFile(tmp_path / "long.mcap")
+    file.begin(profile="", library="palpate")
+    schema = file.add_schema("one", "ros2msg", "float64 value")
+    channels = [file.add_channel(f"/signal_{i}", schema, "cdr", {}) for i in range(70)]
+    tracemalloc.start()
+    for k in range(300):
+        file.add_messages([(channel, k, b"12345678") for channel in channels])
+    grown = tracemalloc.get_traced_memory()[0]
+    tracemalloc.stop()
+    file.finish()
+    assert grown / 300 < 20 * 70

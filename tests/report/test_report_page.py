@@ -159,9 +159,10 @@ def test_energy_that_no_element_withholds_is_the_rest(tmp_path):
 
 def test_words_of_the_ledger_name_each_element_with_its_energy(tmp_path):
     ticks = synthetic_run.run(1.0)
-    ticks["energy_cut"], ticks["energy_passivity"], ticks["energy_low_pass"] = 2e-3, 3e-3, -4e-3
-    ticks["energy_source"][:, 0] = 5e-3
-    ticks["energy_source"][:, -2:] = 6e-3, 7e-3
+    grows = np.linspace(0.0, 1.0, len(ticks)) ** 4  # so that only the last tick has the whole energy
+    ticks["energy_cut"], ticks["energy_passivity"], ticks["energy_low_pass"] = 2e-3 * grows, 3e-3 * grows, -4e-3 * grows
+    ticks["energy_source"][:, 0] = 5e-3 * grows
+    ticks["energy_source"][:, -2:] = np.outer(grows, [6e-3, 7e-3])
     ticks["status"][100:350] = STATUS["passivity"][0]
     text = ledger_words(Run(record_of(tmp_path, ticks)))
     assert (

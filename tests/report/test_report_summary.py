@@ -80,6 +80,7 @@ def test_rows_have_the_values_of_the_summary():
     assert found["force capped"][0] == "0.25 s"
     assert found["passivity"][0] == "0.75 s"
     assert found["top speed"][0] == "0.062 m/s"
+    assert told(contact_s=6.0)["time in contact"] == ("6.00 s", "75 % of the 8.00 s run")
     assert told(duration_s=0.0)["time in contact"][1] == "0 % of the 0.00 s run"
 
 

@@ -83,3 +83,18 @@ def test_scheduler_is_that_of_a_real_time_run(realtime, scheduler):
     timing = {"missed_ticks": 7, "scheduler": "SCHED_FIFO 80"}
     found = summarise(ticks(1), 1000.0, timing=timing, realtime=realtime, faults=("stale",))
     assert (found.missed_ticks, found.scheduler, found.realtime, found.faults) == (7, scheduler, realtime, ("stale",))
+
+
+def test_beyond_the_bound_every_second_time_is_kept_and_the_longest_is_known(monkeypatch):
+    """Three parts of 4, of which 8 may be kept: 1 to 12 become 1, 3, 5 ... 11, and then every second of 13 to 16."""
+    monkeypatch.setattr("palpate.session.summary._MOST_TIMES", 8)
+    totals = Totals(1000.0)
+    for start in (1.0, 5.0, 9.0, 13.0):
+        totals.add(ticks(4, cycle_us=np.arange(start, start + 4.0)))
+    found, kept = totals.summary(), [1.0, 3.0, 5.0, 7.0, 9.0, 11.0, 13.0, 15.0]
+    assert (found.cycle_p50_us, found.cycle_max_us) == (np.median(kept), 16.0)
+    assert found.cycle_p99_us == pytest.approx(np.percentile(kept, 99))
+    totals.add(ticks(4, cycle_us=np.arange(17.0, 21.0)))  # 17 and 19 are the ninth and tenth: now every fourth
+    assert totals.summary().cycle_p50_us == np.median([1.0, 5.0, 9.0, 13.0, 17.0])
+    totals.add(ticks(4, cycle_us=np.arange(21.0, 25.0)))
+    assert totals.summary().cycle_p50_us == np.median([1.0, 5.0, 9.0, 13.0, 17.0, 21.0])

@@ -20,11 +20,9 @@ def main(folder):
     link("up")
     subprocess.run(["ip", "route", "add", "224.0.0.0/4", "dev", "lo"], check=True)
     subprocess.run(["ip", "link", "set", "lo", "multicast", "on"], check=True)
-    sys.path.insert(0, str(Path(__file__).parent))
-    import stand as bench
-
     from palpate import ros
     from palpate.record import Record
+    from palpate.verify.bench import ros_stand as bench
 
     stand = bench.Stand(ros.load(), "CABLE", network=True)
     node = bench.Node(stand, folder, "--network")

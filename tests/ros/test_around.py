@@ -5,9 +5,9 @@ import time
 
 import numpy as np
 import pytest
-import stand as bench
 
 from palpate.arm import Arm
+from palpate.verify.bench import ros_stand as bench
 
 
 @pytest.fixture(scope="module")
@@ -168,8 +168,8 @@ def test_scene_is_replaced_as_a_whole_or_rejected_with_a_reason(client, stand, n
 
     stand.press()
     other, broken = tmp_path / "other.yaml", tmp_path / "broken.yaml"
-    other.write_text(bench.SCENE.replace("name: wall", "name: ceiling").replace("y: -0.387", "y: -0.5"))
-    broken.write_text(bench.SCENE.replace("stiffness: 300", "stifness: 300"))
+    other.write_text(bench.scene().replace("name: wall", "name: ceiling").replace("y: -0.387", "y: -0.5"))
+    broken.write_text(bench.scene().replace("stiffness: 300", "stifness: 300"))
     assert client.set(scene_file=str(broken)).successful
     answer = client.call(Trigger, "/palpate/load_scene", Trigger.Request())
     assert not answer.success

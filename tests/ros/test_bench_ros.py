@@ -1,5 +1,6 @@
 """`palpate bench ros`: pairing of states and wrenches at given times, and one short run of the command."""
 
+import io
 import json
 import os
 import socket
@@ -8,10 +9,11 @@ import time
 import json_contract
 import numpy as np
 import pytest
+from rich.console import Console
 
 from palpate.cli import main
 from palpate.ros import build
-from palpate.verify.bench import ros_discovery
+from palpate.verify.bench import ros_discovery, ros_faults
 from palpate.verify.bench.ros import answers
 from palpate.verify.bench.ros_discovery import figures
 
@@ -112,3 +114,13 @@ def test_robot_announces_itself_often_unless_the_user_has_a_profile(native, monk
     monkeypatch.setenv("FASTDDS_DEFAULT_PROFILES_FILE", "mine.xml")
     build.announce_often(build.where.find())
     assert os.environ["FASTDDS_DEFAULT_PROFILES_FILE"] == "mine.xml"
+
+
+def test_the_worst_try_after_a_fault_is_told_and_late_ones_are_counted():
+    row = ros_faults.row("silence", [0.012, 0.051, 0.013, 0.014], 49.0)
+    assert row == {"fault": "silence", "median_s": 0.0135, "worst_s": 0.051, "late": 1, "steepest_N_s": 49.0}
+    result = {"rate_hz": 1000.0, "tries": 4, "asked_s": 0.05, "load": 0.5, "faults": [row]}
+    assert set(result) == json_contract.keys("bench ros --faults")
+    console = Console(width=120, record=True, file=io.StringIO())
+    console.print(ros_faults.table(result))
+    assert "51.0 ms" in console.export_text()

@@ -16,11 +16,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import stand as bench
 
 from palpate.errors import PalpateError
 from palpate.record import Record
 from palpate.record.ticks import STATUS
+from palpate.verify.bench import ros_stand as bench
+from palpate.verify.bench.ros_faults import MESSAGES
 
 HERE = Path(__file__).parent
 
@@ -62,26 +63,22 @@ def freed(stand, act, detectable, tries=3):
     return min(took), begin
 
 
-SILENT = {  # faults of the leader's messages: (fields, time until it is detectable [s], report)
-    "silence": ({"silent": True}, bench.STALE, "the leader is silent"),
-    "not a number": ({"not_finite": True}, 0.0, "a number was not finite"),
-    "no rotation": ({"no_rotation": True}, 0.0, "a number was not finite"),
-    "stamps of zero": ({"zero_stamp": True}, 0.0, "a stamp was zero"),
-    "clock ahead": ({"clock": 1.0}, 0.0, "far from this machine's clock"),
-    "clock behind": ({"clock": -1.0}, 0.0, "far from this machine's clock"),
-    "delay of 100 ms": ({"delay": 0.1}, bench.STALE, "the leader is silent"),
-}
-
-
-@pytest.mark.parametrize("fault", SILENT)
+@pytest.mark.parametrize("fault", MESSAGES)
 def test_invalid_messages_remove_the_force(stand, node, fault):
-    fields, detectable, message = SILENT[fault]
-    first = len(node.output.lines)
-    took, begin = freed(stand, lambda: stand.inject(**fields), detectable)
+    planted, first = MESSAGES[fault], len(node.output.lines)
+    took, begin = freed(stand, lambda: stand.inject(**planted.fields), planted.detectable)
     assert took <= bench.MOST
-    node.output.await_line(message, after=first)
+    node.output.await_line(planted.report, after=first)
     stand.press()
     assert stand.steepest(begin) <= 1.001 * bench.RATE_CAP
+
+
+def test_force_that_stays_is_not_taken_for_a_free_hand(stand, node):
+    """Judges `Stand.released`: messages that come twice do not end the force."""
+    stand.press()
+    begin = stand.inject(twice=1.0)
+    with pytest.raises(PalpateError, match="on the hand"):
+        stand.released(begin, seconds=0.6)
 
 
 LOSSY = {
@@ -317,10 +314,9 @@ def test_full_disk_ends_the_record_and_is_told_while_the_force_goes_on(stand, tm
 
 PUPPET = """
 import json, os, sys
-sys.path.insert(0, sys.argv[1])
-import stand as bench
+from palpate.verify.bench import ros_stand as bench
 from palpate import ros
-stand = bench.Stand(ros.load(), sys.argv[2])
+stand = bench.Stand(ros.load(), sys.argv[1])
 stand.press(60.0)
 print("pressed", flush=True)
 sys.stdin.read()
@@ -330,7 +326,7 @@ sys.stdin.read()
 def test_kill_9_of_the_leader_ends_the_force_and_is_reported(native, tmp_path):
     name = f"GONE{os.getpid()}"
     leader = subprocess.Popen(
-        [sys.executable, "-c", PUPPET, str(HERE), name], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        [sys.executable, "-c", PUPPET, name], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )
     listener = bench.Stand(native, f"EAR{os.getpid()}", wrench=f"/{name}_TELE/following/mtm/body/servo_cf")
     listener.inject(silent=True)

@@ -9,10 +9,10 @@ import time
 
 import numpy as np
 import pytest
-import stand as bench
 from scipy.spatial.transform import Rotation
 
 from palpate.cli import main
+from palpate.verify.bench import ros_stand as bench
 
 NORMAL = np.array([0.0, 1.0, 0.0])  # normal of the wall in the frame of measured_cp
 WRISTS = {"straight": [0.0, 0.0, 0.0], "pitched": [0.6, 0.0, 0.0], "turned": [0.3, -0.3, 0.5]}  # rotation vectors [rad]

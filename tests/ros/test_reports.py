@@ -5,12 +5,12 @@ import time
 
 import numpy as np
 import pytest
-import stand as bench
 
 from palpate.record.ticks import STATUS, TICK
 from palpate.ros import reports
 from palpate.ros.jitter import LARGEST, Jitter, jitter, tolerance
 from palpate.ros.reports import ForceReports
+from palpate.verify.bench import ros_stand as bench
 
 RATE = 250.0
 FREE = "free to push"

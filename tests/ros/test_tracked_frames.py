@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import stand as bench
 
 from palpate import Session
 from palpate.scene import Scene
+from palpate.verify.bench import ros_stand as bench
 
 HERE = Path(__file__).parent
 FRAMES = """
@@ -73,7 +73,7 @@ def test_poses_of_a_topic_pass_the_gate_and_move_the_object(poses):
 @pytest.fixture(scope="module")
 def node(native, poses, tmp_path_factory):
     poses(0, 0, -1, 0)
-    wall = bench.SCENE.replace("pose: {xyz: [0, -0.387, -0.1288], rpy_deg: [-90, 0, 0]}", "POSE")
+    wall = bench.scene().replace("pose: {xyz: [0, -0.387, -0.1288], rpy_deg: [-90, 0, 0]}", "POSE")
     assert "POSE" in wall
     at = "frame: anatomy, pose: {xyz: [0, -0.437, -0.1288], rpy_deg: [-90, 0, 0]}"
     stand = bench.Stand(native, f"TRACKED{os.getpid()}")

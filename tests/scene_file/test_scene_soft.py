@@ -99,7 +99,8 @@ def test_tissue_that_nothing_holds_is_told(scene_with):
 @pytest.mark.parametrize(
     ("keys", "words"),
     [
-        ("poisson: 0.5", "poisson"),
+        ("poisson: 0.5", "poisson: must lie from 0 to 0.495: an incompressible body"),
+        ("poisson: -0.1", "poisson: must lie from 0"),
         ("young: -5e3", "young"),
         ("density: 0", "density"),
         ("preset: brain", "there is no tissue 'brain'"),

@@ -1,5 +1,6 @@
 """The state machine of a session: its table, requests and refusals, and that no transition makes a step."""
 
+import functools
 import importlib.util
 import itertools
 from pathlib import Path
@@ -14,7 +15,10 @@ from palpate.record.ticks import STATUS
 from palpate.session import machine
 from palpate.session.faults import HOW_TO_LEAVE, NO_FAULTS, how_to_leave
 
-LEVELS = ("power", "home", "at_home", "follow", "aligned", "clutch", "camera", "hold", "fault", "recover", "settled")
+LEVELS = (
+    "power", "home", "at_home", "follow", "aligned", "clutch", "camera", "hold", "fault", "recover", "settled",
+    "execute", "moving",
+)  # fmt: skip
 HOLDS = {
     "power_on": lambda x: x["power"], "power_off": lambda x: not x["power"], "home": lambda x: x["home"],
     "follow": lambda x: x["follow"], "stop": lambda x: not x["follow"], "clutch": lambda x: x["clutch"],
@@ -22,17 +26,24 @@ HOLDS = {
     "hold": lambda x: x["hold"], "resume": lambda x: not x["hold"], "at_home": lambda x: x["at_home"],
     "recover": lambda x: x["recover"] and not x["fault"], "not_home": lambda x: not x["at_home"],
     "aligned": lambda x: x["aligned"], "fault": lambda x: x["fault"], "settled": lambda x: x["settled"],
+    "execute": lambda x: x["execute"], "ended": lambda x: not (x["execute"] or x["moving"]),
 }  # fmt: skip  # written here again: the second opinion on what the machine reads from its levels
 
 
 def walk(state, levels, table=machine.TRANSITIONS):
     """All transitions that the levels allow, by the published table."""
+    rows = _rows(table)
     for _ in machine.NAMES:
-        after = next((to for at, cause, to in table if at == state and HOLDS[cause](levels)), state)
+        after = next((to for cause, to in rows[state] if HOLDS[cause](levels)), state)
         if after == state:
             return state
         state = after
     raise AssertionError(f"the levels {levels} never come to rest")
+
+
+@functools.cache
+def _rows(table):
+    return {name: [(cause, to) for at, cause, to in table if at == name] for name in machine.NAMES}
 
 
 def levels_of(bits):
@@ -46,41 +57,56 @@ def given(levels):
     return now
 
 
-def driven_to(goal):
-    """A machine in a state, brought there by the causes of the shortest path, one at a time."""
-    quiet = levels_of([0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0])
+@functools.cache
+def _inputs():
+    """All combinations of levels, with the machine's input for each."""
+    found = [levels_of(bits) for bits in itertools.product((0, 1), repeat=len(LEVELS))]
+    return [(levels, given(levels)) for levels in found]
+
+
+@functools.cache
+def _way(goal):
+    """Inputs that lead a machine to a state by the causes of the shortest path, one at a time; the last levels."""
+    quiet = levels_of([0] * len(LEVELS))
     sets = {
         "power_on": {"power": 1}, "home": {"home": 1}, "at_home": {"at_home": 1}, "follow": {"follow": 1},
         "aligned": {"aligned": 1}, "clutch": {"clutch": 1}, "camera": {"camera": 1}, "hold": {"hold": 1},
-        "fault": {"fault": 1}, "recover": {"recover": 1, "fault": 0},
+        "fault": {"fault": 1}, "recover": {"recover": 1, "fault": 0}, "execute": {"execute": 1},
     }  # fmt: skip
-    m, levels = _core.SessionMachine(), quiet
+    levels, inputs = quiet, []
     for cause in machine.path("off", goal):
         levels = levels | sets[cause]
-        m.step(given(levels))
+        inputs.append(given(levels))
+    return inputs, levels
+
+
+def driven_to(goal):
+    """A machine in a state, and the levels that led there."""
+    m, (inputs, levels) = _core.SessionMachine(), _way(goal)
+    for one in inputs:
+        m.step(one)
     assert m.state == goal
     return m, levels
 
 
 @pytest.mark.parametrize("state", machine.NAMES)
 def test_every_state_walks_the_table_under_all_levels(state):
-    """All 2048 combinations of levels that differ from those of the state, against a walk of the published table."""
-    for bits in itertools.product((0, 1), repeat=len(LEVELS)):
+    """All 8192 combinations of levels that differ from those of the state, against a walk of the published table."""
+    for levels, given_levels in _inputs():
         m, _ = driven_to(state)
-        assert m.step(given(levels_of(bits))) == walk(state, levels_of(bits))
+        assert m.step(given_levels) == walk(state, levels)
 
 
 def test_a_wrong_table_is_noticed():
-    wrong = [row for row in machine.TRANSITIONS if row[:2] != ("following", "fault")]
-    levels = levels_of([1, 1, 1, 1, 1, 0, 0, 0, 1, 0, 0])
+    wrong = tuple(row for row in machine.TRANSITIONS if row[:2] != ("following", "fault"))
+    levels = levels_of([1, 1, 1, 1, 1, 0, 0, 0, 1, 0, 0, 0, 0])
     assert walk("following", levels) == "fault" != walk("following", levels, wrong)
 
 
 def test_every_row_is_needed_and_every_state_can_be_left_and_reached():
     first = set()
-    for state, bits in itertools.product(machine.NAMES, itertools.product((0, 1), repeat=len(LEVELS))):
-        levels = levels_of(bits)
-        first.add(next((r for r in machine.TRANSITIONS if r[0] == state and HOLDS[r[1]](levels)), None))
+    for state, (levels, _) in itertools.product(machine.NAMES, _inputs()):
+        first.add(next(((state, *r) for r in _rows(machine.TRANSITIONS)[state] if HOLDS[r[0]](levels)), None))
     assert first - {None} == set(machine.TRANSITIONS), "a row that no levels can take is dead"
     for a, b in itertools.permutations(machine.NAMES, 2):
         assert machine.path(a, b)

@@ -119,3 +119,17 @@ def test_busy_port_is_reported_with_a_remedy(viewer):
 
 def test_binds_to_this_machine_only(viewer):
     assert viewer.url.startswith("http://127.0.0.1:")
+
+
+def test_a_browser_without_graphics_card_gets_the_light_picture_and_frames_arrive(page, viewer):
+    until(lambda: viewer.picture.browsers)
+    browser = next(iter(viewer.picture.browsers.values()))
+    assert browser.software, browser
+    assert viewer.picture.light
+    assert viewer._drawing._organs[0].is_light or len(viewer._stage.objects[0].triangles) <= 4000
+    frame = "window.__viserTestpoints.rendererInfo.render.frame"
+    assert not page.evaluate("document.querySelector('canvas[data-engine]').getContext('webgl2')"
+                             ".getContextAttributes().antialias")  # fmt: skip
+    before = page.evaluate(frame)
+    until(lambda: page.evaluate(frame) > before + 3)
+    assert 0 < browser.width < 1200

@@ -22,6 +22,8 @@ struct ToolSphere {
 
   /// Centre of the sphere in the frame of the link, for the jaw angle `jaw` [rad].
   [[nodiscard]] Vec3 centre(double jaw) const noexcept;
+  /// Motion of the centre per jaw angle, in the frame of the link [m/rad].
+  [[nodiscard]] Vec3 motion(double jaw) const noexcept { return axis.cross(centre(jaw) - hinge); }
 };
 
 /// Options of the stage.

@@ -14,6 +14,9 @@
 namespace palpate::loop {
 namespace {
 
+constexpr double kSettled = 0.5;       // [s] time after which a follower has reached the goal that it holds
+constexpr double kHeldLag = 0.002;     // [m] then: largest distance from this goal, beyond which others moved it
+constexpr double kHeldTurn = 0.05;     // [rad] then: largest rotation from this goal
 constexpr double kTwistCutoff = 40.0;  // [Hz] of the low-pass for velocities differenced from poses
 /// Bits that are states of operation, not faults.
 constexpr unsigned kGates = kNoOperator | kNotEnabled | kNotFollowing | kClutched;
@@ -73,7 +76,7 @@ CrtkCycle::CrtkCycle(const CrtkOptions& options, std::optional<arm::Arm> followe
     arm_->update(q_follower_, zero_);
     if (options_.virtual_follower && arm_) X_BT_ = arm_->tip();
   }
-  in_.tool.jaw = options_.mapping.jaw_min;
+  in_.tool.jaw = options_.mapping.jaw_start;
 }
 
 void CrtkCycle::leader_pose(double stamp, const Vec3& p_LH, const Eigen::Vector4d& quat_LH, ClockTime now) noexcept {
@@ -169,6 +172,7 @@ const CrtkOutput& CrtkCycle::step(ClockTime now) noexcept {
   in_.settling = (status & ~kGates) == kSettling;
   in_.controls.clutch = people.clutch || gates_.clutch;
   locate();
+  meet(trusted);
   const HapticsOutput& felt = haptics_.step(in_);
   F_ = limit_rate(felt.rendered.F_H_L, felt.mapped.engaged, dt);
   haptics_.finish(in_, F_, out_.tick);
@@ -185,6 +189,7 @@ const CrtkOutput& CrtkCycle::step(ClockTime now) noexcept {
   out_.tick.t = now.t;
   const unsigned caps = felt.rendered.status & ~(kLeaderStale | kFollowerStale);
   out_.tick.status |= status | caps | reached;  // adds to the bits that guidance reported
+  if (in_world_) on_tool_.record(out_.tick);
   copy(in_.handle.q, out_.tick.q);
   if (arm_) copy(q_follower_, out_.tick.q_follower);
   return out_;
@@ -250,34 +255,74 @@ void CrtkCycle::locate() noexcept {
   if (arm_) arm_->update(q_follower_, zero_);
   if (options_.virtual_follower && arm_) X_BT_ = arm_->tip();
   in_.tool.X_WT = options_.X_WB * X_BT_;
-  place_spheres(options_.virtual_follower || (arm_ && !joints_.stale(last_)));
+  place_spheres(joints_known());
+}
+
+bool CrtkCycle::joints_known() const noexcept {
+  return arm_ && (options_.virtual_follower || (joints_.received() && !joints_.stale(last_)));
+}
+
+// Pose of the model's base in W that agrees with the measured tip.
+Pose CrtkCycle::model_base() const noexcept { return in_.tool.X_WT * arm_->tip().inverse(); }
+
+void CrtkCycle::join(std::shared_ptr<Board> board, int index, std::vector<ToolCapsule> capsules,
+                     contact::InstrumentLaw law) {
+  if (!arm_) throw std::invalid_argument("crtk: instruments that push each other need a model of the follower");
+  const int links = static_cast<int>(arm_->link_names().size());
+  in_world_ = std::make_unique<InWorld>(std::move(board), index, std::move(capsules), law, links);
+}
+
+// Shows the tool to the other cycles and computes their force on it. A tool whose pose is not trusted is not shown: the
+// others see it at rest where it was, and it receives no force.
+void CrtkCycle::meet(bool trusted) noexcept {
+  if (!in_world_) return;
+  on_tool_ = OnTool{};
+  if (trusted && joints_known() && std::isfinite(in_.tool.jaw)) {
+    const double dt = met_at_ > 0.0 ? last_.t - met_at_ : 0.0;
+    in_world_->publish({options_.X_WL * in_.handle.X_LH.p, in_.tool.X_WT, model_base(), &*arm_, in_.tool.jaw,
+                        dt > 0.0 ? 1.0 / dt : 0.0, low_pass_coefficient(kTwistCutoff, dt)});
+    met_at_ = last_.t;
+    on_tool_ = in_world_->step();
+  }
+  in_.tool.F_others_W = on_tool_.F_T_W;
+  in_.tool.K_others = on_tool_.stiffness;
 }
 
 // Computes the centres of the spheres. A sphere on a link whose pose is unknown is NaN and touches nothing.
 void CrtkCycle::place_spheres(bool joints_known) noexcept {
   ToolWithSpheres& tool = in_.tool;
-  const Pose X_WA = joints_known && arm_ ? tool.X_WT * arm_->tip().inverse()
-                                         : Pose{};  // pose of the model's base that agrees with the measured tip
+  const Pose X_WA = joints_known && arm_ ? model_base() : Pose{};
   tool.p_WS[0] = tool.X_WT.p;
   std::size_t s = 0;
   for (const contact::ToolSphere& sphere : options_.contact.spheres) {
-    const Vec3 p = sphere.centre(tool.jaw);
     if (sphere.link < 0) {
-      tool.p_WS[++s] = tool.X_WT * p;
+      tool.place(++s, sphere, tool.X_WT);
     } else if (joints_known && arm_) {
-      tool.p_WS[++s] = X_WA * (arm_->link_pose(sphere.link) * p);
+      tool.place(++s, sphere, X_WA * arm_->link_pose(sphere.link));
     } else {
       tool.p_WS[++s].setConstant(std::numeric_limits<double>::quiet_NaN());
     }
   }
 }
 
+// True if the follower is where it was sent. While it homes, or after somebody else has moved it, it is not: until it
+// follows again its goal is the measured pose, so that it starts there. `settled`: the goal has rested for so long that no lag is left.
+bool CrtkCycle::is_at_goal(bool settled) const noexcept {
+  const double lag = (out_.X_BT_goal.p - X_BT_.p).norm();
+  if (!settled) return lag <= options_.max_lag;
+  return lag <= kHeldLag && rotation_vector(Mat3(out_.X_BT_goal.R.transpose() * X_BT_.R)).norm() <= kHeldTurn;
+}
+
 // Computes the goal of the follower, and moves a virtual follower to it. Returns bits of Status.
 unsigned CrtkCycle::follow(const HapticsOutput& felt) noexcept {
   out_.X_BT_goal = options_.X_WB.inverse() * felt.mapped.X_WT_goal;
   out_.jaw = felt.mapped.jaw;
+  out_.tau_gripper = in_.handle.valid ? felt.tau_gripper : 0.0;
   out_.move = options_.own_teleop && !options_.virtual_follower && felt.mapped.engaged;
-  bool reached = options_.own_teleop && (out_.X_BT_goal.p - X_BT_.p).norm() <= options_.max_lag;
+  if (felt.mapped.engaged) engaged_at_ = last_.t;
+  const bool at_goal = in_.homed && is_at_goal(last_.t - engaged_at_ > kSettled);
+  moved_ = !felt.mapped.engaged && (moved_ || !at_goal);
+  bool reached = options_.own_teleop && at_goal && !moved_;
   if (options_.virtual_follower && arm_) {
     reached = reach(*arm_, out_.X_BT_goal, q_step_, q_follower_);
     in_.tool.jaw = out_.jaw;

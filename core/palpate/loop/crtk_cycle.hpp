@@ -4,11 +4,14 @@
 // is allowed.
 #pragma once
 
+#include <memory>
 #include <optional>
+#include <vector>
 
 #include "palpate/arm/arm.hpp"
 #include "palpate/loop/crtk_watch.hpp"
 #include "palpate/loop/haptics.hpp"
+#include "palpate/loop/instruments.hpp"
 
 namespace palpate::loop {
 
@@ -44,11 +47,12 @@ struct CrtkGates {
 /// Result of a step.
 struct CrtkOutput {
   Tick tick{};
-  Wrench F;              ///< wrench to command, in the frame of the leader or of its tip [N, N m]
-  bool command = false;  ///< true: send F; false: send no wrench at all
-  Pose X_BT_goal;        ///< goal of the tool
-  double jaw = 0.0;      ///< goal of the jaw angle [rad]
-  bool move = false;     ///< true: send the goals of tool and jaw
+  Wrench F;                  ///< wrench to command, in the frame of the leader or of its tip [N, N m]
+  bool command = false;      ///< true: send F; false: send no wrench at all
+  Pose X_BT_goal;            ///< goal of the tool
+  double jaw = 0.0;          ///< goal of the jaw angle [rad]
+  double tau_gripper = 0.0;  ///< torque on the operator's fingers, positive when it opens them [N m]
+  bool move = false;         ///< true: send the goals of tool and jaw
 };
 
 /// The wrench F is always finite and below its cap, and in real time it never grows faster than its rate cap, whatever
@@ -80,6 +84,10 @@ class CrtkCycle {
   /// Replaces the fixtures, which must outlive their use.
   void take(const guidance::Fixtures& fixtures) noexcept { haptics_.take(fixtures); }
 
+  /// Puts the tool among the instruments of other cycles, which push it from the next step on. Not to be called while
+  /// the cycle runs. Throws std::invalid_argument without a model of the follower, or naming an invalid value.
+  void join(std::shared_ptr<Board> board, int index, std::vector<ToolCapsule> capsules, contact::InstrumentLaw law);
+
   /// Reports a fault of the device, as bits of Status: it counts at the next step, like a damaged message.
   void report(unsigned faults) noexcept { refused_ |= faults; }
 
@@ -101,6 +109,10 @@ class CrtkCycle {
   [[nodiscard]] unsigned closed_gates() const noexcept;
   void locate() noexcept;
   void place_spheres(bool joints_known) noexcept;
+  void meet(bool trusted) noexcept;
+  [[nodiscard]] bool joints_known() const noexcept;
+  [[nodiscard]] Pose model_base() const noexcept;
+  [[nodiscard]] bool is_at_goal(bool settled) const noexcept;
   unsigned follow(const HapticsOutput& felt) noexcept;
   [[nodiscard]] Wrench limit_rate(const Wrench& F, bool allowed, double dt) const noexcept;
 
@@ -119,6 +131,11 @@ class CrtkCycle {
   double fault_at_ = 0.0;
   bool stepped_ = false, needs_reset_ = false, last_nonzero_ = false;  ///< last_nonzero_: the last command was not zero
   Wrench F_;                                                           ///< last rendered wrench on the hand, in L
+  std::unique_ptr<InWorld> in_world_;  ///< null without other instruments
+  OnTool on_tool_;                     ///< forces of the other instruments at this step
+  double engaged_at_ = 0.0;            ///< time of the last step in which the tool followed [s]
+  bool moved_ = false;                 ///< somebody else has moved the follower since it last followed
+  double met_at_ = 0.0;                ///< time at which the instrument was last shown to the others; 0: never [s]
   CrtkOutput out_;
 };
 

@@ -14,6 +14,8 @@ namespace {
 /// True if all values are below a million [rad, m, rad/s], so that sums and sines of them are finite; false for NaN.
 bool believable(const JointVector& x) noexcept { return (x.array().abs() < 1e6).all(); }
 
+constexpr double kCorrection = 1e-5;  // [m] correction by hard fixtures above which a planned motion stops
+
 }  // namespace
 
 Cycle::Cycle(const CycleOptions& options, arm::Arm leader, arm::Arm follower)
@@ -25,6 +27,7 @@ Cycle::Cycle(const CycleOptions& options, arm::Arm leader, arm::Arm follower)
                     ? nullptr
                     : std::make_unique<force::Estimate>(follower_, options.estimate)),
       torque_(options.torque, leader_.tau_max(), 1.0 / options.rate),
+      execution_(1.0 / options.rate),
       zero_(JointVector::Zero(follower_.n())),
       q_step_(follower_.v_max() / options.rate) {
   if (!(q_step_.array() > 0.0).all()) {
@@ -56,10 +59,12 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   in_.tool.K_others = in.K_others;
   locate();
   const unsigned estimated = estimate();
+  const bool planned = execute(in);
   mark(Stage::kinematics);
   const HapticsOutput& felt = haptics_.step(in_);
   const Pose X_BT_goal = options_.X_WB.inverse() * felt.mapped.X_WT_goal;
-  const bool reached = reach(follower_, X_BT_goal, q_step_, out_.follower.q);
+  const bool reached = planned || reach(follower_, X_BT_goal, q_step_, out_.follower.q);
+  if (planned) guard(felt, in.order.guard);
   out_.follower.jaw = felt.mapped.jaw;
   in_.tool.reached = reached && in_.tool.valid;
   mark(Stage::kinematics);
@@ -86,6 +91,29 @@ void Cycle::compensate_gravity() noexcept {
     record(in_.handle, out_.tick);
     record_leader();
   }
+}
+
+// Moves the goal of the follower's joints along the planned motion; returns false if the hand determines the goal.
+bool Cycle::execute(const CycleInput& in) noexcept {
+  in_.X_WT_planned = nullptr;
+  if (in.motion == nullptr) return false;
+  const Controls& c = in.controls;
+  const bool allowed = c.operator_present && !c.clutch && !c.camera;  // a pedal ends the motion
+  const bool executing = allowed && haptics_.state() == SessionState::executing;
+  const bool planned = execution_.step(*in.motion, in.order, executing, out_.follower.q);
+  in_.execute = execution_.wanted();
+  in_.moving = execution_.moves();
+  if (!planned) return false;
+  follower_.update(out_.follower.q, zero_);
+  X_WT_planned_ = options_.X_WB * follower_.tip();
+  in_.X_WT_planned = &X_WT_planned_;
+  return true;
+}
+
+// Stops a planned motion that meets a contact or a hard fixture: along its path there should be neither.
+void Cycle::guard(const HapticsOutput& felt, double most) noexcept {
+  if (!(haptics_.tool_force().f.norm() <= most)) execution_.stop(ExecutionPhase::touched);
+  if (felt.guided.correction.norm() > kCorrection) execution_.stop(ExecutionPhase::corrected);
 }
 
 // Computes poses and velocities of handle and tool from the joints.
@@ -118,8 +146,7 @@ void Cycle::place_spheres() noexcept {
   tool.p_WS[0] = tool.X_WT.p;
   std::size_t s = 0;
   for (const contact::ToolSphere& sphere : options_.contact.spheres) {
-    const Vec3 p = sphere.centre(tool.jaw);
-    tool.p_WS[++s] = sphere.link < 0 ? tool.X_WT * p : options_.X_WB * (follower_.link_pose(sphere.link) * p);
+    tool.place(++s, sphere, sphere.link < 0 ? tool.X_WT : options_.X_WB * follower_.link_pose(sphere.link));
   }
 }
 
@@ -192,6 +219,10 @@ void Cycle::record_leader() noexcept {
 void Cycle::record_follower() noexcept {
   copy(follower_state_.q, out_.tick.q_follower);
   copy(follower_state_.tau, out_.tick.tau_follower);
+  copy(out_.follower.q, out_.tick.q_follower_goal);
+  out_.tick.execution = static_cast<double>(execution_.phase());
+  out_.tick.execution_motion = static_cast<double>(execution_.motion());
+  out_.tick.execution_t = execution_.time();
 }
 
 }  // namespace palpate::loop

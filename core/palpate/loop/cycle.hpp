@@ -6,6 +6,7 @@
 
 #include "palpate/arm/arm.hpp"
 #include "palpate/force/estimate.hpp"
+#include "palpate/loop/execution.hpp"
 #include "palpate/loop/haptics.hpp"
 #include "palpate/torque/torque.hpp"
 #include "palpate/types/arms.hpp"
@@ -28,6 +29,8 @@ struct CycleInput {
   const scene::Snapshot* scene = nullptr;
   Wrench F_others_W;      ///< wrench of other instruments on the tool about its tip, in W, to be rendered
   double K_others = 0.0;  ///< stiffness of this contact [N/m]
+  const PlannedMotion* motion = nullptr;  ///< newest motion of the follower; null: this loop executes none
+  ExecutionOrder order;
 };
 
 /// Output of a cycle.
@@ -58,6 +61,8 @@ class Cycle {
     clock_ = clock;
     haptics_.watch(clock);
   }
+  /// True while a planned motion is not at rest.
+  [[nodiscard]] bool moves() const noexcept { return execution_.moves(); }
   /// The contact stage, for the owner of the cycle: see contact::Method::collide.
   [[nodiscard]] contact::Tool& contact() noexcept { return haptics_.contact(); }
 
@@ -73,6 +78,8 @@ class Cycle {
   void locate() noexcept;
   void place_spheres() noexcept;
   [[nodiscard]] unsigned estimate() noexcept;
+  bool execute(const CycleInput& in) noexcept;
+  void guard(const HapticsOutput& felt, double most) noexcept;
   void record_leader() noexcept;
   void record_follower() noexcept;
 
@@ -81,6 +88,8 @@ class Cycle {
   Haptics haptics_;
   std::unique_ptr<force::Estimate> estimate_;  ///< null if the force source does not use it
   torque::Torque torque_;
+  Execution execution_;
+  Pose X_WT_planned_;
 
   // The last usable states.
   LeaderState leader_state_;

@@ -144,6 +144,7 @@ const Wrench& DeviceCycle::advance() noexcept {
   cycle_.report(status_bits(fault_));
   const CrtkOutput& out = cycle_.step({clock_, kWall0 + clock_});
   F_ = out.command ? out.F : Wrench{};
+  tau_gripper_ = out.command ? out.tau_gripper : 0.0;
   const std::int64_t spent = now_ns() - begin;
   cycle_time_.add(spent);
   Tick tick = out.tick;

@@ -56,6 +56,9 @@ class DeviceCycle {
   /// False: the hand is let go, and the wrench ramps to zero.
   void allow_force(bool allowed) noexcept { gates_.following = allowed; }
 
+  /// Torque on the operator's fingers after the last step, positive when it opens them; within the cap of the options
+  /// `stability`, and zero at once after a fault [N m].
+  [[nodiscard]] double gripper_torque() const noexcept { return tau_gripper_; }
   /// Why the state of the last step was not used.
   [[nodiscard]] DeviceFault fault() const noexcept { return fault_; }
   /// Bits of Status of the last step.
@@ -85,6 +88,7 @@ class DeviceCycle {
   double period_ = 0.0;  ///< running mean of the time between steps [s]
   bool clutch_ = false;  ///< clutch button of the last valid state
   Wrench F_;
+  double tau_gripper_ = 0.0;
 };
 
 }  // namespace palpate::loop

@@ -49,6 +49,7 @@ Front::Front(contact::Tool& contact, std::shared_ptr<const scene::Snapshot> scen
       scene_(std::make_shared<RenderedScene>(newest_scene_, 0)),
       newest_rendered_(scene_.current().objects),
       fixtures_(std::make_shared<const guidance::Fixtures>()),
+      motion_(std::make_shared<const PlannedMotion>()),
       ring_(static_cast<std::size_t>(kRingSeconds * rate), false) {
   contact_.check(*newest_scene_);
   live_.reset(*newest_scene_);
@@ -105,6 +106,22 @@ void Front::set_fixtures(std::shared_ptr<const guidance::Fixtures> fixtures) {
   guidance::check(*fixtures);
   const std::lock_guard lock(callers_);
   fixtures_.publish(std::move(fixtures));
+}
+
+std::uint64_t Front::execute(PlannedMotion motion, ExecutionOrder order) {
+  check(motion);
+  check(order);
+  const std::lock_guard lock(callers_);
+  motion.number = order.motion = ++motions_;
+  order_in_.write(order);
+  motion_.publish(std::make_shared<const PlannedMotion>(std::move(motion)));
+  return order.motion;
+}
+
+void Front::set_order(const ExecutionOrder& order) {
+  check(order);
+  const std::lock_guard lock(callers_);
+  order_in_.write(order);
 }
 
 Tick Front::latest() {

@@ -12,6 +12,7 @@
 #include "palpate/contact/tool.hpp"
 #include "palpate/guidance/fixture.hpp"
 #include "palpate/loop/collider.hpp"
+#include "palpate/loop/execution.hpp"
 #include "palpate/loop/live_objects.hpp"
 #include "palpate/loop/ring.hpp"
 #include "palpate/loop/tick.hpp"
@@ -43,6 +44,11 @@ class Front {
   void set_live(LiveTargets targets);
   /// Replaces all fixtures of guidance at once, without a force step.
   void set_fixtures(std::shared_ptr<const guidance::Fixtures> fixtures);
+  /// Gives the loop a motion of the follower to execute, in place of the one before, with the first order about it.
+  /// Returns the number of the motion.
+  std::uint64_t execute(PlannedMotion motion, ExecutionOrder order);
+  /// Replaces the order; that of another motion has no effect.
+  void set_order(const ExecutionOrder& order);
   /// The newest tick.
   [[nodiscard]] Tick latest();
   /// Vertices of a soft object of the newest scene, as deformed at most 16 ms ago: 3 per vertex of its mesh, in O [m].
@@ -73,6 +79,11 @@ class Front {
   bool take_scene(double t) noexcept;
   /// Switches fixtures() to the newest ones that were set. Returns true if they are new.
   bool take_fixtures() noexcept { return fixtures_.update(); }
+  /// Switches motion() to the newest one that was given; not to be called while the one before moves the follower.
+  void take_motion() noexcept { motion_.update(); }
+  /// The motion to execute; number 0 if there is none.
+  [[nodiscard]] const PlannedMotion& motion() const noexcept { return motion_.current(); }
+  [[nodiscard]] const ExecutionOrder& take_order() noexcept { return order_in_.read(); }
   [[nodiscard]] const scene::Snapshot& scene() const noexcept { return scene_.current().objects; }
   [[nodiscard]] const guidance::Fixtures& fixtures() const noexcept { return fixtures_.current(); }
   /// Writes the live objects and tracked frames to a tick.
@@ -94,6 +105,9 @@ class Front {
   Handover<RenderedScene> scene_;
   scene::Snapshot newest_rendered_;  ///< copy of the newest scene that was handed over, for its soft bodies
   Handover<const guidance::Fixtures> fixtures_;
+  Handover<const PlannedMotion> motion_;
+  std::uint64_t motions_ = 0;  ///< number of the newest motion
+  Mailbox<ExecutionOrder> order_in_;
   LiveObjects live_;         ///< used by the loop only
   std::uint64_t epoch_ = 0;  ///< epoch of scene(), used by the loop only
   Ring<Tick> ring_;

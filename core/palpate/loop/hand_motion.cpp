@@ -17,23 +17,33 @@ constexpr double kGlideFrequency = 8.0;  // [rad/s] of the critically damped tra
 constexpr double kGlideSpeed = 0.25;     // [m/s] largest speed of that transition
 constexpr int kSinusoids = 5;            // number of sinusoids of a tremor
 
+/// Share of a minimum-jerk motion that is done after the share s of its time.
+double minimum_jerk(double s) noexcept { return s * s * s * (10.0 - 15.0 * s + 6.0 * s * s); }
+
 }  // namespace
 
-HandPath::HandPath(std::vector<double> times, std::vector<Vec3> positions_W, std::vector<double> grippers)
-    : times_(std::move(times)), positions_(std::move(positions_W)), grippers_(std::move(grippers)) {
+HandPath::HandPath(std::vector<double> times, std::vector<Vec3> positions_W, std::vector<double> grippers,
+                   std::vector<double> grip_times)
+    : times_(std::move(times)),
+      positions_(std::move(positions_W)),
+      grippers_(std::move(grippers)),
+      grip_times_(grip_times.empty() ? times_ : std::move(grip_times)) {
   const auto wrong = [](std::size_t i, const std::string& what) {
     throw std::invalid_argument("hand path: way point " + std::to_string(i) + ": " + what);
   };
-  if (times_.size() != positions_.size() || (!grippers_.empty() && grippers_.size() != times_.size())) {
+  if (times_.size() != positions_.size() || (!grippers_.empty() && grippers_.size() != grip_times_.size())) {
     throw std::invalid_argument("hand path: " + std::to_string(times_.size()) + " times, " +
                                 std::to_string(positions_.size()) + " positions, " + std::to_string(grippers_.size()) +
                                 " pinch angles: give one of each per way point (pinch angles may be left out)");
   }
-  for (std::size_t i = 0; i < times_.size(); ++i) {
-    if (!std::isfinite(times_[i]) || !positions_[i].allFinite() ||
-        (!grippers_.empty() && !std::isfinite(grippers_[i]))) {
-      wrong(i, "not finite");
+  for (std::size_t i = 0; i < grippers_.size(); ++i) {
+    if (!std::isfinite(grippers_[i]) || !std::isfinite(grip_times_[i]) ||
+        (i > 0 && grip_times_[i] <= grip_times_[i - 1])) {
+      wrong(i, "its pinch angle or time is not finite, or its time is not after the one before");
     }
+  }
+  for (std::size_t i = 0; i < times_.size(); ++i) {
+    if (!std::isfinite(times_[i]) || !positions_[i].allFinite()) wrong(i, "not finite");
     if (i > 0 && times_[i] <= times_[i - 1]) {
       wrong(i, "time " + std::to_string(times_[i]) + " s is not after the one before (" +
                    std::to_string(times_[i - 1]) + " s)");
@@ -50,21 +60,20 @@ HandPath::HandPath(std::vector<double> times, std::vector<Vec3> positions_W, std
 }
 
 HandPath::Point HandPath::at(double t) const noexcept {
-  const auto pinch = [this](std::size_t i) { return grippers_.empty() ? kOpenHand : grippers_[i]; };
   if (times_.empty()) {
-    return {Vec3::Zero(), Vec3::Zero(), kOpenHand};
+    return {Vec3::Zero(), Vec3::Zero(), pinch(t)};
   }
   const auto after = static_cast<std::size_t>(std::upper_bound(times_.begin(), times_.end(), t) - times_.begin());
   if (after == 0 || after == times_.size()) {
     const std::size_t i = after == 0 ? 0 : after - 1;
-    return {positions_[i], Vec3::Zero(), pinch(i)};
+    return {positions_[i], Vec3::Zero(), pinch(t)};
   }
   // The quintic with the positions and velocities of both ends and zero acceleration there.
   const std::size_t i = after - 1;
   const double T = times_[after] - times_[i];
   const double s = (t - times_[i]) / T;
   const double s2 = s * s, s3 = s2 * s, s4 = s2 * s2;
-  const double way = s3 * (10.0 - 15.0 * s + 6.0 * s2);
+  const double way = minimum_jerk(s);
   const double way_rate = 30.0 * s2 * (1.0 - s) * (1.0 - s) / T;
   const Vec3 whole = positions_[after] - positions_[i];
   const Vec3 &v0 = velocities_[i], &v1 = velocities_[after];
@@ -72,7 +81,18 @@ HandPath::Point HandPath::at(double t) const noexcept {
                  T * s3 * (4.0 - 7.0 * s + 3.0 * s2) * v1;
   const Vec3 v =
       way_rate * whole + (1.0 - 18.0 * s2 + 32.0 * s3 - 15.0 * s4) * v0 - (12.0 * s2 - 28.0 * s3 + 15.0 * s4) * v1;
-  return {p, v, pinch(i) + way * (pinch(after) - pinch(i))};
+  return {p, v, pinch(t)};
+}
+
+// The pinch angle at the time t.
+double HandPath::pinch(double t) const noexcept {
+  if (grippers_.empty()) return kOpenHand;
+  const auto after =
+      static_cast<std::size_t>(std::upper_bound(grip_times_.begin(), grip_times_.end(), t) - grip_times_.begin());
+  if (after == 0) return grippers_.front();
+  if (after == grip_times_.size()) return grippers_.back();
+  const double s = (t - grip_times_[after - 1]) / (grip_times_[after] - grip_times_[after - 1]);
+  return grippers_[after - 1] + minimum_jerk(s) * (grippers_[after] - grippers_[after - 1]);
 }
 
 HandMotion::HandMotion(HandPath path, const Pose& X_WL, double tremor, std::uint64_t seed)

@@ -26,18 +26,22 @@ class HandPath {
   };
 
   HandPath() = default;
-  /// times: increasing [s]; positions_W [m]; grippers: pinch angle at each way point [rad], or empty for an open hand.
-  /// Throws std::invalid_argument naming the first invalid way point.
-  HandPath(std::vector<double> times, std::vector<Vec3> positions_W, std::vector<double> grippers = {});
+  /// times: increasing [s]; positions_W [m]; grippers: pinch angles [rad], or empty for an open hand; grip_times: their
+  /// times [s], or empty for those of the positions. The angle moves between them by minimum jerk. Throws
+  /// std::invalid_argument naming the first invalid way point.
+  HandPath(std::vector<double> times, std::vector<Vec3> positions_W, std::vector<double> grippers = {},
+           std::vector<double> grip_times = {});
 
   [[nodiscard]] bool empty() const noexcept { return times_.empty(); }
   /// The point of the path at the time t [s].
   [[nodiscard]] Point at(double t) const noexcept;
 
  private:
+  [[nodiscard]] double pinch(double t) const noexcept;
+
   std::vector<double> times_;
   std::vector<Vec3> positions_, velocities_;
-  std::vector<double> grippers_;
+  std::vector<double> grippers_, grip_times_;
 };
 
 /// The pose of the handle that the hand intends. The intended position is the inverse of the position map applied to
@@ -67,6 +71,8 @@ class HandMotion {
   void steer(const Vec3& p_W, double tick) noexcept { v_steered_ = (p_W - steered_) / tick; }
   /// Keeps the offset that steer() has reached.
   void stop_steering() noexcept { v_steered_.setZero(); }
+  /// Present pinch angle [rad].
+  [[nodiscard]] double pinch() const noexcept { return target_.gripper; }
   /// Advances by dt [s] and returns the new target.
   const Target& step(double dt) noexcept;
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "palpate/guidance/deformed_scope.hpp"
 #include "palpate/loop/soft_objects.hpp"
 
 namespace palpate::loop {
@@ -26,7 +27,8 @@ Haptics::Haptics(const HapticsOptions& options)
       guidance_(options.guidance, period(options.rate)),
       contact_(options.method, options.contact),
       stability_(options.stability, period(options.rate)),
-      ledger_(options.stability.passivity.observer.delay, period(options.rate)) {}
+      ledger_(options.stability.passivity.observer.delay, period(options.rate)),
+      gripper_(options.stability.gripper_cap, period(options.rate)) {}
 
 const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
   const Handle& handle = in.handle;
@@ -37,6 +39,7 @@ const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
                                in.controls.clutch, tool.reached, in.t, handle.X_LH.p,
                                tool_force_.F_T_W.f + out_.guided.on_tool.F.f, out_.guided.correction,
                                in.controls.lock_rotation, in.controls.lock_translation});
+  if (in.X_WT_planned != nullptr) out_.mapped.X_WT_goal = *in.X_WT_planned;
   mark(Stage::mapping);
   guide(in);
   mark(Stage::guidance);
@@ -44,12 +47,15 @@ const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
   mark(Stage::contact);
   out_.force = force::step(*out_.contacts, out_.mapped.V_WT, in.controls.stiffness_scale, in.controls.damping_scale);
   tool_force_ = contact_force(in);
+  out_.tau_jaw = torque_on_jaws(tool);
   out_.commanded = mapping_.damped_wrench_on_hand({tool_force_.F_T_W + out_.guided.on_tool.F, out_.guided.on_tool.B});
   if (in.controls.lock_rotation) out_.commanded.F.t.setZero();  // a moment that turns no tool could feed the hand
   advance_soft(*in.scene, contact_, *out_.contacts, out_.force, in.t, 1.0 / options_.rate);
   soft_ = soft_state(*in.scene);
   mark(Stage::force);
   out_.rendered = stabilise(in);
+  const bool gripped = out_.mapped.engaged && handle.valid && tool.valid;
+  out_.tau_gripper = gripper_.step(gripped ? mapping_.torque_on_fingers(out_.tau_jaw) : 0.0);
   mark(Stage::stability);
   return out_;
 }
@@ -65,7 +71,9 @@ SessionState Haptics::advance(const HapticsInput& in) noexcept {
   now.home = c.home;
   now.at_home = in.homed;
   now.follow = c.following && c.operator_present;
-  now.aligned = mapping_.aligned(options_.X_WL * in.handle.X_LH, in.tool.X_WT);
+  now.aligned = mapping_.aligned(options_.X_WL * in.handle.X_LH, in.tool.X_WT) && !in.moving;
+  now.execute = in.execute;
+  now.moving = in.moving;
   now.clutch = c.clutch;
   now.camera = c.camera;
   now.hold = c.hold_all;
@@ -104,10 +112,24 @@ void Haptics::finish(const HapticsInput& in, const Wrench& F, Tick& tick) noexce
 
 // Lets the fixtures correct the goal and compute their wrench on the tool.
 void Haptics::guide(const HapticsInput& in) noexcept {
+  const guidance::DeformedScope deformed(*in.scene);
   out_.R_WT_mapped = out_.mapped.X_WT_goal.R;
   out_.guided = guidance_.step({in.t, out_.mapped, in.tool, tool_force_, in.handle, in.controls.guidance});
-  out_.mapped.X_WT_goal = out_.guided.X_WT_goal;
-  mapping_.set_commanded_goal(out_.guided.X_WT_goal);
+  // A planned goal is free as it is: a fixture that would correct it stops the motion instead (Cycle::guard).
+  if (in.X_WT_planned == nullptr) out_.mapped.X_WT_goal = out_.guided.X_WT_goal;
+  mapping_.set_commanded_goal(out_.mapped.X_WT_goal);
+}
+
+// Torque of the contacts about the hinges of the jaws, by the principle of virtual work.
+double Haptics::torque_on_jaws(const ToolWithSpheres& tool) const noexcept {
+  double sum = 0.0;
+  if (options_.source == force::Source::estimate) return sum;
+  for (int i = 0; i < out_.contacts->size; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const auto s = static_cast<std::size_t>(out_.contacts->contact[k].sphere);
+    sum += tool.jaw_motion_W[s].dot(out_.force.F_contact[k].f);
+  }
+  return sum;
 }
 
 // The contact force that the hand is to feel, in W: of the virtual surfaces, of the real ones, or of both.

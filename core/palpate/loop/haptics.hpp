@@ -13,6 +13,7 @@
 #include "palpate/mapping/mapping.hpp"
 #include "palpate/scene/deformable.hpp"
 #include "palpate/scene/snapshot.hpp"
+#include "palpate/stability/gripper_limiter.hpp"
 #include "palpate/stability/ledger.hpp"
 #include "palpate/stability/stability.hpp"
 #include "palpate/types/arms.hpp"
@@ -35,7 +36,18 @@ struct HapticsOptions {
 
 /// The tool with its spheres.
 struct ToolWithSpheres : ToolState {
-  std::array<Vec3, contact::kMaxSpheres> p_WS;  ///< centres of the spheres in W; the first is the tip [m]
+  std::array<Vec3, contact::kMaxSpheres> p_WS;          ///< centres of the spheres in W; the first is the tip [m]
+  std::array<Vec3, contact::kMaxSpheres> jaw_motion_W;  ///< motion of the centres per jaw angle [m/rad]
+
+  ToolWithSpheres() noexcept {
+    p_WS.fill(Vec3::Zero());
+    jaw_motion_W.fill(Vec3::Zero());
+  }
+  /// Places sphere s, which is carried by a link with the pose X_W0.
+  void place(std::size_t s, const contact::ToolSphere& sphere, const Pose& X_W0) noexcept {
+    p_WS[s] = X_W0 * sphere.centre(jaw);
+    jaw_motion_W[s] = X_W0.R * sphere.motion(jaw);
+  }
 };
 
 /// Input of the haptics. The scene must outlive the step.
@@ -44,8 +56,11 @@ struct HapticsInput {
   Handle handle;
   ToolWithSpheres tool;
   Controls controls;
-  bool homed = true;      ///< both arms are homed
-  bool settling = false;  ///< a fault is over, but not yet for long enough
+  bool homed = true;                   ///< both arms are homed
+  bool settling = false;               ///< a fault is over, but not yet for long enough
+  bool execute = false;                ///< a planned motion waits, moves or pauses
+  bool moving = false;                 ///< a planned motion is not yet at rest
+  const Pose* X_WT_planned = nullptr;  ///< goal of the tool by the planned motion; null: by the hand
   const scene::Snapshot* scene = nullptr;
 };
 
@@ -56,6 +71,8 @@ struct HapticsOutput {
   guidance::Output guided;               ///< output of guidance
   const ContactSet* contacts = nullptr;  ///< contacts of the tool
   force::ForceTerms force;               ///< force of the contacts on the tool
+  double tau_jaw = 0.0;                  ///< torque of the contacts on the jaws, positive when it opens them [N m]
+  double tau_gripper = 0.0;              ///< torque on the operator's fingers, positive when it opens them [N m]
   DampedWrench commanded;                ///< wrench on the hand before the stage `stability`, in L
   stability::Output rendered;            ///< wrench on the hand after it, in L
 };
@@ -83,6 +100,8 @@ class Haptics {
   void take(const guidance::Fixtures& fixtures) noexcept { guidance_.take(fixtures); }
   [[nodiscard]] const guidance::Guidance& guidance() const noexcept { return guidance_; }
   [[nodiscard]] SessionState state() const noexcept { return session_.state(); }
+  /// Contact force on the tool in the last step, as the hand would feel it, in W.
+  [[nodiscard]] const Wrench& tool_force() const noexcept { return tool_force_.F_T_W; }
   /// Changes the motion scale [-]; the map is anchored anew.
   void rescale(double scale) noexcept { mapping_.rescale(scale); }
   /// Resets contact to the tool's position.
@@ -100,6 +119,7 @@ class Haptics {
   void take_mapping(const Controls& controls) noexcept;
   [[nodiscard]] bool feels(const HapticsInput& in) const noexcept;
   void guide(const HapticsInput& in) noexcept;
+  [[nodiscard]] double torque_on_jaws(const ToolWithSpheres& tool) const noexcept;
   [[nodiscard]] ToolForce contact_force(const HapticsInput& in) const noexcept;
   [[nodiscard]] stability::Output stabilise(const HapticsInput& in) noexcept;
   stability::Energy book(const HapticsInput& in, const Wrench& F_H_L) noexcept;
@@ -120,6 +140,7 @@ class Haptics {
   contact::Tool contact_;
   stability::Stability stability_;
   stability::Ledger ledger_;
+  stability::GripperLimiter gripper_;
   StageClock* clock_ = nullptr;
   HapticsOutput out_;
   scene::DeformableState soft_;  ///< of the soft objects

@@ -72,6 +72,9 @@ void Haptics::record(const HapticsInput& in, Tick& tick) const noexcept {
   const Pose& X_WT = in.tool.X_WT;
   tick.session_state = static_cast<double>(session_.state());
   tick.jaw = in.tool.jaw;
+  tick.jaw_goal = out_.mapped.jaw;
+  tick.tau_jaw = out_.tau_jaw;
+  tick.tau_gripper = out_.tau_gripper;
   copy(out_.mapped.X_WT_goal.p, tick.p_WT_goal);
   copy(X_WT.p, tick.p_WT);
   copy(X_WT.R, tick.quat_WT);

@@ -30,18 +30,8 @@ void OnTool::record(Tick& tick) const noexcept {
 }
 
 InWorld::InWorld(std::shared_ptr<Board> board, int index, std::vector<ToolCapsule> capsules, contact::InstrumentLaw law,
-                 arm::Arm leader, arm::Arm follower, const Pose& X_WL, const Pose& X_WB, double rate)
-    : board_(std::move(board)),
-      index_(index),
-      capsules_(std::move(capsules)),
-      law_(law),
-      leader_(std::move(leader)),
-      follower_(std::move(follower)),
-      X_WL_(X_WL),
-      X_WB_(X_WB),
-      zero_leader_(JointVector::Zero(leader_.n())),
-      zero_follower_(JointVector::Zero(follower_.n())),
-      rate_(rate) {
+                 int links)
+    : board_(std::move(board)), index_(index), capsules_(std::move(capsules)), law_(law) {
   if (board_->size() > kMaxInstruments || index < 0 || index >= board_->size()) {
     throw std::invalid_argument("instruments: " + std::to_string(board_->size()) + " in one world; at most " +
                                 std::to_string(kMaxInstruments) + " are possible");
@@ -50,32 +40,33 @@ InWorld::InWorld(std::shared_ptr<Board> board, int index, std::vector<ToolCapsul
     throw std::invalid_argument("instruments: " + std::to_string(capsules_.size()) +
                                 " capsules; an instrument has 1 to " + std::to_string(contact::kMaxCapsules));
   }
+  for (const ToolCapsule& capsule : capsules_) {
+    if (std::max(capsule.a.link, capsule.b.link) >= links) {
+      throw std::invalid_argument("instruments: a capsule sits on a link that the follower does not have");
+    }
+  }
   if (!(law.stiffness >= 0.0 && std::isfinite(law.stiffness)) || !(law.damping >= 0.0 && std::isfinite(law.damping))) {
     throw std::invalid_argument("instruments: stiffness and damping must be finite and at least 0");
   }
 }
 
-void InWorld::publish(const LeaderState& leader, const FollowerState& follower) noexcept {
-  const bool known = leader.q.size() == leader_.n() && follower.q.size() == follower_.n() && leader.q.allFinite() &&
-                     follower.q.allFinite() && std::isfinite(follower.jaw);
-  if (!known) return;
-  leader_.update(leader.q, zero_leader_);
-  follower_.update(follower.q, zero_follower_);
-  const Pose X_WT = X_WB_ * follower_.tip();
-  p_WT_ = X_WT.p;
-  own_.p_WH = X_WL_ * leader_.tip().p;
-  const bool moving = own_.size > 0;
+void InWorld::publish(const InstrumentState& at) noexcept {
+  p_WT_ = at.X_WT.p;
+  own_.p_WH = at.p_WH;
+  const bool moving = own_.size > 0 && at.rate > 0.0;
   const auto place = [&](const contact::ToolSphere& s) -> Vec3 {
-    const Vec3 p = s.centre(follower.jaw);
-    return s.link < 0 ? X_WT * p : X_WB_ * (follower_.link_pose(s.link) * p);
+    const Vec3 p = s.centre(at.jaw);
+    return s.link < 0 ? at.X_WT * p : at.X_WA * (at.follower->link_pose(s.link) * p);
+  };
+  const auto move = [&](const Vec3& to, Vec3& from, Vec3& v) {
+    const Vec3 now = moving ? Vec3((to - from) * at.rate) : Vec3::Zero();
+    v = at.share < 1.0 ? Vec3(v + at.share * (now - v)) : now;
+    from = to;
   };
   for (std::size_t i = 0; i < capsules_.size(); ++i) {
     contact::Capsule& c = own_.capsule[i];
-    const Vec3 a = place(capsules_[i].a), b = place(capsules_[i].b);
-    c.v_a = moving ? Vec3((a - c.a) * rate_) : Vec3::Zero();
-    c.v_b = moving ? Vec3((b - c.b) * rate_) : Vec3::Zero();
-    c.a = a;
-    c.b = b;
+    move(place(capsules_[i].a), c.a, c.v_a);
+    move(place(capsules_[i].b), c.b, c.v_b);
     c.radius = capsules_[i].radius;
   }
   own_.size = static_cast<int>(capsules_.size());

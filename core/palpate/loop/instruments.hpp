@@ -12,7 +12,6 @@
 #include "palpate/contact/capsules.hpp"
 #include "palpate/contact/contact.hpp"
 #include "palpate/loop/tick.hpp"
-#include "palpate/types/arms.hpp"
 #include "palpate/types/mailbox.hpp"
 
 namespace palpate::loop {
@@ -52,15 +51,26 @@ struct OnTool {
   void record(Tick& tick) const noexcept;
 };
 
+/// Measured place of an instrument, from which its capsules follow.
+struct InstrumentState {
+  Vec3 p_WH;                         ///< position of the leader's handle [m]
+  Pose X_WT;                         ///< tool
+  Pose X_WA;                         ///< base of the follower's model
+  const arm::Arm* follower = nullptr;  ///< the model at the measured joint positions
+  double jaw = 0.0;                  ///< jaw angle [rad]
+  double rate = 0.0;                 ///< inverse of the time since the last state; 0: the velocity is unknown [Hz]
+  double share = 1.0;  ///< coefficient of the low-pass for velocities, see low_pass_coefficient(); 1: no filter
+};
+
 /// One instrument of a world, published by its loop and pushed by the other instruments.
 class InWorld {
  public:
-  /// X_WL, X_WB: bases of the arms, which are copied. Throws std::invalid_argument naming an invalid value.
+  /// links: number of links of the follower. Throws std::invalid_argument naming an invalid value.
   InWorld(std::shared_ptr<Board> board, int index, std::vector<ToolCapsule> capsules, contact::InstrumentLaw law,
-          arm::Arm leader, arm::Arm follower, const Pose& X_WL, const Pose& X_WB, double rate);
+          int links);
 
-  /// Shows the instrument at its measured state to the other loops. Called by the loop between two ticks.
-  void publish(const LeaderState& leader, const FollowerState& follower) noexcept;
+  /// Shows the instrument to the other loops. Called by the loop between two ticks; `at` must be finite.
+  void publish(const InstrumentState& at) noexcept;
   /// Wrench of the other instruments on the tool as published.
   [[nodiscard]] const OnTool& step() noexcept;
 
@@ -71,10 +81,6 @@ class InWorld {
   int index_;
   std::vector<ToolCapsule> capsules_;
   contact::InstrumentLaw law_;
-  arm::Arm leader_, follower_;
-  Pose X_WL_, X_WB_;
-  JointVector zero_leader_, zero_follower_;
-  double rate_;
   Vec3 p_WT_ = Vec3::Zero();
   contact::Instrument own_;
   std::array<contact::Instrument, kMaxInstruments> other_;

@@ -20,6 +20,7 @@ constexpr std::array<SessionWord, kSessionStates> kStates{{
     {"hold", "everything holds by request; gravity stays compensated"},
     {"fault", "a state of an arm is missing or wrong: the force ramps to zero, the tool holds"},
     {"recover", "the cause of the fault is gone, but not yet for long enough"},
+    {"executing", "a planned motion moves the tool; the hand is free"},
 }};
 
 constexpr std::array<SessionWord, kSessionCauses> kCauses{{
@@ -40,6 +41,8 @@ constexpr std::array<SessionWord, kSessionCauses> kCauses{{
     {"aligned", "handle and tool have the same orientation, within the tolerance"},
     {"fault", "a state of an arm is missing, too old or wrong"},
     {"settled", "no fault for the time that the loop demands"},
+    {"execute", "a planned motion was given to the session (`session.execute`)"},
+    {"ended", "the planned motion is over, and the tool rests"},
 }};
 
 // Power and faults come first in every state, then a hold, then what the state is for.
@@ -60,6 +63,7 @@ constexpr SessionTransition kTransitions[] = {
     {S::homed, C::fault, S::fault},
     {S::homed, C::hold, S::hold},
     {S::homed, C::not_home, S::powered},
+    {S::homed, C::execute, S::executing},
     {S::homed, C::follow, S::aligning},
 
     {S::aligning, C::power_off, S::off},
@@ -78,6 +82,7 @@ constexpr SessionTransition kTransitions[] = {
     {S::following, C::stop, S::homed},
     {S::following, C::camera, S::camera},
     {S::following, C::clutch, S::clutched},
+    {S::following, C::execute, S::executing},
 
     {S::clutched, C::power_off, S::off},
     {S::clutched, C::fault, S::fault},
@@ -94,6 +99,12 @@ constexpr SessionTransition kTransitions[] = {
     {S::camera, C::stop, S::homed},
     {S::camera, C::uncamera, S::aligning},
 
+    {S::executing, C::power_off, S::off},
+    {S::executing, C::fault, S::fault},
+    {S::executing, C::hold, S::hold},
+    {S::executing, C::not_home, S::powered},
+    {S::executing, C::ended, S::aligning},
+
     {S::hold, C::power_off, S::off},
     {S::hold, C::fault, S::fault},
     {S::hold, C::resume, S::powered},
@@ -108,10 +119,12 @@ constexpr SessionTransition kTransitions[] = {
 
 /// True if the cause holds in this tick.
 bool holds(SessionCause cause, const SessionInput& in) noexcept {
+  const bool ended = !in.execute && !in.moving;
   const std::array<bool, kSessionCauses> now{
       in.power,   !in.power,   in.home,    in.follow, !in.follow, in.clutch,
       !in.clutch, in.camera,   !in.camera, in.hold,   !in.hold,   in.recover && !in.fault,
-      in.at_home, !in.at_home, in.aligned, in.fault,  in.settled,
+      in.at_home, !in.at_home, in.aligned, in.fault,  in.settled, in.execute,
+      ended,
   };
   return now[static_cast<std::size_t>(cause)];
 }

@@ -21,8 +21,9 @@ enum class SessionState : std::uint8_t {
   hold,
   fault,
   recover,
+  executing,
 };
-inline constexpr std::size_t kSessionStates = 11;
+inline constexpr std::size_t kSessionStates = 12;
 
 /// Cause of a transition: a request of a person (power_on .. recover), or a measurement.
 enum class SessionCause : std::uint8_t {
@@ -43,8 +44,10 @@ enum class SessionCause : std::uint8_t {
   aligned,
   fault,
   settled,
+  execute,
+  ended,
 };
-inline constexpr std::size_t kSessionCauses = 17;
+inline constexpr std::size_t kSessionCauses = 19;
 
 /// What a session is told in one tick: levels, not events, so that no message can be lost.
 struct SessionInput {
@@ -59,6 +62,9 @@ struct SessionInput {
   bool fault = false;   ///< a state of an arm is missing or wrong
   bool recover = true;  ///< the operator, or the scene, agrees to leave a fault
   bool settled = true;  ///< no fault has occurred for the time that the loop demands
+
+  bool execute = false;  ///< a planned motion waits, moves or pauses
+  bool moving = false;   ///< a planned motion is not yet at rest
 };
 
 /// One row of the table: in the state `from`, the cause leads to the state `to`.

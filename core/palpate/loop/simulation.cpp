@@ -64,10 +64,11 @@ Simulation::Simulation(const SimulationOptions& options, arm::Arm leader, arm::A
       follower_model_(follower),
       thread_(options_.realtime),
       front_(cycle_.contact(), std::move(scene), options_.rate) {
-  leader_.reset(options_.q_leader0);
-  follower_.reset(options_.q_follower0, options_.mapping.jaw_min);
   leader.update(options_.q_leader0, JointVector::Zero(leader.n()));
   hand_.start(leader.tip());
+  leader_.pinch(hand_.pinch());
+  leader_.reset(options_.q_leader0);
+  follower_.reset(options_.q_follower0, options_.mapping.jaw_start);
   in_.scene = &front_.scene();
   if (tool_contact_) tool_contact_->check(front_.scene());
   if (options_.source != force::Source::contact && !options_.follower.driven) {
@@ -99,18 +100,22 @@ void Simulation::join(std::shared_ptr<Board> board, int index, std::vector<ToolC
                       contact::InstrumentLaw law) {
   const std::lock_guard lock(driver_);
   if (running()) throw std::logic_error("the simulation runs in real time: stop() it before join()");
-  for (const ToolCapsule& capsule : capsules) {
-    if (std::max(capsule.a.link, capsule.b.link) >= static_cast<int>(follower_model_.link_names().size())) {
-      throw std::invalid_argument("instruments: a capsule sits on a link that the follower does not have");
-    }
-  }
-  in_world_ = std::make_unique<InWorld>(std::move(board), index, std::move(capsules), law, leader_model_,
-                                        follower_model_, options_.X_WL, options_.X_WB, options_.rate);
+  const int links = static_cast<int>(follower_model_.link_names().size());
+  in_world_ = std::make_unique<InWorld>(std::move(board), index, std::move(capsules), law, links);
   publish();
 }
 
 void Simulation::publish() noexcept {
-  if (in_world_) in_world_->publish(leader_.measured(), follower_.measured());
+  if (!in_world_) return;
+  const LeaderState& leader = leader_.measured();
+  const FollowerState& follower = follower_.measured();
+  const bool known = leader.q.size() == leader_model_.n() && follower.q.size() == follower_model_.n() &&
+                     leader.q.allFinite() && follower.q.allFinite() && std::isfinite(follower.jaw);
+  if (!known) return;
+  leader_model_.update(leader.q, JointVector::Zero(leader_model_.n()));
+  follower_model_.update(follower.q, JointVector::Zero(follower_model_.n()));
+  in_world_->publish({options_.X_WL * leader_model_.tip().p, options_.X_WB * follower_model_.tip(), options_.X_WB,
+                      &follower_model_, follower.jaw, options_.rate});
 }
 
 void Simulation::watch_stages() {
@@ -151,7 +156,7 @@ bool Simulation::wake(const Wake& w) noexcept {
   front_.keep(tick_);
   const auto zero = [](const double (&x)[3]) { return x[0] == 0.0 && x[1] == 0.0 && x[2] == 0.0; };
   const bool quiet = zero(tick_.F_H_L) && zero(tick_.t_H_L);
-  return !(w.stopping && quiet);
+  return !(w.stopping && quiet && !cycle_.moves());
 }
 
 // Takes the controls, scene and fixtures that were set since the last tick.
@@ -161,6 +166,10 @@ void Simulation::take(bool stopping) noexcept {
     in_.controls.following = false;
     in_.controls.paused = false;
   }
+  if (!cycle_.moves()) front_.take_motion();
+  in_.motion = &front_.motion();
+  in_.order = front_.take_order();
+  in_.order.stop |= stopping;
   turn_hand();
   const bool other = front_.take_scene(now());
   in_.scene = &front_.scene();

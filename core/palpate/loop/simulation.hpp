@@ -109,7 +109,7 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): a singl
   std::uint64_t k_ = 0;  ///< ticks since the start; t = k / rate does not accumulate rounding errors
   CycleInput in_;
   Tick tick_{};
-  arm::Arm leader_model_, follower_model_;  ///< copied into in_world_
+  arm::Arm leader_model_, follower_model_;  ///< at the positions that in_world_ has published
   std::unique_ptr<InWorld> in_world_;       ///< null without other instruments
   OnTool on_tool_;                          ///< forces of the other instruments at this tick
   std::atomic<std::int64_t> stall_ns_{0};

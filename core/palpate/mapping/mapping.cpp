@@ -28,6 +28,8 @@ Mapping::Mapping(const Options& options, const Mat3& R_WL, double dt)
           "must be 0 rad/s (keep the offset) or more");
   require("mapping", options.gripper_max > options.gripper_min, "gripper_max", options.gripper_max,
           "must be above mapping.gripper_min");
+  require("mapping", options.jaw_max > options.jaw_min, "jaw_max", options.jaw_max, "must be above mapping.jaw_min");
+  require("mapping", std::isfinite(options.jaw_start), "jaw_start", options.jaw_start, "must be an angle in rad");
   require("mapping", options.align_tolerance >= 0.0, "align_tolerance", options.align_tolerance,
           "must be 0 rad (do not wait) or more, for example 0.17");
   require("mapping", options.jaw_rate > 0.0, "jaw_rate", options.jaw_rate, "must be above 0 rad/s, for example 2");

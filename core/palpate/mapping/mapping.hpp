@@ -19,6 +19,7 @@ struct Options {
   double gripper_max = 1.047;    ///< pinch angle that opens the jaw fully [rad]
   double jaw_min = 0.0;          ///< jaw angle when closed [rad]
   double jaw_max = 1.047;        ///< jaw angle when fully open [rad]
+  double jaw_start = 0.0;        ///< jaw angle of a simulated follower at the start [rad]
   double jaw_rate = 2.0;         ///< largest speed of the jaw [rad/s]
   bool ratchet = false;          ///< on engaging, the jaw does not open before the pinch has closed to its angle
   double align_tolerance = 0.0;  ///< orientation error up to which the handle counts as aligned; 0: any [rad]
@@ -88,6 +89,12 @@ class Mapping {
   [[nodiscard]] DampedWrench damped_wrench_on_hand(const DampedWrench& on_tool) const noexcept;
   /// Stiffness that the hand feels for a stiffness K at the tool [N/m].
   [[nodiscard]] double stiffness_on_hand(double K) const noexcept { return options_.force_scale * options_.scale * K; }
+  /// Torque on the operator's fingers that renders a torque on the jaws [N m]: the power at the fingers is the power at
+  /// the jaws times energy_ratio(). Both are positive when they open.
+  [[nodiscard]] double torque_on_fingers(double tau_jaw) const noexcept {
+    return energy_ratio() * (options_.jaw_max - options_.jaw_min) / (options_.gripper_max - options_.gripper_min) *
+           tau_jaw;
+  }
   /// Ratio of the energy at the hand to the energy at the tool [-].
   [[nodiscard]] double energy_ratio() const noexcept { return options_.force_scale / options_.scale; }
   /// Position of the handle in W for which the tool goal is at p_WT [m]: the inverse of the position map with the

@@ -22,6 +22,7 @@ struct Options : Caps {
   CouplingOptions coupling;
   LowPassOptions low_pass;
   PassivityOptions passivity;
+  double gripper_cap = 0.0;  ///< largest torque on the operator's fingers; 0: the gripper has no motor [N m]
 };
 
 /// Input of the stage at every tick. A single axis uses the first component of each vector.

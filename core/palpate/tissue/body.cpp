@@ -13,7 +13,6 @@ void Body::bind() noexcept {
   elements_.history = history_.data();
   elements_.count = blocks_.size();
   elements_.u = u32_[0].x;
-  elements_.pressure = pressure_.data();
   elements_.dilatation = dilatation_.data();
   elements_.force = force_[0].x;
 }
@@ -50,17 +49,22 @@ void Body::set_state(std::span<const double> displacements, std::span<const doub
   for (std::size_t i = 0; i < u_.size(); ++i) u32_[i / 3].x[i % 3] = static_cast<float>(u_[i]);
 }
 
-// Forces of the tetrahedra: first the volumes around the nodes, then everything.
-void Body::find_forces() noexcept {
-  bind();
-  std::fill(dilatation_.begin(), dilatation_.end(), 0.0F);
-  kernel_.add_dilatation(elements_);
+// Pressures of the nodes from the volumes around them.
+void Body::find_pressures() noexcept {
+  kernel_.find_dilatation(elements_);
   node_energy_ = 0.0;
-  for (std::size_t i = 0; i < node_volume_.size(); ++i) {
-    const double change = static_cast<double>(dilatation_[i]), p = node_bulk_[i] * change / node_volume_[i];
-    pressure_[i] = static_cast<float>(p);
+  for (std::size_t i = 0; i < node_bulk_.size(); ++i) {
+    float sum = 0.0F;
+    for (std::int32_t k = first_[i]; k < first_[i + 1]; ++k) sum += dilatation_[to_index(around_[to_index(k)])];
+    const double change = static_cast<double>(sum), p = node_bulk_[i] * change;
+    u32_[i].x[3] = static_cast<float>(p);
     node_energy_ += 0.5 * p * change;
   }
+}
+
+void Body::find_forces() noexcept {
+  bind();
+  find_pressures();
   std::fill(force_.begin(), force_.end(), Four{});
   kernel_.add_forces(elements_);
 }

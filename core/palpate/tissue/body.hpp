@@ -95,7 +95,9 @@ class Body {
   void check() const;
   void make_blocks();
   void choose_step(const std::vector<double>& frequency2);
+  void list_around();
   void bind() noexcept;
+  void find_pressures() noexcept;
   void find_forces() noexcept;
   void integrate(double dt) noexcept;
 
@@ -105,13 +107,14 @@ class Body {
   struct alignas(16) Four {
     float x[4];
   };
-  std::vector<Four> u32_, force_;                ///< as the kernels want them; one more than nodes
-  std::vector<float> dilatation_, pressure_;     ///< (n)
-  std::vector<double> u_, v_;                    ///< (3n)
-  std::vector<double> mass_, inverse_mass_;      ///< (n)
-  std::vector<double> node_volume_, node_bulk_;  ///< (n) a quarter of the tetrahedra around a node [m^3], mean k [Pa]
-  std::vector<double> load_;                     ///< (3n) [N]
-  std::vector<std::int32_t> loaded_;             ///< nodes with a load
+  std::vector<Four> u32_, force_;             ///< as the kernels want them; one more than nodes
+  std::vector<float> dilatation_;             ///< (m) and of unused lanes [m^3]
+  std::vector<std::int32_t> first_, around_;  ///< tetrahedra around node i: around_[first_[i]] and so on
+  std::vector<double> u_, v_;                 ///< (3n)
+  std::vector<double> mass_, inverse_mass_;   ///< (n)
+  std::vector<double> node_bulk_;             ///< (n) mean k over a quarter of the volume around a node [Pa/m^3]
+  std::vector<double> load_;                  ///< (3n) [N]
+  std::vector<std::int32_t> loaded_;          ///< nodes with a load
   std::size_t loaded_count_ = 0;
   ElementArrays elements_;
   Viscosity viscosity_[2];  ///< of a whole and of half a step

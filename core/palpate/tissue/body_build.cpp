@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 
@@ -46,24 +48,38 @@ Mat3 edges_of(const BodyData& data, std::size_t t) {
   return D;
 }
 
+/// Eigenvalues of the symmetric matrix with the given diagonal and entries 12, 20, 01, the largest first: the roots of
+/// the characteristic polynomial by its trigonometric form (Smith 1961, Commun. ACM 4).
+std::array<double, 3> eigenvalues(const Vec3& diagonal, const Vec3& mixed) {
+  const double mean = diagonal.sum() / 3.0;
+  const Vec3 d = diagonal - Vec3::Constant(mean), o = mixed;
+  const double p = std::sqrt((d.squaredNorm() + 2.0 * o.squaredNorm()) / 6.0);
+  if (!(p > 0.0)) return {mean, mean, mean};
+  const double det =
+      d[0] * (d[1] * d[2] - o[0] * o[0]) - o[2] * (o[2] * d[2] - o[0] * o[1]) + o[1] * (o[2] * o[0] - d[1] * o[1]);
+  const double angle = std::acos(std::clamp(det / (2.0 * p * p * p), -1.0, 1.0)) / 3.0;
+  constexpr double kThird = 2.0 * std::numbers::pi / 3.0;
+  return {mean + 2.0 * p * std::cos(angle), mean + 2.0 * p * std::cos(angle - kThird),
+          mean + 2.0 * p * std::cos(angle + kThird)};
+}
+
 /// Largest squared frequency of a tetrahedron with its own lumped mass [1/s^2].
+///
+/// A stress sigma makes the forces sigma g_a on the corners, which have the gradients g_a, and these cause the stress
+/// lambda tr(sigma M) I + mu (sigma M + M sigma), M = sum g_a g_a^T. In the principal axes of M, with eigenvalues m_i,
+/// this map has the eigenvalues mu (m_i + m_j) on shears and those of 2 mu diag(m) + lambda sqrt(m m^T) on the
+/// diagonal.
 double largest_frequency2(const Mat3& slope, double lambda, double mu, double density) {
-  Eigen::Matrix<double, 6, 12> B = Eigen::Matrix<double, 6, 12>::Zero();
-  for (int a = 0; a < 4; ++a) {
-    const Vec3 g = a == 0 ? Vec3(-slope.colwise().sum().transpose()) : Vec3(slope.row(a - 1).transpose());
-    for (int k = 0; k < 3; ++k) {
-      B(k, 3 * a + k) = g[k];
-      B(3 + k, 3 * a + (k + 1) % 3) = g[(k + 2) % 3];
-      B(3 + k, 3 * a + (k + 2) % 3) = g[(k + 1) % 3];
-    }
+  const Vec3 g0 = -slope.colwise().sum();
+  const Mat3 M = slope.transpose() * slope + g0 * g0.transpose();
+  const std::array<double, 3> m = eigenvalues(M.diagonal(), {M(1, 2), M(2, 0), M(0, 1)});
+  Vec3 diagonal, mixed;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const std::size_t i = to_index(k), j = (i + 1) % 3, l = (i + 2) % 3;
+    diagonal[k] = (2.0 * mu + lambda) * m[i];
+    mixed[k] = lambda * std::sqrt(std::max(m[j] * m[l], 0.0));
   }
-  Eigen::Matrix<double, 6, 6> D = Eigen::Matrix<double, 6, 6>::Zero();
-  D.topLeftCorner<3, 3>().setConstant(lambda);
-  for (int k = 0; k < 6; ++k) D(k, k) += k < 3 ? 2.0 * mu : mu;
-  const Eigen::Matrix<double, 6, 6> root = Eigen::LLT<Eigen::Matrix<double, 6, 6>>(D).matrixL();
-  const Eigen::Matrix<double, 6, 6> S = root.transpose() * (B * B.transpose()) * root;
-  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>>(S, Eigen::EigenvaluesOnly).eigenvalues()[5] * 4.0 /
-         density;
+  return std::max(mu * (m[0] + m[1]), eigenvalues(diagonal, mixed)[0]) * 4.0 / density;
 }
 
 }  // namespace
@@ -77,9 +93,8 @@ Body::Body(BodyData data)
   loaded_.assign(n, 0);
   u32_.assign(n + 1, Four{});
   force_ = u32_;
-  dilatation_.assign(n, 0.0F);
-  pressure_ = dilatation_;
   make_blocks();
+  list_around();
   for (int parts = 1; parts <= 2; ++parts)
     for (const PronyTerm& term : data_.prony) {
       Viscosity& viscosity = viscosity_[parts - 1];
@@ -118,11 +133,13 @@ void Body::check() const {
   check_each({data_.mass_limit}, 1, "mass_limit", 0.0, false);
 }
 
-// Fills the blocks and sums the masses and volumes of the nodes.
+// Fills the blocks and sums the volumes of the nodes. Neighbours among the tetrahedra come to different blocks, so that
+// the lanes of a block do not wait for each other when they add to the same node.
 void Body::make_blocks() {
   const std::size_t n = node_count(), m = tet_count();
-  blocks_.assign((m + kWide - 1) / kWide, ElementBlock{});
-  node_volume_.assign(n, 0.0);
+  const std::size_t count = (m + kWide - 1) / kWide;
+  blocks_.assign(count, ElementBlock{});
+  std::vector<double> node_volume(n, 0.0);
   node_bulk_.assign(n, 0.0);
   std::vector<double> frequency2(m);
   double instantaneous = 1.0;
@@ -140,11 +157,11 @@ void Body::make_blocks() {
     frequency2[t] = largest_frequency2(slope, lambda, mu * instantaneous, data_.density[t]);
     const double steepest2 = std::max(slope.rowwise().squaredNorm().maxCoeff(), slope.colwise().sum().squaredNorm());
     least_height_ = std::min(least_height_, 1.0 / std::sqrt(steepest2));
-    ElementBlock& block = blocks_[t / kWide];
-    const std::size_t lane = t % kWide;
+    ElementBlock& block = blocks_[t % count];
+    const std::size_t lane = t / count;
     for (std::size_t c = 0; c < 4; ++c) {
       const std::size_t node = to_index(block.node[c][lane] = data_.tets[4 * t + c]);
-      node_volume_[node] += volume / 4.0;
+      node_volume[node] += volume / 4.0;
       node_bulk_[node] += (1.0 - kOwnShare) * k * volume / 4.0;
     }
     for (std::size_t i = 0; i < 9; ++i)
@@ -156,10 +173,22 @@ void Body::make_blocks() {
     block.yeoh[lane] = static_cast<float>(data_.yeoh[t]);
   }
   for (std::size_t i = 0; i < n; ++i) {
-    if (!(node_volume_[i] > 0.0)) refuse("node " + std::to_string(i) + " belongs to no tetrahedron");
-    node_bulk_[i] /= node_volume_[i];
+    if (!(node_volume[i] > 0.0)) refuse("node " + std::to_string(i) + " belongs to no tetrahedron");
+    node_bulk_[i] /= node_volume[i] * node_volume[i];
   }
   choose_step(frequency2);
+}
+
+// Lists the tetrahedra around each node.
+void Body::list_around() {
+  dilatation_.assign(blocks_.size() * kWide, 0.0F);
+  first_.assign(node_count() + 1, 0);
+  for (const std::int32_t node : data_.tets) ++first_[to_index(node) + 1];
+  std::partial_sum(first_.begin(), first_.end(), first_.begin());
+  around_.resize(data_.tets.size());
+  std::vector<std::int32_t> next(first_.begin(), first_.end() - 1);
+  for (std::size_t k = 0; k < data_.tets.size(); ++k)
+    around_[to_index(next[to_index(data_.tets[k])]++)] = static_cast<std::int32_t>(k / 4);
 }
 
 // Chooses the time step and adds mass where a tetrahedron is too stiff for it: the largest frequency of a mesh is at
@@ -167,7 +196,8 @@ void Body::make_blocks() {
 void Body::choose_step(const std::vector<double>& frequency2) {
   stable_step_ = 2.0 / std::sqrt(*std::max_element(frequency2.begin(), frequency2.end()));
   std::vector<double> volume(tet_count());
-  for (std::size_t t = 0; t < volume.size(); ++t) volume[t] = static_cast<double>(blocks_[t / kWide].volume[t % kWide]);
+  for (std::size_t t = 0; t < volume.size(); ++t)
+    volume[t] = static_cast<double>(blocks_[t % blocks_.size()].volume[t / blocks_.size()]);
   const auto scale = [&](std::size_t t, double dt) {
     return std::max(1.0, dt * dt * frequency2[t] / (4.0 * kSafety * kSafety));
   };

@@ -35,7 +35,7 @@ struct alignas(32) ElementBlock {
   float yeoh[kWide];            ///< coefficient c [-]
 };
 
-/// Memory of one Prony term of eight tetrahedra: the relaxed stress q times volume, xx yy zz yz xz xy [N m].
+/// Memory of one Prony term of eight tetrahedra: the relaxed stress q over the shear modulus, xx yy zz yz xz xy [-].
 struct alignas(32) HistoryBlock {
   float q[6][kWide];
 };
@@ -52,9 +52,10 @@ struct ElementArrays {
   const ElementBlock* blocks = nullptr;
   HistoryBlock* history = nullptr;  ///< `terms` for each block; null without viscosity
   std::size_t count = 0;            ///< number of blocks
-  const float* u = nullptr;         ///< displacements, four numbers a node (the last is not used) [m]
-  const float* pressure = nullptr;  ///< pressure of the nodes, without the tetrahedra's own share [Pa]
-  float* dilatation = nullptr;      ///< sum over the tetrahedra of a node of (J - 1) volume / 4 [m^3]
+  const float* u = nullptr;         ///< four numbers a node: its displacement [m], and its pressure without the
+                                    ///< tetrahedra's own share [Pa]
+  float* dilatation = nullptr;      ///< result of the first pass: (J - 1) volume / 4, of all first lanes, all second
+                                    ///< ones, ... [m^3]
   float* force = nullptr;           ///< forces on the nodes, four numbers a node; the kernel adds to them [N]
   Viscosity viscosity;
   double shear_energy = 0.0;  ///< result: energy without the nodes' pressures, Prony terms included [J]
@@ -63,8 +64,8 @@ struct ElementArrays {
 
 /// The two passes over the tetrahedra.
 struct Kernel {
-  /// Adds (J - 1) volume / 4 to the corners' dilatation.
-  void (*add_dilatation)(ElementArrays&) noexcept;
+  /// Sets the dilatation of all tetrahedra.
+  void (*find_dilatation)(ElementArrays&) noexcept;
   /// Adds the forces of all tetrahedra, advances the viscous memory by a step, and sets the results.
   void (*add_forces)(ElementArrays&) noexcept;
 };

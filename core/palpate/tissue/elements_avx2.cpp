@@ -16,7 +16,7 @@ namespace {
 
 #include "palpate/types/vectors_avx2.inl"
 PALPATE_TARGET inline F8 mad(F8 a, F8 b, F8 c) { return {_mm256_fmadd_ps(a.x, b.x, c.x)}; }
-PALPATE_TARGET inline F8 negative(F8 a) { return {_mm256_xor_ps(a.x, _mm256_set1_ps(-0.0F))}; }
+PALPATE_TARGET inline F8 minus_product(F8 a, F8 b, F8 c) { return {_mm256_fnmadd_ps(b.x, c.x, a.x)}; }  // a - b c
 PALPATE_TARGET inline F8 min(F8 a, F8 b) { return {_mm256_min_ps(a.x, b.x)}; }
 PALPATE_TARGET inline F8 reciprocal(F8 a) { return {_mm256_div_ps(_mm256_set1_ps(1.0F), a.x)}; }
 
@@ -30,33 +30,49 @@ PALPATE_TARGET inline void transpose(__m256 r[4]) {
   r[3] = _mm256_shuffle_ps(t1, t3, 0xEE);
 }
 
-/// Vectors of eight nodes by component.
-PALPATE_TARGET inline void gather(const float* u, const std::int32_t node[kWide], F8 out[3]) {
-  __m256 r[4];
+/// Rows of four numbers of eight nodes: those of nodes i and i + 4 in the halves of row i.
+PALPATE_TARGET inline void load_rows(const float* u, const std::int32_t node[kWide], __m256 r[4]) {
   for (int i = 0; i < 4; ++i)
     r[i] =
         _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(u + 4 * node[i])), _mm_load_ps(u + 4 * node[i + 4]), 1);
-  transpose(r);
-  for (int k = 0; k < 3; ++k) out[k].x = r[k];
 }
 
-/// Adds vectors to eight nodes, one after the other, because a node may occur more than once.
-PALPATE_TARGET inline void scatter_add(const F8 f[3], const std::int32_t node[kWide], float* force) {
-  __m256 r[4] = {f[0].x, f[1].x, f[2].x, _mm256_setzero_ps()};
-  transpose(r);
-  for (int i = 0; i < kWide; ++i) {
-    float* const to = force + 4 * node[i];
-    const __m128 add = i < 4 ? _mm256_castps256_ps128(r[i]) : _mm256_extractf128_ps(r[i - 4], 1);
-    _mm_store_ps(to, _mm_add_ps(_mm_load_ps(to), add));
+/// The four numbers of the first corners, and the differences of those of the other corners from them, by component.
+PALPATE_TARGET inline void gather(const float* u, const std::int32_t node[4][kWide], F8 first[4], F8 other[3][4]) {
+  __m256 r0[4];
+  load_rows(u, node[0], r0);
+  for (int k = 0; k < 3; ++k) {
+    __m256 r[4];
+    load_rows(u, node[k + 1], r);
+    for (int i = 0; i < 4; ++i) r[i] = _mm256_sub_ps(r[i], r0[i]);
+    transpose(r);
+    for (int i = 0; i < 4; ++i) other[k][i].x = r[i];
   }
+  transpose(r0);
+  for (int i = 0; i < 4; ++i) first[i].x = r0[i];
 }
 
-PALPATE_TARGET inline F8 mean_of_corners(const float* value, const std::int32_t node[4][kWide]) {
-  __m256 sum = _mm256_setzero_ps();
-  for (int k = 0; k < 4; ++k)
-    sum =
-        _mm256_add_ps(sum, _mm256_i32gather_ps(value, _mm256_load_si256(reinterpret_cast<const __m256i*>(node[k])), 4));
-  return {_mm256_mul_ps(sum, _mm256_set1_ps(0.25F))};
+/// Adds four numbers to those of a node, or takes them away.
+PALPATE_TARGET inline void add_to(float* to, __m128 x) { _mm_store_ps(to, _mm_add_ps(_mm_load_ps(to), x)); }
+PALPATE_TARGET inline void take_from(float* to, __m128 x) { _mm_store_ps(to, _mm_sub_ps(_mm_load_ps(to), x)); }
+
+/// Takes forces from the corners 1 to 3 and adds their sum to the first, one node after the other, because a node may
+/// occur more than once.
+PALPATE_TARGET inline void scatter(const F8 f[3][3], const std::int32_t node[4][kWide], float* force) {
+  __m256 sum[4] = {_mm256_setzero_ps(), _mm256_setzero_ps(), _mm256_setzero_ps(), _mm256_setzero_ps()};
+  for (int k = 0; k < 3; ++k) {
+    __m256 r[4] = {f[k][0].x, f[k][1].x, f[k][2].x, _mm256_setzero_ps()};
+    transpose(r);
+    for (int i = 0; i < 4; ++i) {
+      sum[i] = _mm256_add_ps(sum[i], r[i]);
+      take_from(force + 4 * node[k + 1][i], _mm256_castps256_ps128(r[i]));
+      take_from(force + 4 * node[k + 1][i + 4], _mm256_extractf128_ps(r[i], 1));
+    }
+  }
+  for (int i = 0; i < 4; ++i) {
+    add_to(force + 4 * node[0][i], _mm256_castps256_ps128(sum[i]));
+    add_to(force + 4 * node[0][i + 4], _mm256_extractf128_ps(sum[i], 1));
+  }
 }
 
 #include "palpate/tissue/elements.inl"

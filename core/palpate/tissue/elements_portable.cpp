@@ -15,7 +15,7 @@ namespace {
 using F8 = Lanes<float, kWide>;
 
 F8 mad(const F8& a, const F8& b, const F8& c) { return a * b + c; }
-F8 negative(const F8& a) { return F8::all(0.0F) - a; }
+F8 minus_product(const F8& a, const F8& b, const F8& c) { return a - b * c; }
 F8 min(const F8& a, const F8& b) {
   return lanes(a, b, [](float x, float y) { return x < y ? x : y; });
 }
@@ -23,21 +23,24 @@ F8 reciprocal(const F8& a) {
   return lanes(F8::all(1.0F), a, [](float x, float y) { return x / y; });
 }
 
-void gather(const float* u, const std::int32_t node[kWide], F8 out[3]) {
-  for (int k = 0; k < 3; ++k)
-    for (int i = 0; i < kWide; ++i) out[k].x[i] = u[4 * node[i] + k];
+void gather(const float* u, const std::int32_t node[4][kWide], F8 first[4], F8 other[3][4]) {
+  for (int c = 0; c < 4; ++c)
+    for (int i = 0; i < kWide; ++i) {
+      first[c].x[i] = u[4 * node[0][i] + c];
+      for (int k = 0; k < 3; ++k) other[k][c].x[i] = u[4 * node[k + 1][i] + c] - first[c].x[i];
+    }
 }
 
-void scatter_add(const F8 f[3], const std::int32_t node[kWide], float* force) {
+void scatter(const F8 f[3][3], const std::int32_t node[4][kWide], float* force) {
   for (int i = 0; i < kWide; ++i)
-    for (int k = 0; k < 3; ++k) force[4 * node[i] + k] += f[k].x[i];
-}
-
-F8 mean_of_corners(const float* value, const std::int32_t node[4][kWide]) {
-  F8 r = F8::all(0.0F);
-  for (int k = 0; k < 4; ++k)
-    for (int i = 0; i < kWide; ++i) r.x[i] += value[node[k][i]];
-  return r * F8::all(0.25F);
+    for (int c = 0; c < 3; ++c) {
+      float sum = 0.0F;
+      for (int k = 0; k < 3; ++k) {
+        force[4 * node[k + 1][i] + c] -= f[k][c].x[i];
+        sum += f[k][c].x[i];
+      }
+      force[4 * node[0][i] + c] += sum;
+    }
 }
 
 #include "palpate/tissue/elements.inl"

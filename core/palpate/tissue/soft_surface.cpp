@@ -82,8 +82,9 @@ std::vector<double> plane_moduli(const scene::Mesh& mesh, const BodyData& data, 
 
 }  // namespace
 
-SoftSurface::SoftSurface(BodyData data, double width)
-    : body_(std::move(data)),
+SoftSurface::SoftSurface(BodyData data, double width, std::uint64_t continues)
+    : Surface(continues),
+      body_(std::move(data)),
       mesh_(mesh_of(body_.data())),
       edge_(mean_edge(*mesh_)),
       vertices_(mesh_->vertices().begin(), mesh_->vertices().end()),
@@ -186,6 +187,18 @@ void SoftSurface::advance(std::span<const scene::SurfaceLoad> loads, double dt) 
     }
   }
   guard(dt);
+  move_surface();
+  publish(dt);
+}
+
+void SoftSurface::remember(std::span<const scene::SurfaceLoad> loads, double dt) noexcept {
+  take(loads);
+  relax(dt);
+}
+
+void SoftSurface::follow(std::span<const double> displacements, std::span<const double> velocities,
+                         double dt) noexcept {
+  body_.set_state(displacements, velocities);
   move_surface();
   publish(dt);
 }

@@ -21,10 +21,14 @@ namespace palpate::tissue {
 /// A soft body with its surface.
 class SoftSurface final : public scene::Surface, public scene::Deformable {
  public:
+  static constexpr int kTools = 8;           ///< tools with a viscous memory
+  static constexpr int kSpheresOfTool = 16;  ///< spheres of a tool with a viscous memory
+  static constexpr int kTouches = 64;        ///< contacts that act on the body at the same time
+
   /// width: standard deviation of the spread contact force [m]; 0: .7 of the mean length of the surface's edges. It
-  /// should be at least .45 of the largest sphere's radius, or else deep contacts are too stiff. Throws
-  /// std::invalid_argument if the body has no surface.
-  explicit SoftSurface(BodyData data, double width = 0.0);
+  /// should be at least .45 of the largest sphere's radius, or else deep contacts are too stiff. continues: id of
+  /// another surface of the same body; 0: a new one. Throws std::invalid_argument if the body has no surface.
+  explicit SoftSurface(BodyData data, double width = 0.0, std::uint64_t continues = 0);
 
   [[nodiscard]] scene::Nearest nearest(const Vec3& p) const noexcept override { return mesh_->nearest(p); }
   [[nodiscard]] scene::Nearest nearest_or_far(const Vec3& p, double exact_within) const noexcept override {
@@ -36,6 +40,10 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   [[nodiscard]] std::shared_ptr<Surface> at_rest() const override;
   [[nodiscard]] scene::Response respond(const scene::SpherePlace& at) const noexcept override;
   void advance(std::span<const scene::SurfaceLoad> loads, double dt) noexcept override;
+  /// Instead of advance(), for a view of a body that is stepped elsewhere (shared_surface.hpp): advances the viscous
+  /// memory under the contacts by a tick, and then takes over displacements [m] and velocities [m/s], 3 per node.
+  void remember(std::span<const scene::SurfaceLoad> loads, double dt) noexcept;
+  void follow(std::span<const double> displacements, std::span<const double> velocities, double dt) noexcept;
   [[nodiscard]] scene::DeformableState state() const noexcept override;
   [[nodiscard]] std::span<const double> published() noexcept override { return published_.read(); }
 
@@ -45,7 +53,7 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   [[nodiscard]] double width() const noexcept { return tables_->spreading.width(); }
 
  private:
-  static constexpr int kSpheres = 16;  ///< spheres with a viscous memory
+  static constexpr int kSpheres = kTools * kSpheresOfTool;
   using Memory = std::array<double, kMaxProny>;
 
   /// What all copies share.
@@ -86,7 +94,7 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   std::shared_ptr<scene::Mesh> mesh_;
   double edge_ = 0.0, instantaneous_ = 1.0;  // instantaneous_: 1 + sum of the Prony shares
   std::array<Memory, kSpheres> memory_{};
-  std::array<Touch, 32> touch_;
+  std::array<Touch, kTouches> touch_;
   int touches_ = 0;
   std::vector<double> vertices_;  // of the mesh, 3 per vertex [m]
   Mailbox<std::vector<double>> published_;

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -21,6 +22,7 @@ class Command:
       palpate bench planning --json planning.json
       palpate bench planning --queries 10
       palpate bench planning --planner BITstar --queries 20
+      palpate bench planning --hooks
     """
 
     json: Annotated[Path | None, arg(metavar="FILE")] = None
@@ -29,6 +31,8 @@ class Command:
     """Number of random queries in each scene [-]."""
     planner: str = "RRTConnect"
     """OMPL's planner."""
+    hooks: bool = False
+    """Compare all planners on queries that need a search: jaws in slots on both sides of a wall."""
     check: bool = True
     """Check every plan densely; it takes most of the time."""
 
@@ -40,7 +44,11 @@ class Command:
         console = console_for(self.json)
         require_writable(self.json)
         require()
-        rows = planning.run(self.queries, self.planner, self.check, lambda text: say(console, text))
+        progress = partial(say, console)
+        if self.hooks:
+            rows = planning.hooks(self.queries, self.check, progress)
+        else:
+            rows = planning.run(self.queries, self.planner, self.check, progress)
         console.print(planning.table(rows))
         write_json(self.json, rows)
         return 0

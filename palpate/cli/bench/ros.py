@@ -23,6 +23,7 @@ class Command:
       palpate bench ros --duration 600 --json ros.json
       palpate bench ros --sim
       palpate bench ros --discovery
+      palpate bench ros --faults --tries 20
     """
 
     json: Annotated[Path | None, arg(metavar="FILE")] = None
@@ -38,6 +39,11 @@ class Command:
     starts: int = 20
     """Number of clients that --discovery starts beside the robot, and beside its control [-]."""
 
+    faults: bool = False
+    """Measure instead how soon after a fault the hand is free: silence, wrong messages, stopped processes."""
+    tries: int = 20
+    """How often --faults plants each fault [-]."""
+
     def __call__(self) -> int:
         """Measure, print the table, write the JSON contract."""
         from palpate.verify.bench import ros
@@ -50,6 +56,8 @@ class Command:
             )
         if self.discovery:
             return self._discovery(console)
+        if self.faults:
+            return self._faults(console)
         figures = ros.run(self.duration, self.rate, on_progress=lambda text: say(console, text))
         if self.sim:
             figures |= ros.of_sim()
@@ -66,5 +74,15 @@ class Command:
             raise PalpateError(f"--starts {self.starts}: must be 1 to 1000", mend="e.g. --starts 20")
         figures = ros_discovery.run(self.starts, on_progress=lambda text: say(console, text))
         console.print(ros_discovery.table(figures))
+        write_json(self.json, figures)
+        return 0
+
+    def _faults(self, console: Console) -> int:
+        from palpate.verify.bench import ros_faults
+
+        if not 1 <= self.tries <= 1000:
+            raise PalpateError(f"--tries {self.tries}: must be 1 to 1000", mend="e.g. --tries 20")
+        figures = ros_faults.run(self.tries, self.rate, on_progress=lambda text: say(console, text))
+        console.print(ros_faults.table(figures))
         write_json(self.json, figures)
         return 0

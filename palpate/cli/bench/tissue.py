@@ -4,22 +4,40 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
-from tyro.conf import arg
+from tyro.conf import UseAppendAction, arg
 
-from palpate.console.output import console_for, require_writable, write_json
+from palpate.console.output import console_for, require_writable, say, write_json
+
+Figure = Literal[
+    "ticks",
+    "realtime",
+    "layers",
+    "large-strain",
+    "stiffening",
+    "lump",
+    "finding",
+    "viscosity",
+    "smoothness",
+    "energy",
+    "kernels",
+    "mujoco",
+]
 
 
 @dataclass
 class Command:
-    """Measure the time of soft bodies in a tick, and the force on a layer against its closed form and MuJoCo.
+    """Measure soft bodies: time of a tick, force against closed forms and references, smoothness, energy, MuJoCo.
 
     examples:
       palpate bench tissue
+      palpate bench tissue --only viscosity --only lump
       palpate bench tissue --json tissue.json
     """
 
+    only: Annotated[UseAppendAction[tuple[Figure, ...]], arg(metavar="NAME")] = ()
+    """Run only this figure; give the option several times for several figures."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the figures as JSON (docs/json.md); - for the standard output."""
 
@@ -29,7 +47,7 @@ class Command:
 
         console = console_for(self.json)
         require_writable(self.json)
-        figures = tissue.run()
+        figures = tissue.run(self.only, on_progress=lambda name: say(console, f"{name} ..."))
         console.print(tissue.table(figures))
         write_json(self.json, figures)
         return 0

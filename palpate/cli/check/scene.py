@@ -16,7 +16,7 @@ from palpate.arrays.checks import finite_or_none
 from palpate.certificate.scene import warn_outside
 from palpate.cli.check.device import DeviceFindings, inspect_device
 from palpate.cli.check.mesh import warn_of_facets
-from palpate.cli.check.tissue import TissueFindings, inspect_tissue, tissue_words
+from palpate.cli.check.tissue import TissueFindings, inspect_tissue, tissue_words, warn_of_tissue
 from palpate.console.output import say
 from palpate.contact import touchable
 from palpate.mesh import Mesh
@@ -143,6 +143,7 @@ def _objects(rig: Rig, console: Console) -> list[ObjectFindings]:
     for one in found:
         if one.tissue is not None:
             say(console, f"{one.name}: {tissue_words(one.tissue)}")
+            warn_of_tissue(one.tissue, f"object {one.name!r}")
     return found
 
 

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
 
+from palpate.errors import PalpateWarning
 from palpate.tissue import Tissue, edge_lengths, shapes
 from palpate.tissue.quality import POOR
+
+MUCH_MASS = 20.0
+"""Added mass above which the motion of a body is visibly slower [%]."""
 
 
 @dataclass(frozen=True)
@@ -41,12 +46,26 @@ def inspect_tissue(soft: Tissue) -> TissueFindings:
     )
 
 
+def warn_of_tissue(found: TissueFindings, where: str) -> None:
+    """Warn of a mesh whose motion or time step suffers."""
+    if found.added_mass_percent > MUCH_MASS:
+        what = f"{where}: {found.added_mass_percent:.0f} % of mass is added to make the time step stable"
+        mend = (
+            "it swings more slowly than it should: a coarser resolution, a lower modulus or a smaller step needs less"
+        )
+        warnings.warn(PalpateWarning(what, mend=mend), stacklevel=2)
+    if found.poor_tets:
+        what = f"{where}: {found.poor_tets:,} tetrahedra are poor (quality below {POOR:g})"
+        mend = "they shorten the time step: mesh the volume again, or leave out volume: and let resolution: fill it"
+        warnings.warn(PalpateWarning(what, mend=mend), stacklevel=2)
+
+
 def tissue_words(found: TissueFindings) -> str:
     """The findings in a sentence."""
     poor = f", {found.poor_tets:,} are poor (below {POOR:g})" if found.poor_tets else ""
     return (
         f"{found.tets:,} tetrahedra with {found.nodes:,} nodes, edges of {found.edge_mm:.3g} mm (shortest "
         f"{found.shortest_edge_mm:.2g} mm), worst quality {found.worst_quality:.2f}{poor}; time step "
-        f"{found.step_ms:.3g} ms with {found.added_mass_percent:.2g} % added mass (without any: "
+        f"{found.step_ms:.3g} ms with {found.added_mass_percent:.3g} % added mass (without any: "
         f"{found.stable_step_ms:.3g} ms)"
     )

@@ -13,7 +13,7 @@ from palpate.errors import PalpateError
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from palpate.ros.haptics import HapticSession
+    from palpate.ros.pairs import HapticPairs
     from palpate.scene import Scene
 
 _PERIOD = 0.1  # between two checks of the nodes [s]
@@ -23,6 +23,8 @@ class Options(Protocol):
     """The options of `palpate ros haptics`."""
 
     console: str
+    head_sensor: str
+    pedals: str | None
     force_cap: float | None
     rate: float | None
     tip_frame: bool
@@ -41,29 +43,34 @@ def run_pairs(command: Options, scene: Scene) -> int:
     Raises:
         PalpateError: a pair has no names of its arms.
     """
+    from palpate.cli._pedals import pedals
     from palpate.console import outcome
     from palpate.report.summary import summary_table
-    from palpate.scene.together import build_pairs
+    from palpate.ros.haptics import Limits
+    from palpate.ros.pairs import HapticPairs
+    from palpate.ros.pedal_topics import PedalTopics
     from palpate.session import signals
 
-    require_devices(scene)
-    build_pairs(scene)  # refuses arms that stand in each other before anything moves
-    console = console_for(command.json)
+    console, names = console_for(command.json), wanted(scene, command.pair)
+    limits = Limits(command.force_cap, command.rate, command.tip_frame, not command.any_state)
+    folder = command.out or Path(scene.record.folder)
     with ExitStack() as stack:
-        sessions: dict[str, HapticSession] = {}
-        for name in wanted(scene, command.pair):
-            sessions[name] = stack.enter_context(_session(command, scene, name))
-            say(console, f"{name}: {sessions[name].devices.leader}, wrenches to {sessions[name].loop.names.wrench}")
-        for name, session in sessions.items() if not command.bare else ():
+        pairs = HapticPairs(scene, limits, names, command.console, folder, {"network": command.network})
+        stack.enter_context(pairs)
+        for name, session in pairs.sessions.items():
+            say(console, f"{name}: {session.devices.leader}, wrenches to {session.loop.names.wrench}")
+        stack.enter_context(
+            PedalTopics(pairs.console, pairs.domain, command.console, command.head_sensor, space=command.pair)
+        )
+        stack.enter_context(pedals(command.pedals, pairs.console, realtime=True))
+        for name, session in pairs.sessions.items() if not command.bare else ():
             from palpate.ros.around import Around
 
-            stack.enter_context(Around(session, pair=name, draws_objects=name == next(iter(sessions))))
-        first = next(iter(sessions.values()))
-        with signals.deferred(first.stopped):
-            for session in sessions.values():
-                session.start()
-            _watch(sessions, command.duration, console)
-        summaries = {name: session.close(first.stopped.is_set()) for name, session in sessions.items()}
+            stack.enter_context(Around(session, pair=name, draws_objects=name == next(iter(scene.pairs))))
+        with signals.deferred(pairs.stopped):
+            pairs.start()
+            _watch(pairs, command.duration, console)
+        summaries = pairs.close(pairs.stopped.is_set())
     each = scene.each_pair()
     summaries = {name: outcome.with_report(summary, each[name]) for name, summary in summaries.items()}
     for name, summary in summaries.items():
@@ -85,44 +92,12 @@ def wanted(scene: Scene, pair: str) -> list[str]:
     return [pair] if pair else list(scene.pairs)
 
 
-def require_devices(scene: Scene) -> None:
-    """Refuse a scene in which a pair does not name its arms.
-
-    Raises:
-        PalpateError: the message names the pair and the line.
-    """
-    for name, pair in scene.pairs.items():
-        if pair.devices is None:
-            raise PalpateError(
-                f"pair {name} does not name its arms on ROS 2",
-                where=scene.where("pairs", name),
-                mend="add devices: {leader: MTML, follower: PSM2, teleop: MTML_PSM2}",
-            )
-
-
-def _session(command: Options, scene: Scene, name: str) -> HapticSession:
-    from palpate.ros.haptics import Devices, HapticSession, Limits
-
-    devices = scene.pairs[name].devices
-    assert devices is not None
-    folder = command.out or Path(scene.record.folder)
-    return HapticSession(
-        scene.pair(name),
-        Devices(devices.leader, devices.follower, devices.teleop, command.console, name),
-        Limits(command.force_cap, command.rate, command.tip_frame, not command.any_state),
-        out=folder / name,
-        context={"network": command.network},
-    )
-
-
-def _watch(sessions: dict[str, HapticSession], duration: float | None, console: Console) -> None:
+def _watch(pairs: HapticPairs, duration: float | None, console: Console) -> None:
     """Print the events of all nodes until the end; a node that fails ends alone, and the others go on."""
-    first = next(iter(sessions.values()))
     end = time.monotonic() + (float("inf") if duration is None else duration)
-    printed = dict.fromkeys(sessions, 0)
-    failed: set[str] = set()
-    while time.monotonic() < end and not first.stopped.wait(_PERIOD) and len(failed) < len(sessions):
-        for name, session in sessions.items():
+    printed, failed = dict.fromkeys(pairs.sessions, 0), set[str]()
+    while time.monotonic() < end and not pairs.stopped.wait(_PERIOD) and len(failed) < len(pairs.sessions):
+        for name, session in pairs.sessions.items():
             if name in failed:
                 continue
             try:

@@ -31,7 +31,7 @@ class Command:
     """Write the graph as JSON (docs/json.md); - for the standard output."""
 
     def __call__(self) -> int:
-        """Measure and print the graph; the exit code is 1 if two nodes share a name."""
+        """Measure and print the graph; the exit code is 1 if two nodes share a name or a topic."""
         from palpate.ros import graph
 
         if not 0.1 <= self.seconds <= 3600.0:
@@ -48,8 +48,10 @@ class Command:
         say(console, f"{len(found.nodes)} nodes, {len(found.topics)} topics, {self.seconds:g} s")
         for name in found.duplicate_nodes:
             say(console, f"several nodes are named {name}", "fault:", "red")
+        for name in found.shared_topics:
+            say(console, f"several nodes publish {name}", "fault:", "red")
         if self.figure is not None:
             drawn = graph.draw(found, self.figure)
             say(console, f"{self.figure}, {drawn} topics", "figure:")
         write_json(self.json, found)
-        return 1 if found.duplicate_nodes else 0
+        return 1 if found.duplicate_nodes or found.shared_topics else 0

@@ -46,6 +46,10 @@ class Command:
     """Teleoperation component that moves the follower; none: Palpate moves it."""
     console: str = "console"
     """CRTK name of the console, which reports pedals and operator presence."""
+    head_sensor: Annotated[str, arg(metavar="TOPIC")] = ""
+    """Topic (sensor_msgs/Joy) of a head sensor that the console does not report as operator_present."""
+    pedals: Annotated[str | None, arg(metavar="DEVICE")] = None
+    """Also read foot switches, keyboards or gamepads, e.g. footswitch:/dev/input/event7."""
     force_cap: float | None = None
     """Largest force [N]; the scene's cap, but at most 1 N, when left out."""
     rate: float | None = None
@@ -69,9 +73,11 @@ class Command:
 
     def __call__(self) -> int:
         """Render the scene until the duration, Ctrl-C or SIGTERM ends it; returns the exit code."""
+        from palpate.cli._pedals import pedals
         from palpate.console import outcome
         from palpate.report.summary import summary_table
         from palpate.ros.haptics import Devices, HapticSession, Limits
+        from palpate.ros.pedal_topics import PedalTopics
         from palpate.scene import Scene
 
         self._refuse()
@@ -96,6 +102,9 @@ class Command:
         say(console, f"{self.leader} feels {scene.title or self.scene.stem}: wrenches to {loop.names.wrench}")
         say(console, f"force cap {loop.force_cap:g} N, {session.rate:g} Hz, guardian process {loop.guardian.pid}")
         with ExitStack() as stack:
+            domain = loop.context.domain
+            stack.enter_context(PedalTopics(session.console, domain, self.console, self.head_sensor))
+            stack.enter_context(pedals(self.pedals, session.console, realtime=True))
             if not self.bare:
                 from palpate.ros.around import Around
 

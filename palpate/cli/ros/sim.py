@@ -31,6 +31,8 @@ class Command:
     """Rate of the measured states, 1 to 1000 [Hz]."""
     network: bool = False
     """Communicate with other machines; otherwise only within this one."""
+    head_sensor: bool = False
+    """A head sensor reports the operator's presence (/console/emulate_operator_present); otherwise the coag pedal."""
     meter: Annotated[float | None, arg(metavar="SECONDS")] = None
     """Interval of a status line: rate reached, late servo ticks, commands, CPU cores [s]; no line when left out."""
 
@@ -39,7 +41,13 @@ class Command:
         from palpate.ros import sim
 
         console = console_for(None)
-        robot = sim.start(self.arms, rate=self.rate, network=self.network, on_progress=lambda text: say(console, text))
+        robot = sim.start(
+            self.arms,
+            rate=self.rate,
+            network=self.network,
+            head_sensor=self.head_sensor,
+            on_progress=lambda text: say(console, text),
+        )
         reach = "open to the network" if self.network else "this machine alone"
         try:
             say(console, f"simulated dVRK: {', '.join(self.arms)}; {robot.rate:g} Hz, {reach}, {robot.scheduler}")

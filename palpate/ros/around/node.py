@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import threading
-from contextlib import suppress
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING
 
-from palpate import ros
+from palpate.ros.background import BackgroundNode
 
 if TYPE_CHECKING:
     from palpate.ros.haptics import HapticSession
@@ -16,7 +14,7 @@ RATE = 30.0
 NAME = "palpate"
 
 
-class Around:
+class Around(BackgroundNode):
     """Publishes a session while the context is open.
 
         with HapticSession(scene) as session, Around(session):
@@ -31,23 +29,12 @@ class Around:
     """
 
     def __init__(self, session: HapticSession, name: str = NAME, pair: str = "", draws_objects: bool = True) -> None:
-        ros.messages()
-        import rclpy
-        from rclpy.context import Context
-        from rclpy.executors import SingleThreadedExecutor
-
+        super().__init__(name, session.loop.context.domain, pair)
         from palpate.ros.around.diagnostics import Diagnostics
         from palpate.ros.around.frames import Frames
         from palpate.ros.around.markers import Markers
         from palpate.ros.around.swap import Swap
 
-        self._context = Context()
-        rclpy.init(context=self._context, domain_id=session.loop.context.domain)
-        self.node: Any = rclpy.create_node(
-            name, namespace=f"/{pair}" if pair else None, context=self._context, enable_rosout=False
-        )
-        self._executor = SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(self.node)
         frames, markers = Frames(self.node, session, pair, draws_objects), Markers(self.node, session)
         Swap(self.node, session, on_swap=markers.draw_objects)
 
@@ -58,29 +45,4 @@ class Around:
 
         self.node.create_timer(1.0 / RATE, show)
         self.node.create_timer(1.0, Diagnostics(self.node, session).publish)
-        self._thread = threading.Thread(target=self._spin, name="palpate-around", daemon=True)
-        self._thread.start()
-
-    def close(self) -> None:
-        """Remove the node from the network."""
-        import rclpy
-
-        if self._thread.is_alive():
-            self._executor.shutdown(timeout_sec=2.0)
-            self._thread.join(timeout=2.0)
-            self.node.destroy_node()
-            rclpy.shutdown(context=self._context)
-
-    def __enter__(self) -> Self:
-        """Return the object itself."""
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        """Close the node."""
-        self.close()
-
-    def _spin(self) -> None:
-        from rclpy.executors import ExternalShutdownException
-
-        with suppress(ExternalShutdownException):
-            self._executor.spin()
+        self.spin()

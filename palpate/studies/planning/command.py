@@ -18,12 +18,16 @@ class Command(Study):
     examples:
       palpate study planning --json planning.json --figures docs/images
       palpate study planning --routes 2 --operators 4
+      palpate study planning --stiffness --routes 4 --operators 6
     """
 
     routes: Annotated[int, arg(metavar="N")] = 8
     """Number of routes in the scene `planning`."""
     operators: Annotated[int, arg(metavar="N")] = 16
     """Number of simulated operators, the first of the cohort of the other studies."""
+
+    stiffness: bool = False
+    """Compare springs of 200, 400, 700 and 1000 N/m to the path instead of kinds of assistance."""
 
     def study(self, console: Console) -> Findings:
         """Compute the result of the study."""
@@ -32,12 +36,13 @@ class Command(Study):
         from palpate.console.output import say
         from palpate.planning.geometry import require
         from palpate.studies.planning.figures import draw
-        from palpate.studies.planning.work import run, summary
+        from palpate.studies.planning.work import CONDITIONS, SWEEP, run, summary
 
         require()
         if self.routes < 1 or self.operators < 1:
             raise ValueError(f"routes and operators must be 1 or more. Got: {self.routes}, {self.operators}")
-        rows = run(self.routes, self.operators, on_progress=lambda text: say(console, text))
+        conditions = tuple(SWEEP if self.stiffness else CONDITIONS)
+        rows = run(self.routes, self.operators, on_progress=lambda text: say(console, text), conditions=conditions)
         found = summary(rows)
         table = Table(
             "assistance", "entry [mm s]", "less", "95 %", "deepest [mm]", "path error [mm]", "time [s]", "done"

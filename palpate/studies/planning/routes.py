@@ -25,6 +25,8 @@ SCALE = 0.5
 """Tool motion per hand motion [-]."""
 NEAR = 4e-3
 """Plans that come no nearer to anything than this are left out: few operators would enter the margin on them [m]."""
+STIFFNESSES = (200.0, 400.0, 700.0, 1000.0)
+"""Springs to the path that the sweep compares; 1000 N/m is the default of `follow: {plan:}` [N/m]."""
 _LOW, _HIGH = np.array([-0.09, -0.16, -0.04]), np.array([0.06, 0.02, 0.07])  # box of the tips in W [m]
 _LENGTH = (0.04, 0.10)  # distance from start to target [m]
 _SPACING = 5e-4  # of the points of a route [m]
@@ -39,7 +41,7 @@ class Route:
     problem: Problem
     plan: Plan
     path: Array  # (n, 3) planned positions of the tip in W [m]
-    fixtures: dict[str, _core.Fixture]  # "plan": spring to the path; "plan-tube": wall of the tube
+    fixtures: dict[str, _core.Fixture]  # "plan", "plan 200" ...: springs to the path; "plan-tube": wall of the tube
 
 
 @lru_cache
@@ -83,7 +85,12 @@ def route_between(start: Array, target: Array, seed: int = 0) -> Route | None:
     with TemporaryDirectory() as folder:
         file = Path(folder) / "plan.yaml"
         plan.save(file, arm)
-        fixtures = {one.name: one.make(rig.context) for one in from_yaml(f"follow: {{plan: {file}}}")}
+        sections = {one.name: one for one in from_yaml(f"follow: {{plan: {file}}}")}
+        spring = sections["plan"]
+        for stiffness in STIFFNESSES:
+            law = spring.law.model_copy(update={"stiffness": stiffness})
+            sections[f"plan {stiffness:g}"] = spring.model_copy(update={"law": law})
+        fixtures = {name: one.make(rig.context) for name, one in sections.items()}
     return Route(rig, problem, plan, path, fixtures)
 
 

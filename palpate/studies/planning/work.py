@@ -13,7 +13,7 @@ from palpate.arrays import Array
 from palpate.operators import Errand, Operator, Senses, perform, person
 from palpate.operators.trial import Trial
 from palpate.planning.checker import Checker
-from palpate.studies.planning.routes import MARGIN, SCALE, Route, routes
+from palpate.studies.planning.routes import MARGIN, SCALE, STIFFNESSES, Route, routes
 
 SEED = 7
 MOST = 25.0
@@ -40,18 +40,31 @@ CONDITIONS = {
 }
 
 
-def run(number: int, operators: int, seed: int = SEED, on_progress: Callable[[str], None] = lambda _: None) -> Rows:
+SWEEP = {"none": CONDITIONS["none"]} | {
+    f"{k:g}": Condition(f"led by a spring of {k:g} N/m, in the tube", fixtures=(f"plan {k:g}", "plan-tube"))
+    for k in STIFFNESSES
+}
+"""The conditions of the sweep over the stiffness of the spring."""
+EVERY = CONDITIONS | SWEEP
+"""All conditions by name."""
+
+
+def run(
+    number: int, operators: int, seed: int = SEED, on_progress: Callable[[str], None] = lambda _: None,
+    conditions: Sequence[str] = tuple(CONDITIONS),
+) -> Rows:  # fmt: skip
     """One row per route, condition and operator."""
-    return measured(routes(number, seed), operators, seed, on_progress)
+    return measured(routes(number, seed), operators, seed, on_progress, conditions)
 
 
 def measured(
-    found: Sequence[Route], operators: int, seed: int = SEED, on_progress: Callable[[str], None] = lambda _: None
-) -> Rows:
+    found: Sequence[Route], operators: int, seed: int = SEED, on_progress: Callable[[str], None] = lambda _: None,
+    conditions: Sequence[str] = tuple(CONDITIONS),
+) -> Rows:  # fmt: skip
     """One row per route, condition and operator, for given routes."""
     rows: Rows = []
     for i, route in enumerate(found):
-        for name in CONDITIONS:
+        for name in conditions:
             for who in range(operators):
                 measured = judged(route, attempt(route, who, name, seed + who))
                 rows.append({"route": i, "condition": name, "operator": who, **measured})
@@ -64,11 +77,12 @@ def measured(
 def summary(rows: Rows) -> dict[str, Any]:
     """Means of every condition, and the reduction of the entry against no assistance, with its 95 % interval."""
     found: dict[str, Any] = {}
-    for name, condition in CONDITIONS.items():
+    names = list(dict.fromkeys(row["condition"] for row in rows))
+    for name in names:
         own = [row for row in rows if row["condition"] == name]
         means = {key: float(np.mean([row[key] for row in own])) for key in own[0] if key not in _KEYS}
-        found[name] = {"words": condition.words, "trials": len(own), **means}
-    for name in CONDITIONS:
+        found[name] = {"words": EVERY[name].words, "trials": len(own), **means}
+    for name in names:
         found[name]["entry_reduction"], found[name]["entry_reduction_95"] = _reduction(rows, name)
     return found
 
@@ -96,7 +110,7 @@ def _by_route(rows: Rows, condition: str) -> Array:
 
 def attempt(route: Route, operator: int, condition: str, seed: int) -> Trial:
     """Simulate one operator on one route under one condition."""
-    who, c, rig = person(operator, SEED), CONDITIONS[condition], route.rig
+    who, c, rig = person(operator, SEED), EVERY[condition], route.rig
     o = rig.options(seed)
     o.hand, o.tremor = who.hand.options(), who.tremor
     arms = rig.arms

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +23,7 @@ from palpate.planning.robot import Robot
 from palpate.planning.timing import Limits
 from palpate.planning.verify import verify
 from palpate.planning.world import World, instrument, obstacle
+from palpate.verify.bench import planning_hooks
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -132,33 +133,57 @@ def run(
     rows = []
     for name, make in SCENES.items():
         problem, low, high = make()
-        begin = time.perf_counter()
-        checker = Checker(problem.robot, problem.world)
-        setup = time.perf_counter() - begin
-        plans, wall, cpu = [], [], []
-        for k, (start, goal) in enumerate(queries(problem, low, high, count)):
-            used = time.process_time()
-            plan = problem.plan(start, goal, seed=k, timeout=TIMEOUT, planner=planner, checker=checker)
-            plans.append(plan)
-            wall.append(plan.time_s)
-            cpu.append(time.process_time() - used)
-        good = [plan for plan in plans if plan.success]
-        verdicts = [verify(problem, plan) for plan in good] if check else []
-        rows.append({
-            "scene": name, "planner": planner, "queries": count, "success_rate": len(good) / count,
-            "median_s": float(np.median(wall)), "p95_s": float(np.percentile(wall, 95)),
-            "median_cpu_s": float(np.median(cpu)), "setup_s": setup, "clearance_asked_m": problem.clearance,
-            "straight": sum(plan.planner == STRAIGHT for plan in good),
-            "retracted": sum(plan.planner == RETRACT for plan in good),
-            "violations": sum(v.violations for v in verdicts) if check else None,
-            "checked_samples": sum(v.samples for v in verdicts),
-            "largest_step_m": max((v.largest_step for v in verdicts), default=0.0),
-            "worst_rate": max((v.worst_rate for v in verdicts), default=0.0),
-            **_replans(problem, good),
-            "smallest_clearance_m": min((p.clearance_m for p in good if p.clearance_m is not None), default=None),
-        })  # fmt: skip
-        on_progress(f"{name}: {len(good)} of {count} found, median {rows[-1]['median_s']:.3f} s")
+        rows.append(_row(name, problem, queries(problem, low, high, count), planner, check))
+        on_progress(f"{name}: {_found(rows[-1])}")
     return rows
+
+
+def hooks(count: int = 100, check: bool = True, on_progress: Callable[[str], None] = lambda _: None,
+          names: Sequence[str] = PLANNERS) -> list[dict[str, Any]]:  # fmt: skip
+    """A row per planner for queries that need a search (`planning_hooks`)."""
+    problem = _problem(planning_hooks.world(), planning_hooks.CLEARANCE)
+    drawn = list(planning_hooks.queries(problem, count))
+    rows = []
+    for name in names:
+        rows.append(_row("hooks", problem, drawn, name, check))
+        on_progress(f"{name}: {_found(rows[-1])}")
+    return rows
+
+
+def _found(row: dict[str, Any]) -> str:
+    return f"{100 * row['success_rate']:.0f} % of {row['queries']} found, median {row['median_s']:.3f} s"
+
+
+def _row(
+    name: str, problem: Problem, asked: Iterable[tuple[Array, Array]], planner: str, check: bool
+) -> dict[str, Any]:
+    """The plans of one scene, and what the dense check found."""
+    begin = time.perf_counter()
+    checker = Checker(problem.robot, problem.world)
+    setup = time.perf_counter() - begin
+    plans, wall, cpu = [], [], []
+    for k, (start, goal) in enumerate(asked):
+        used = time.process_time()
+        plan = problem.plan(start, goal, seed=k, timeout=TIMEOUT, planner=planner, checker=checker)
+        plans.append(plan)
+        wall.append(plan.time_s)
+        cpu.append(time.process_time() - used)
+    good = [plan for plan in plans if plan.success]
+    verdicts = [verify(problem, plan) for plan in good] if check else []
+    return {
+        "scene": name, "planner": planner, "queries": len(plans), "success_rate": len(good) / max(len(plans), 1),
+        "median_s": float(np.median(wall)), "p95_s": float(np.percentile(wall, 95)),
+        "median_cpu_s": float(np.median(cpu)), "setup_s": setup, "clearance_asked_m": problem.clearance,
+        "straight": sum(plan.planner == STRAIGHT for plan in good),
+        "retracted": sum(plan.planner == RETRACT for plan in good),
+        "median_duration_s": float(np.median([plan.duration_s for plan in good])) if good else None,
+        "violations": sum(v.violations for v in verdicts) if check else None,
+        "checked_samples": sum(v.samples for v in verdicts),
+        "largest_step_m": max((v.largest_step for v in verdicts), default=0.0),
+        "worst_rate": max((v.worst_rate for v in verdicts), default=0.0),
+        **_replans(problem, good),
+        "smallest_clearance_m": min((p.clearance_m for p in good if p.clearance_m is not None), default=None),
+    }  # fmt: skip
 
 
 class _Nobody:
@@ -205,9 +230,9 @@ def table(rows: list[dict[str, Any]]) -> Table:
     """The rows as a table."""
     from rich.table import Table
 
-    made = Table("scene", "found", "median [s]", "p95 [s]", "CPU [s]", "violations", "samples", "of limits")
+    made = Table("scene", "planner", "found", "median [s]", "p95 [s]", "CPU [s]", "violations", "samples", "of limits")
     for row in rows:
         found, times = f"{100 * row['success_rate']:.0f} %", (row["median_s"], row["p95_s"], row["median_cpu_s"])
         checked = (str(row["violations"]), f"{row['checked_samples']:,}", f"{row['worst_rate']:.3f}")
-        made.add_row(row["scene"], found, *(f"{x:.3f}" for x in times), *checked)
+        made.add_row(row["scene"], row["planner"], found, *(f"{x:.3f}" for x in times), *checked)
     return made

@@ -25,6 +25,15 @@ _GROWTH = 1.3  # of elements away from the contact
 
 
 @dataclass(frozen=True)
+class Lump:
+    """A ball of another modulus on the axis, bonded to the layer. Lengths are relative to the sphere's radius."""
+
+    top: float  # depth of its upper end below the surface
+    radius: float
+    ratio: float = 10.0  # of its modulus to the layer's
+
+
+@dataclass(frozen=True)
 class Indentation:
     """One case. Lengths and forces are relative to the sphere: the radius is 1 m and Young's modulus 1 Pa."""
 
@@ -34,6 +43,7 @@ class Indentation:
     yeoh: float = 0.0
     fine: int = 16  # elements for one radius, near the contact
     near: float = 1.4  # size of the zone with equal elements
+    lump: Lump | None = None
 
     def solid(self) -> Solid:
         """The mesh: equal elements near the axis and the surface, then coarser and coarser ones."""
@@ -43,8 +53,20 @@ class Indentation:
         i, j = np.meshgrid(np.arange(0, len(r) - 2, 2), np.arange(0, len(z) - 2, 2), indexing="ij")
         corner = (i * len(z) + j + 2).ravel()  # j grows downward: start at the lower corner
         inside = np.array([a * len(z) - b for a in range(3) for b in range(3)])
-        mu = 0.5 / (1.0 + self.poisson)
-        return Solid(nodes, corner[:, None] + inside, mu, 1.0 / (3.0 * (1.0 - 2.0 * self.poisson)), self.yeoh)
+        elements = corner[:, None] + inside
+        young = self._young(nodes[elements])
+        bulk = young / (3.0 * (1.0 - 2.0 * self.poisson))
+        return Solid(nodes, elements, young * 0.5 / (1.0 + self.poisson), bulk, self.yeoh)
+
+    def _young(self, corners: Array) -> float | Array:
+        """Young's modulus at the Gauss points (m, 9) of elements with nodes (m, 9, 2)."""
+        if self.lump is None:
+            return 1.0
+        N, _ = lagrange(GAUSS[0])
+        points = np.einsum("pi,qj,eijd->epqd", N, N, corners.reshape(-1, 3, 3, 2)).reshape(-1, 9, 2)
+        centre = np.array([0.0, -self.lump.top - self.lump.radius])
+        inside = np.linalg.norm(points - centre, axis=-1) < self.lump.radius
+        return np.where(inside, self.lump.ratio, 1.0)
 
     def forces(self, depths: Array) -> Array:
         """Force (k,) on the sphere at increasing depths (k,), in units of E R^2; depths in units of R.

@@ -14,7 +14,16 @@ from palpate.arrays import Array
 PATH = Path(__file__).with_name("reference.json")
 
 
-def reference_force(R: float, d: npt.ArrayLike, E: float, nu: float, *, h: float = np.inf, yeoh: float = 0.0) -> Array:
+def reference_force(
+    R: float,
+    d: npt.ArrayLike,
+    E: float,
+    nu: float,
+    *,
+    h: float = np.inf,
+    yeoh: float = 0.0,
+    lump: tuple[float, float, float] | None = None,
+) -> Array:
     """Force [N] on a frictionless rigid sphere of radius `R` [m] at depths `d` [m], at large strain.
 
     Args:
@@ -24,16 +33,20 @@ def reference_force(R: float, d: npt.ArrayLike, E: float, nu: float, *, h: float
         nu: Poisson's ratio at small strain.
         h: thickness of the layer, bonded to a rigid ground [m]; infinity: a half-space.
         yeoh: coefficient c of the strain energy in `palpate.verify.tissue.solid`.
+        lump: a ball below the sphere: depth of its upper end [m], its radius [m], its modulus over `E`.
 
     Raises:
         ValueError: the table lacks the case or the depth.
     """
     depth = np.asarray(d, dtype=np.float64) / R
+    ball = () if lump is None else (lump[0] / R, lump[1] / R, lump[2])
     rows = [case for case in cases() if np.allclose([case["nu"], case["yeoh"]], [nu, yeoh])]
+    rows = [c for c in rows if len(c["lump"]) == len(ball) and np.allclose(c["lump"], ball)]
     case = next((c for c in rows if c["h"] == h / R or np.isclose(c["h"], h / R)), None)
     if case is None:
-        known = [(c["nu"], c["yeoh"], c["h"]) for c in cases()]
-        raise ValueError(f"no case nu {nu:g}, yeoh {yeoh:g}, h/R {h / R:g}; known (nu, yeoh, h/R): {known}")
+        known = [(c["nu"], c["yeoh"], c["h"], c["lump"]) for c in cases()]
+        asked = f"no case nu {nu:g}, yeoh {yeoh:g}, h/R {h / R:g}, lump {ball}"
+        raise ValueError(f"{asked}; known (nu, yeoh, h/R, lump over R): {known}")
     x, f = np.array([[0.0, *case["d"]], [0.0, *case["f"]]])
     if depth.size and float(depth.max()) > x[-1] * (1 + 1e-9):
         raise ValueError(f"depth {depth.max():g} R is beyond the deepest of the table, {x[-1]:g} R")
@@ -46,6 +59,6 @@ def reference_force(R: float, d: npt.ArrayLike, E: float, nu: float, *, h: float
 
 @cache
 def cases() -> tuple[dict, ...]:  # type: ignore[type-arg]
-    """Cases of the table: Poisson's ratio, `yeoh`, `h` over R, depths over R and forces over E R^2."""
+    """Cases of the table: Poisson's ratio, `yeoh`, `h` and `lump` over R, depths over R and forces over E R^2."""
     rows = json.loads(PATH.read_text(encoding="utf-8"))["cases"]
-    return tuple({**row, "h": np.inf if row["h"] is None else row["h"]} for row in rows)
+    return tuple({"lump": (), **row, "h": np.inf if row["h"] is None else row["h"]} for row in rows)

@@ -28,8 +28,8 @@ class Solid:
 
     nodes: Array  # (n, 2) [m]
     elements: npt.NDArray[np.int64]  # (m, 9), node (i, j) of the element at 3 i + j
-    mu: float  # shear modulus [Pa]
-    bulk: float  # bulk modulus [Pa]
+    mu: float | Array  # shear modulus, one value or (m, 9), by element and Gauss point [Pa]
+    bulk: float | Array  # bulk modulus, likewise [Pa]
     yeoh: float  # c [-]
 
     def assemble(self, u: Array) -> tuple[float, Array, sparse.csc_matrix]:
@@ -77,8 +77,11 @@ def lagrange(x: Array) -> tuple[Array, Array]:
     return N, dN
 
 
-def energy(F: Array, mu: float, bulk: float, c: float) -> tuple[Array, Array, Array]:
-    """Energy density [Pa], first Piola-Kirchhoff stress (..., 9) [Pa] and its derivative in F (..., 9, 9) [Pa]."""
+def energy(F: Array, mu: float | Array, bulk: float | Array, c: float) -> tuple[Array, Array, Array]:
+    """Energy density [Pa], first Piola-Kirchhoff stress (..., 9) [Pa] and its derivative in F (..., 9, 9) [Pa].
+
+    The moduli [Pa] are numbers or have the shape (...) of the gradients F (..., 3, 3).
+    """
     J = np.linalg.det(F)
     G = np.linalg.inv(F).swapaxes(-1, -2)
     I1 = np.einsum("...ij,...ij", F, F)
@@ -92,8 +95,9 @@ def energy(F: Array, mu: float, bulk: float, c: float) -> tuple[Array, Array, Ar
     f9, g9, G9 = F.reshape(flat), g.reshape(flat), G.reshape(flat)
     swap = np.einsum("...ad,...cb->...abcd", G, G).reshape(*flat, 9)  # dG = -swap dF
     H = -2.0 / 3.0 * _outer(g9, G9) + a * (2.0 * np.eye(9) - 4.0 / 3.0 * _outer(G9, f9) + 2.0 / 3.0 * b * swap)
-    P = 0.5 * mu * first[..., None] * g9 + (bulk * (J - 1.0) * J)[..., None] * G9
-    A = 0.5 * mu * (second * _outer(g9, g9) + first[..., None, None] * H)
+    m = np.asarray(0.5 * mu)
+    P = (m * first)[..., None] * g9 + (bulk * (J - 1.0) * J)[..., None] * G9
+    A = m[..., None, None] * (second * _outer(g9, g9) + first[..., None, None] * H)
     A += (bulk * (2.0 * J - 1.0) * J)[..., None, None] * _outer(G9, G9)
     A -= (bulk * (J - 1.0) * J)[..., None, None] * swap
     return np.where(J > 0.0, W, np.inf), P, A

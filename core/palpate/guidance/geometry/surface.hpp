@@ -7,7 +7,8 @@
 
 namespace palpate::guidance {
 
-/// A surface of the scene, in its frame O. Inside a box, a cylinder or a mesh the normal jumps where two walls are
+/// A surface of the scene, in its frame O. In the haptic cycle a surface that deforms is queried as it is deformed
+/// (guidance/deformed_scope.hpp). Inside a box, a cylinder or a mesh the normal jumps where two walls are
 /// equally near (the medial axis). Outside it is continuous where the nearest point is unique.
 class Solid final : public Geometry {
  public:
@@ -22,7 +23,7 @@ class Solid final : public Geometry {
 
  private:
   std::shared_ptr<const scene::Surface> surface_;
-  bool closed_, axis_;
+  bool closed_, axis_, soft_;
 };
 
 }  // namespace palpate::guidance

@@ -6,6 +6,7 @@
 #include <nanobind/stl/vector.h>
 
 #include <memory>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -38,6 +39,16 @@ nb::dict timing(const HapticNode& self) {
   d["leader_messages"] = leader.taken;
   d["leader_left_out"] = leader.left_out;
   return d;
+}
+
+/// Puts the instruments of several nodes into one world.
+void join_nodes(const std::vector<HapticNode*>& nodes, const std::vector<std::vector<loop::ToolCapsule>>& capsules,
+                double stiffness, double damping) {
+  if (nodes.size() != capsules.size()) throw std::invalid_argument("capsules: give one list for each node");
+  const auto board = std::make_shared<loop::Board>(static_cast<int>(nodes.size()));
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    nodes[i]->join(board, static_cast<int>(i), capsules[i], {stiffness, damping});
+  }
 }
 
 void bind_node(nb::module_& m) {
@@ -73,6 +84,9 @@ void bind_node(nb::module_& m) {
       .def_prop_ro("running", &HapticNode::running)
       .def("take_events", &HapticNode::take_events, "Messages for the user since the last call, oldest first.")
       .def("timing", &timing, "Computation times, response times, counts and rates.");
+  m.def("join_nodes", &join_nodes, "nodes"_a, "capsules"_a, "stiffness"_a, "damping"_a,
+        "Puts the instruments of several nodes of this process into one world, in which they push each other apart "
+        "with a stiffness [N/m] and a damping [N s/m]. To be called before the nodes start.");
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <future>
+#include <stdexcept>
 #include <thread>
 #include <utility>
 
@@ -113,6 +114,12 @@ void HapticNode::subscribe_all() {
     self.cycle_.leader_pose(self.stamp_, vector(m.pose.position), quaternion(m.pose.orientation), self.clock_time());
     self.fresh_ = true;
   });
+}
+
+void HapticNode::join(std::shared_ptr<loop::Board> board, int index, std::vector<loop::ToolCapsule> capsules,
+                      contact::InstrumentLaw law) {
+  if (running()) throw std::logic_error("the node runs: join() its instrument to the others before start()");
+  cycle_.join(std::move(board), index, std::move(capsules), law);
 }
 
 void HapticNode::start() {

@@ -49,6 +49,10 @@ class HapticNode {
   HapticNode(const HapticNode&) = delete;
   HapticNode& operator=(const HapticNode&) = delete;
 
+  /// Puts the instrument among those of other nodes of this process (loop::CrtkCycle::join). Throws std::logic_error
+  /// while the node runs.
+  void join(std::shared_ptr<loop::Board> board, int index, std::vector<loop::ToolCapsule> capsules,
+            contact::InstrumentLaw law);
   void start();
   /// Reduces the force to zero, sends zero wrenches, waits for their acknowledgement (300 ms at most) and ends the
   /// threads. Does nothing if the node does not run.

@@ -1,0 +1,76 @@
+"""`palpate bench viewer`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+from tyro.conf import Positional, arg
+
+from palpate.console.output import console_for, require_writable, say, write_json
+from palpate.console.view import require_viewer
+from palpate.errors import PalpateError
+
+
+@dataclass
+class Command:
+    """Measure the viewer: frames per second in a headless Chromium that renders by software.
+
+    Needs Chromium. Beside each scene stands an empty page of the same size in the same browser.
+
+    examples:
+      palpate bench viewer
+      palpate bench viewer scenes/two_hands.yaml --quality full
+      palpate bench viewer --json viewer.json
+    """
+
+    scenes: Positional[tuple[str, ...]] = ("scenes/two_hands.yaml", "scenes/soft_liver.yaml")
+    """Scene files, which run in real time."""
+
+    size: tuple[int, int] = (1200, 700)
+    """Width and height of the window [pixels]."""
+
+    duration: float = 10.0
+    """Time of each measurement [s]."""
+
+    quality: Literal["automatic", "full", "light"] = "automatic"
+    """Of the picture; automatic is light without a graphics card."""
+
+    scale: float | None = None
+    """Drawn pixels per pixel of the page; without it the page adapts them to the measured frame rate."""
+
+    picture: Annotated[Path | None, arg(metavar="FOLDER")] = None
+    """Write a picture of each page into this folder."""
+
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the figures as JSON (docs/json.md); - for the standard output."""
+
+    def __call__(self) -> int:
+        """Measure, print the table, write the JSON contract."""
+        from palpate.verify.bench import viewer
+
+        if min(self.size) < 200 or not 1.0 <= self.duration <= 600.0:
+            raise PalpateError(
+                f"--size {self.size[0]} {self.size[1]} --duration {self.duration:g}: too small or too long",
+                mend="at least 200 pixels each way, and 1 to 600 s",
+            )
+        if self.scale is not None and not 0.1 <= self.scale <= 2.0:
+            raise PalpateError(f"--scale {self.scale:g}: must be 0.1 to 2", mend="e.g. --scale 0.5")
+        require_viewer()
+        console = console_for(self.json)
+        require_writable(self.json)
+        if self.picture is not None:
+            self.picture.mkdir(parents=True, exist_ok=True)
+        found = []
+        for scene in self.scenes:
+            file = None if self.picture is None else self.picture / f"{Path(scene).stem}.png"
+            found.append(
+                viewer.run(
+                    scene, self.size, self.duration, self.quality, self.scale, file,
+                    on_progress=lambda text: say(console, text),
+                )
+            )  # fmt: skip
+        say(console, viewer.table(found))
+        write_json(self.json, {"rows": found})
+        return 0

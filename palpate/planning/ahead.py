@@ -1,0 +1,75 @@
+"""Proves that what lies ahead on a plan is free in a world that changes while the plan is executed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from palpate.arrays import Array
+from palpate.errors import PlanningError
+from palpate.planning.checker import Checker
+from palpate.planning.problem import Problem
+from palpate.planning.result import Plan
+from palpate.planning.robot import Robot
+from palpate.planning.world import World
+
+_NEAR = 2e-3  # distance of the measured joints from the plan's start, beyond which it does not begin [rad, m]
+
+
+class Ahead:
+    """The part of one plan that is proved free in the newest world.
+
+    Args:
+        robot: the instrument.
+        plan: the plan, free in the world of its version.
+    """
+
+    def __init__(self, robot: Robot, plan: Plan) -> None:
+        self._robot, self._plan = robot, plan
+        self._trajectory = plan.trajectory
+        self._version = plan.world_version
+        self._checker: Checker | None = None
+        self.until = self._trajectory.duration  #: time along the plan up to which it is proved free [s]
+
+    def prove(self, world: World, begin: float, end: float) -> str:
+        """Prove the plan free from one time along it to another [s]; where it is not, why, in words."""
+        if world.version != self._version:
+            self._version, self._checker, self.until = world.version, Checker(self._robot, world), begin
+        if self._checker is None or self.until >= end:
+            return ""
+        clearance = self._plan.clearance_asked
+        for curve in self._trajectory.between(max(begin, self.until), end):
+            found = self._checker.blocked(curve, clearance)
+            if found is not None:
+                return f"{' and '.join(found.pair)} come nearer than {1e3 * clearance:g} mm ahead"
+        self.until = end
+        return ""
+
+
+def require_arm(problem: Problem, plan: Plan) -> None:
+    """Refuse a plan of another arm.
+
+    Raises:
+        PlanningError: the plan moves another arm, or has other joints.
+    """
+    if plan.arm != problem.robot.name or len(plan.joint_names) != problem.robot.arm.n:
+        raise PlanningError(f"the plan moves {plan.arm}, not {problem.robot.name}", mend="plan for this arm")
+
+
+def require_start(plan: Plan, q_now: Array) -> None:
+    """Refuse a plan that begins elsewhere than at the joints q_now (n,) [rad, m].
+
+    Raises:
+        PlanningError: a joint is more than 2 mrad or 2 mm away; the message names it.
+    """
+    start = plan.trajectory.at(np.zeros(1))[0][0]
+    if q_now.shape != start.shape:
+        raise PlanningError(f"the arm has {q_now.size} joints, the plan {start.size}", mend="plan for this arm")
+    away = np.abs(q_now - start)
+    if not away.max() <= _NEAR:  # also true of values that are not finite
+        joint = int(np.argmax(np.where(np.isfinite(away), away, np.inf)))
+        name = plan.joint_names[joint]
+        raise PlanningError(
+            f"the arm is {away[joint]:.3g} rad or m from the start of the plan: {name} is at {q_now[joint]:.4f}, "
+            f"the plan begins at {start[joint]:.4f}",
+            mend="move the arm there, or plan from joints:" + ",".join(f"{q:.4f}" for q in q_now),
+        )

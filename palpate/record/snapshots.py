@@ -1,0 +1,109 @@
+"""What a record holds at a low rate beside its signals: the shape of soft objects, and the joints of the endoscope arm.
+
+A shape is `std_msgs/Int16MultiArray`: the displacement of every vertex from rest in units of `QUANTUM`, rows x y z, in
+the object's frame O. The joints are `sensor_msgs/JointState`. The record's compression makes both small, since most of
+a surface is at rest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+
+from palpate.arrays import Array
+from palpate.record.cdr import Cdr
+
+RATE = 25.0
+"""Rate of the snapshots [Hz]: smooth to the eye."""
+QUANTUM = 2e-5
+"""Unit of a stored displacement [m]: the vertex is at most 0.87 of it away, half a unit along each axis."""
+SHAPE, JOINTS = "std_msgs/msg/Int16MultiArray", "sensor_msgs/msg/JointState"
+CAMERA = "/scene/camera/joints"
+SHAPES = "/scene/shape/"
+_FARTHEST = 32767 * QUANTUM  # largest displacement [m]
+_HEAD = 4  # bytes before the body of a message
+
+
+def topic_of(name: str) -> str:
+    """Topic of a soft object's shape; characters that a ROS name cannot have become underscores."""
+    return SHAPES + "".join(c if c.isascii() and (c.isalnum() or c == "_") else "_" for c in name)
+
+
+@dataclass(frozen=True)
+class Snapshot:
+    """One message."""
+
+    t: float  # of the newest tick [s]
+    topic: str
+    data: bytes
+
+
+def shape_message(moved: Array) -> bytes:
+    """The message of displacements (n, 3) [m]; those beyond 0.65 m are stored as 0.65 m."""
+    units = np.rint(np.clip(np.nan_to_num(moved), -_FARTHEST, _FARTHEST) / QUANTUM).astype("<i2")
+    message = Cdr().number("I", 2).text("vertex").number("I", len(units), units.size)
+    message.text("axis").number("I", 3, 3).number("I", 0, units.size)
+    return bytes(message) + units.tobytes()
+
+
+def shape_of(message: bytes) -> npt.NDArray[np.int16]:
+    """Displacements (n, 3) in units of `QUANTUM` of a message of `shape_message`.
+
+    Raises ValueError for a message of another layout.
+    """
+    count = int(np.frombuffer(message, "<u4", 1, len(shape_message(np.empty((0, 3)))) - 4)[0])
+    return np.frombuffer(message, "<i2", count, len(message) - 2 * count).reshape(-1, 3)
+
+
+def joints_message(t: float, names: tuple[str, ...], q: Array) -> bytes:
+    """The message of joint positions q (n,) at a time [s]."""
+    seconds, rest = divmod(round(1e9 * t), 10**9)
+    message = Cdr().number("i", seconds).number("I", rest).text("").number("I", len(names))
+    for name in names:
+        message.text(name)
+    return bytes(message.number("I", len(q)).number("d", *q.tolist()).number("I", 0).number("I", 0))
+
+
+def joints_of(message: bytes) -> Array:
+    """Joint positions (n,) of a message of `joints_message`."""
+    body, at = memoryview(message)[_HEAD:], 8
+    length = int(np.frombuffer(body, "<u4", 1, at)[0])
+    at = -(-(at + 4 + length) // 4) * 4
+    count = int(np.frombuffer(body, "<u4", 1, at)[0])
+    at += 4
+    for _ in range(count):
+        at = -(-at // 4) * 4
+        at += 4 + int(np.frombuffer(body, "<u4", 1, at)[0])
+    at = -(-at // 4) * 4
+    count = int(np.frombuffer(body, "<u4", 1, at)[0])
+    return np.frombuffer(body, "<f8", count, -(-(at + 4) // 8) * 8).astype(float)
+
+
+@dataclass(frozen=True)
+class Track:
+    """A quantity over time, from its snapshots."""
+
+    t: Array
+    """(k,) ascending [s]."""
+    values: npt.NDArray[np.generic]
+    """(k, ...) in `unit`."""
+    unit: float = 1.0
+
+    def at(self, t: float) -> Array:
+        """The value at a time [s], linear between two snapshots and constant before the first and after the last."""
+        after = int(np.searchsorted(self.t, t))
+        before = max(after - 1, 0)
+        after = min(after, len(self.t) - 1)
+        span = float(self.t[after] - self.t[before])
+        share = 0.0 if span <= 0.0 else min(max((t - float(self.t[before])) / span, 0.0), 1.0)
+        first, second = self.values[before].astype(float), self.values[after].astype(float)
+        return np.asarray(self.unit * ((1.0 - share) * first + share * second))
+
+    @property
+    def rate(self) -> float:
+        """Snapshots per second; zero for a single one."""
+        gaps = [b - a for a, b in pairwise(self.t.tolist())]
+        return 1.0 / float(np.median(gaps)) if gaps else 0.0

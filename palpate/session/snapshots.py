@@ -1,0 +1,58 @@
+"""Takes snapshots of a running session for its record: shapes of soft objects, joints of the endoscope arm."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from palpate import _core
+from palpate.arrays import Array
+from palpate.record.snapshots import CAMERA, RATE, Snapshot, joints_message, shape_message, topic_of
+from palpate.scene.rig import Rig
+
+ECM_JOINTS = ("yaw", "pitch", "insertion", "roll")
+
+
+def soft_objects(rig: Rig) -> dict[int, str]:
+    """Names of the soft objects of a scene by their number."""
+    return {
+        k: section.name
+        for k, (section, felt) in enumerate(zip(rig.scene.objects, rig.snapshot.objects, strict=True))
+        if isinstance(felt.surface, _core.TissueSurface)
+    }
+
+
+class Snapshots:
+    """Collects snapshots at `RATE`, until the record takes them.
+
+    Args:
+        rig: the scene.
+        shape: deformed vertices (n, 3) of a soft object by its number, in O [m].
+        joints: joints (4,) of the endoscope arm [rad, m]; None if this session has no camera.
+    """
+
+    def __init__(self, rig: Rig, shape: Callable[[int], Array], joints: Callable[[], Array | None]) -> None:
+        self._shape, self._joints = shape, joints
+        self._soft = soft_objects(rig)
+        surfaces = [felt.surface for felt in rig.snapshot.objects]
+        self._rest = {k: np.array(s.vertices) for k, s in enumerate(surfaces) if isinstance(s, _core.TissueSurface)}
+        self.needed = bool(self._soft) or rig.ecm is not None  #: False: there is nothing to record
+        self._due = -np.inf
+        self._kept: list[Snapshot] = []
+
+    def take(self, t: float) -> None:
+        """Take a snapshot at the time of the newest tick [s], unless the last one is younger than a period."""
+        if t < self._due and t > self._due - 2.0 / RATE:  # a clock that went back begins anew
+            return
+        self._due = t + 1.0 / RATE - 1e-9
+        for k, name in self._soft.items():
+            self._kept.append(Snapshot(t, topic_of(name), shape_message(self._shape(k) - self._rest[k])))
+        q = self._joints()
+        if q is not None:
+            self._kept.append(Snapshot(t, CAMERA, joints_message(t, ECM_JOINTS, q)))
+
+    def collect(self) -> list[Snapshot]:
+        """The snapshots since the last call."""
+        kept, self._kept = self._kept, []
+        return kept

@@ -1,0 +1,122 @@
+"""``palpate soak tissue``: random pokes, slides and grasps of soft bodies, one after another on each body.
+
+The actions and their evaluation are in C++ (``core/palpate/verify/tissue_soak.hpp``); this module makes the bodies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from time import perf_counter
+
+import numpy as np
+from rich.table import Table
+
+from palpate import _core
+from palpate.tissue import PRESETS, Tissue
+from palpate.tissue.blocks import block
+
+POKES = 10_000
+PER_BODY = 100  # actions on a body before it is made anew
+RADIUS = 5e-3
+BODIES = ("liver", "kidney", "silicone_20kPa", "liver_diseased", "silicone_60kPa")
+_SIZE = np.array([0.06, 0.06, 0.03])
+_CELLS = ((6, 6, 3), (5, 5, 4), (8, 8, 4))
+
+_COUNTS = ("pokes", "slides", "grasps", "hard", "touched", "ticks", "not_finite", "popped", "guarded", "guarded_hard",
+           "hurried", "rests", "inverted_at_rest", "moved_at_rest")  # fmt: skip
+
+
+@dataclass
+class Body:
+    """Counts of the actions on bodies of one material."""
+
+    material: str
+    counts: dict[str, int] = field(default_factory=lambda: dict.fromkeys(_COUNTS, 0))
+    least_volume: float = 1.0  #: smallest det F in an action [-]
+    least_volume_at_rest: float = 1.0  #: the same at rest [-]
+    largest_force_N: float = 0.0  #: of the actions up to 3 N
+
+
+@dataclass
+class TissueSoak:
+    """Counts of a soak run. The keys are the documented contract of ``--json``."""
+
+    seed: int
+    actions: int = 0
+    seconds: float = 0.0
+    bodies: list[Body] = field(default_factory=list)
+
+    def total(self, name: str) -> int:
+        """Sum of a count over all materials."""
+        return sum(body.counts[name] for body in self.bodies)
+
+    @property
+    def failures(self) -> int:
+        """Number of events that must not happen: below 3 N the guard, at any force what is never right."""
+        return sum(map(self.total, ("not_finite", "popped", "guarded", "inverted_at_rest", "moved_at_rest")))
+
+
+def run(
+    actions: int = POKES,
+    seed: int = 1,
+    on_progress: Callable[[TissueSoak], None] | None = None,
+    range_: _core.TissueSoakRange | None = None,
+) -> TissueSoak:
+    """Run random actions, shared out over the materials; the same seed gives the same actions.
+
+    Args:
+        actions: number of pokes, slides and grasps.
+        seed: of the actions.
+        on_progress: called after each body.
+        range_: ranges of the actions; by default up to 3 N and 1 m/s, and 2 % of them up to 20 N.
+
+    Raises:
+        ValueError: ``actions`` is below 1.
+    """
+    if actions < 1:
+        raise ValueError(f"pokes must be at least 1, got {actions}")
+    out, start = TissueSoak(seed, bodies=[Body(name) for name in BODIES]), perf_counter()
+    for k in range(-(-actions // PER_BODY)):
+        into, count = out.bodies[k % len(BODIES)], min(PER_BODY, actions - out.actions)
+        _add(into, _at_one_body(into.material, count, seed + k, _CELLS[k % len(_CELLS)], range_))
+        out.actions += count
+        out.seconds = perf_counter() - start
+        if on_progress:
+            on_progress(out)
+    return out
+
+
+def _at_one_body(
+    material: str, count: int, seed: int, cells: tuple[int, int, int], range_: _core.TissueSoakRange | None
+) -> _core.TissueSoakReport:
+    nodes, tets = block(cells, _SIZE)
+    nodes = nodes - [0.5 * _SIZE[0], 0.5 * _SIZE[1], _SIZE[2]]
+    m, held = PRESETS[material], nodes[:, 2] < -0.999 * _SIZE[2]
+    soft = Tissue((nodes, tets), young=m.young, poisson=m.poisson, density=m.density, yeoh=m.yeoh, prony=m.prony,
+                  fixed=held)  # fmt: skip
+    return _core.soak_tissue(soft.core_for(RADIUS), count, seed, -_SIZE[2], range_ or _core.TissueSoakRange())
+
+
+def _add(into: Body, report: _core.TissueSoakReport) -> None:
+    for name in _COUNTS:
+        into.counts[name] += getattr(report, name)
+    into.least_volume = min(into.least_volume, report.least_volume)
+    into.least_volume_at_rest = min(into.least_volume_at_rest, report.least_volume_at_rest)
+    into.largest_force_N = max(into.largest_force_N, report.largest_force)
+
+
+def table(done: TissueSoak) -> Table:
+    """The counts by material."""
+    shown = Table(title=f"{done.actions:,} actions on soft bodies, seed {done.seed}, {done.seconds:.0f} s")
+    for name in ("material", "touched", "not finite", "popped", "guard to 3 N", "guard beyond", "rests", "inverted",
+                 "moved", "least det F", "at rest"):  # fmt: skip
+        shown.add_column(name, justify="left" if name == "material" else "right")
+    for body in done.bodies:
+        c = body.counts
+        shown.add_row(
+            body.material, *(f"{c[k]:,}" for k in ("touched", "not_finite", "popped", "guarded", "guarded_hard",
+                                                   "rests", "inverted_at_rest", "moved_at_rest")),
+            f"{body.least_volume:.3f}", f"{body.least_volume_at_rest:.4f}",
+        )  # fmt: skip
+    return shown

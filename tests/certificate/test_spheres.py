@@ -1,0 +1,127 @@
+"""Several spheres of the tool on one surface: which ones touch, the coupled loop, and the full simulation."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import palpate
+from palpate.certificate import certify_all
+from palpate.certificate.arms import HeldLeader
+from palpate.certificate.spheres import Spheres, plane_contacts, postures
+from palpate.certificate.touched import touched
+from palpate.scene.rig import build
+from palpate.studies.certificate import arms as certificate_arms
+
+SCENE = """
+objects: [{{name: table, plane: {{size: 0.3}}, stiffness: {K}, damping: {B}}}]
+contact: {{radius: 0.002, spheres: [{spheres}]}}
+operator: {{path: [{{t: 0, xyz: [0, 0, 0.02]}}, {{t: 1, xyz: [0, 0, -0.001]}}]}}
+stability: {{passivity: off}}
+"""
+Z = np.array([0.0, 0.0, 1.0])
+
+
+def in_the_plane_of_the_tip(K=1400, B=0, away=0.004):
+    """A scene with a second sphere beside the tip, at the same height above the table."""
+    rig = build(palpate.Scene.parse(SCENE.format(K=K, B=B, spheres="")))
+    R_WT = (rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, :3]
+    at = (R_WT.T @ [away, 0.0, 0.0]).tolist()
+    return build(palpate.Scene.parse(SCENE.format(K=K, B=B, spheres=f"{{at: {at}, radius: 0.002}}")))
+
+
+@pytest.fixture(scope="module")
+def two():
+    return in_the_plane_of_the_tip()
+
+
+def balls(*centres, radius=0.002):
+    motion = np.broadcast_to(np.hstack([np.eye(3), np.zeros((3, 3))]), (len(centres), 3, 6))
+    return Spheres(np.array(centres, dtype=float), np.full(len(centres), radius), motion)
+
+
+@pytest.mark.parametrize(("depth", "count"), [(0.5e-3, 1), (1.1e-3, 2), (2.9e-3, 2), (3.1e-3, 3), (0.1, 4)])
+def test_a_sphere_touches_where_the_force_of_the_others_is_below_the_cap(depth, count):
+    """Heights 0, 1, 2 and 20 mm. The second touches at 1 mm of K; the third when 2 mm + 1 mm press."""
+    tool = balls((0, 0, 0), (0.01, 0, 0.001), (0.02, 0, 0.002), (0.03, 0, 0.02))
+    assert tool.at_once(Z[None], depth)[0].sum() == count
+
+
+def test_planes_on_two_spheres_touch_both_and_cut_none_of_the_two():
+    tool = Spheres(np.array([[0, 0, 0], [0.01, 0.002, -0.001]]), np.array([0.002, 0.004]), np.zeros((2, 3, 6)))
+    heights = tool.centres @ tool.tangent_normals().T - tool.radii[:, None]
+    np.testing.assert_allclose(heights[0], heights[1], atol=1e-12)
+    assert tool.length == pytest.approx(0.006 + np.linalg.norm(tool.centres[1]))
+
+
+def test_springs_are_the_derivative_of_forces_and_moments():
+    """Reference: forces of two springs on a rigid tool that is moved and turned by little."""
+    rng = np.random.default_rng(3)
+    tool = Spheres(rng.normal(size=(2, 3)), np.ones(2), rng.normal(size=(2, 3, 6)))
+    n = np.array([0.6, 0.0, 0.8])
+    spring, damper = tool.springs(n, np.array([True, True]))
+    for x in np.eye(6):
+        for J, found in ((tool.motion, spring), (rigid(tool), damper)):
+            forces = [(n @ J[i] @ x) * n for i in range(2)]
+            moment = sum(np.cross(tool.centres[i] - tool.centres[0], forces[i]) for i in range(2))
+            np.testing.assert_allclose(found @ x, [*sum(forces), *moment], atol=1e-12)
+
+
+def rigid(tool):
+    return [np.hstack([np.eye(3), -np.cross(np.eye(3), c - tool.centres[0])]) for c in tool.centres]
+
+
+def test_motion_of_the_spheres_is_that_of_the_instrument():
+    """Jaws move with the tip; the shaft swings about the remote centre, by less the nearer it is."""
+    rig = build(palpate.Scene.parse(SCENE.format(K=400, B=0, spheres="").replace("spheres: []", "whole_tool: true")))
+    tool = postures(rig, ())[0][0]
+    np.testing.assert_allclose(tool.motion[:3, :, :3], np.broadcast_to(np.eye(3), (3, 3, 3)), atol=1e-3)
+    shaft = np.flatnonzero(tool.radii == 0.0042)
+    remote = rig.arms.X_WB[:3, 3]
+    along = tool.centres[shaft] - remote
+    across = np.cross(along[0], Z) / np.linalg.norm(np.cross(along[0], Z))
+    swing = np.einsum("j,ijk,k->i", across, tool.motion[shaft, :, :3], across)
+    ratio = np.linalg.norm(along, axis=1) / np.linalg.norm(along[0])
+    np.testing.assert_allclose(swing / swing[0], ratio, rtol=0.02)
+
+
+def test_one_sphere_on_the_tip_has_the_limit_of_the_single_loop(two):
+    """The winding number of the coupled loop against the crossings of the single one."""
+    o = two.options()
+    held, n = HeldLeader(two.arms.leader, two.arms.q_leader0, o, o.hand), np.array([0.6, 0.0, 0.8])
+    push = np.zeros((6, 6))
+    push[:3, :3] = np.outer(n, n)
+    single, coupled = held.loop(n), held.coupled(push, push)
+    assert coupled.B_max == pytest.approx(single.B_max, rel=1e-3)
+    for B in (0.0, 5.0):
+        K, w = coupled.K_max(B)
+        assert (K, w) == pytest.approx(single.K_max(B), rel=0.02)
+        assert pytest.approx(single.K_max(B)[0], rel=1e-3) == K
+    assert coupled.K_max(1.01 * single.B_max)[0] == 0.0
+    assert coupled.delayed(0.01).K_max(0.0)[0] == pytest.approx(single.delayed(0.01).K_max(0.0)[0], rel=1e-3)
+
+
+def test_two_spheres_oscillate_where_one_is_certified(two):
+    """In the full simulation, with 1400 N/m: one sphere comes to rest, two oscillate, and at 95 % of the limit rest."""
+    alone, both = certify_all(two.scene, rig=two)
+    assert (alone.verdict, both.verdict) == ("stable", "unstable")
+    assert both.k_max == pytest.approx(0.5 * alone.k_max, rel=0.05)
+    assert both.k_max == pytest.approx(1150.0, rel=0.01), "docs/certificate.md"
+    assert "2 of its spheres" in both.worst
+    one = build(palpate.Scene.parse(SCENE.format(K=1400, B=0, spheres="")))
+    assert not certificate_arms.swings(one, Z, 1400.0, 0.0)
+    assert certificate_arms.swings(two, Z, 1400.0, 0.0)
+    assert not certificate_arms.swings(two, Z, 0.95 * both.k_max, 0.0)
+
+
+def test_rows_of_a_tool_of_several_spheres(two):
+    assert [one.name for one in touched(two)] == ["table", "table, whole tool"]
+    assert [one.several for one in touched(two)] == [False, True]
+
+
+@pytest.mark.parametrize(("depth", "count"), [(5.9e-3, 6), (6.1e-3, 12)])
+def test_more_spheres_touch_a_softer_surface(depth, count):
+    """Six spheres at 0 and six at 1 mm: these touch when the first six press by 6 mm in all."""
+    tool = (balls(*itertools.product((0, 0.004, 0.008), (0, 0.005), (0, 0.001))),)
+    assert [one.count for one in plane_contacts([tool], depth, Z)] == [count]
+    assert max(one.count for one in plane_contacts([tool], depth, None)) >= count

@@ -1,0 +1,32 @@
+"""Warnings of `palpate check` on soft tissue whose motion suffers from its mesh or its modulus."""
+
+from __future__ import annotations
+
+import warnings
+
+import pytest
+
+from palpate import Tissue
+from palpate.cli.check.tissue import inspect_tissue, warn_of_tissue
+from palpate.errors import PalpateWarning
+from palpate.tissue.blocks import block
+
+
+def words_of(soft):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        warn_of_tissue(inspect_tissue(soft), "object 'liver'")
+    return [str(one.message) for one in caught if issubclass(one.category, PalpateWarning)]
+
+
+@pytest.mark.parametrize(("young", "count"), [(5e3, 0), (2e6, 1)])
+def test_much_added_mass_is_told(young, count):
+    found = words_of(Tissue(block((3, 3, 2), (0.06, 0.06, 0.04)), young=young, poisson=0.49))
+    assert len(found) == count
+    assert all("of mass is added to make the time step stable" in one for one in found)
+
+
+def test_flat_tetrahedra_are_told():
+    nodes, tets = block((3, 3, 2), (0.06, 0.06, 0.001))
+    found = words_of(Tissue((nodes, tets), young=500.0))
+    assert any("tetrahedra are poor (quality below 0.1)" in one for one in found)

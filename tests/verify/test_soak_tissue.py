@@ -1,0 +1,47 @@
+"""A short soak test of soft bodies, and faults that its checks must find."""
+
+import json
+
+import json_contract
+import pytest
+
+from palpate import _core
+from palpate.cli import main
+from palpate.verify.soak import tissue as soak
+
+
+@pytest.fixture(scope="module")
+def done():
+    return soak.run(100, seed=3)
+
+
+def test_nothing_fails_up_to_three_newtons(done):
+    assert done.actions == 100
+    assert done.total("touched") > 80
+    assert done.failures == 0, done
+    assert max(body.largest_force_N for body in done.bodies) > 1.0, "it presses hard"
+
+
+def test_same_seed_gives_the_same_actions():
+    one, other = (soak.run(10, seed=5).bodies for _ in range(2))
+    assert one == other
+
+
+def test_a_tool_that_goes_through_is_found():
+    """Far beyond the thickness of the body, without a limit of the force."""
+    through = _core.TissueSoakRange()
+    through.depth, through.force_min, through.force_max = 0.3, 1e6, 2e6
+    assert soak.run(30, seed=1, range_=through).failures > 0
+
+
+def test_command_writes_its_contract(tmp_path, capsys):
+    file = tmp_path / "soak.json"
+    assert main(["soak", "tissue", "--pokes", "5", "--json", str(file)]) == 0
+    written = json.loads(file.read_text())
+    assert set(written) == json_contract.keys("soak tissue")
+    assert "actions on soft bodies" in capsys.readouterr().out
+
+
+def test_invalid_number_is_reported():
+    with pytest.raises(ValueError, match="pokes must be at least 1, got 0"):
+        soak.run(0)
