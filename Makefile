@@ -19,7 +19,7 @@ test: setup
 	@$(RUN) palpate bench build --last
 	@$(RUN) python tools/tests.py
 
-# More cases of tests that have a short version.
+# More cases of tests that have a short version, more examples of property tests.
 test-long: setup
 	@$(RUN) python tools/tests.py --long
 

@@ -4,7 +4,8 @@
 
 A browser or a process may miss its deadline on a busy machine: a test that fails is repeated without others beside
 it, and must pass then. The end tells the wall time and the processor time, and each part lists its slowest tests, so
-that growth is seen. --long runs the tests of the marker `long`, which add cases to short versions.
+that growth is seen. --long runs the tests of the marker `long`, which add cases to short versions, and the property
+tests with all their examples.
 """
 
 from __future__ import annotations
@@ -18,14 +19,17 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-FAILED = 1  # exit code of pytest after failed tests
+FAILED, NOTHING = 1, 5  # exit codes of pytest after failed tests, and where no test was selected
 WORKERS = max(2, os.cpu_count() or 1)
 #: Each part has its own list of failures. Processes of ROS 2 run at 1 kHz: two tests beside each other, no more.
 PARTS = {
     "ROS 2": ["-o", "cache_dir=.pytest_cache/ros", "tests/ros"],
     "others": ["-o", "cache_dir=.pytest_cache/others", "--ignore", "tests/ros", "tests"],
 }
-PARALLEL = {"ROS 2": ["-n", "2", "--dist", "loadfile"], "others": ["-n", str(WORKERS), "--dist", "loadfile"]}
+PARALLEL = {
+    "ROS 2": ["-n", "2", "--dist", "loadfile"],
+    "others": ["-n", str(WORKERS), "--dist", "loadfile", "--no-loadscope-reorder"],
+}
 
 
 def command(part: str, *more: str) -> list[str]:
@@ -54,8 +58,11 @@ def beside(options: list[str]) -> dict[str, int]:
 
 def main(arguments: list[str]) -> int:
     """Run the tests; 0 if all passed, at the latest when they were repeated."""
-    began, long = time.monotonic(), "--long" in arguments
-    options = [*(["-m", "long"] if long else []), *(a for a in arguments if a != "--long")]
+    began = time.monotonic()
+    options = [a for a in arguments if a != "--long"]
+    if "--long" in arguments:
+        os.environ["PALPATE_LONG"] = "1"  # tests/effort.py
+        options += ["-m", "long or hypothesis"]
     codes = beside(options)
     for part, code in codes.items():
         if code == FAILED:
@@ -63,8 +70,7 @@ def main(arguments: list[str]) -> int:
             codes[part] = subprocess.run(command(part, *options, "--last-failed"), cwd=ROOT, check=False).returncode
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     print(f"tests: {time.monotonic() - began:.0f} s, {used.ru_utime + used.ru_stime:.0f} CPU-s, {os.cpu_count()} cores")
-    nothing = 5  # exit code of pytest where no test was selected: no test on ROS 2 is long
-    return max(0 if code == nothing and long else code for code in codes.values())
+    return max((code for code in codes.values() if code != NOTHING), default=NOTHING)
 
 
 if __name__ == "__main__":

@@ -3,6 +3,7 @@
 import dh
 import numpy as np
 import pytest
+from effort import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -79,7 +80,7 @@ def test_wrist_axes_meet_at_the_handle():
     assert np.abs(mtm.jacobian(q)[:3, 3:]).max() < 1e-15
 
 
-@settings(max_examples=150, deadline=None, derandomize=True)
+@settings(max_examples=examples(150), deadline=None, derandomize=True)
 @given(
     which=st.sampled_from(["mtm_right", "mtm_left", "psm_lnd"]), where=st.lists(st.floats(0, 1), min_size=7, max_size=7)
 )

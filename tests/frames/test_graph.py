@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from effort import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
@@ -26,7 +27,7 @@ def random_covariance(rng: np.random.Generator, sigma_m: float, sigma_rad: float
     return A @ A.T
 
 
-@settings(max_examples=40)
+@settings(max_examples=examples(40))
 @given(parents=st.lists(st.integers(0, 10**6), min_size=1, max_size=12), seed=st.integers(0, 2**32 - 1))
 def test_every_pose_is_the_product_of_the_matrices_on_its_path(parents, seed):
     """Oracle: the poses of all frames in the root by numpy products, inverted by np.linalg.inv."""

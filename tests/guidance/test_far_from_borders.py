@@ -7,6 +7,7 @@ must not exceed the true distance, and must leave the tool's goal as it is.
 import numpy as np
 import pytest
 from brute_force import distance_by_segments_and_planes
+from effort import examples
 from geometry_queries import assert_sound, poses
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -28,7 +29,7 @@ def shell(rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
     return np.concatenate([v, inner]) * scale, np.concatenate([t, t[:, ::-1] + len(v)]).astype(np.int32)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), kind=st.sampled_from(["shell", "torus", "tube", "organ"]))
 def test_bound_has_the_right_sign_and_never_exceeds_the_distance(seed, kind):
     rng = np.random.default_rng(seed)

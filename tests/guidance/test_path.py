@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from effort import examples
 from geometry_queries import assert_sound, slope
 from geometry_queries import query_points as query
 from hypothesis import given, settings
@@ -26,7 +27,7 @@ def dense(points, closed=False, n=200_001):
     return curve(np.linspace(0, knots[-1], n))
 
 
-@settings(max_examples=25)
+@settings(max_examples=examples(25))
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(3, 30))
 def test_nearest_point_is_the_global_minimum(seed, n):
     """Reference: 200 001 samples. The distance is at most theirs, and smaller by at most half their spacing."""
@@ -43,7 +44,7 @@ def test_nearest_point_is_the_global_minimum(seed, n):
     assert cKDTree(samples).query(q["point"])[0].max() <= gap
 
 
-@settings(max_examples=15)
+@settings(max_examples=examples(15))
 @given(seed=st.integers(0, 2**32 - 1))
 def test_distance_has_a_unit_gradient_along_the_normal(seed):
     points = wander(seed)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from crtk_rig import BIT, DT, WALL0, Device
+from effort import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from loop_rig import HEIGHT, Q_FOLLOWER, Q_LEADER, floor, options
@@ -334,7 +335,7 @@ acts = st.one_of(
 )
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 @given(st.lists(acts, max_size=25))
 def test_force_is_finite_capped_and_continuous_for_any_messages(events):
     d, wall = Device(scene=floor()), 0.0

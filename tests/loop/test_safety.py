@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from effort import examples
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from loop_rig import Q_FOLLOWER, Q_LEADER, floor, options
@@ -185,7 +186,7 @@ tick = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=examples(40), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @example([{"q": np.full(7, 1e308)}, {"v": np.full(7, 1e308)}, {"q_follower": np.full(6, -1e308)}])
 @given(st.lists(tick, min_size=1, max_size=25))
 def test_force_is_safe_for_any_arm_states(ticks):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from effort import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -121,7 +122,7 @@ def test_the_tool_waits_while_the_follower_does_not_reach_its_goal(law):
     np.testing.assert_allclose(hand.tool - before, SCALE * (p - [0.09, 0, 0]), atol=1e-12)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(40), deadline=None)
 @given(st.sampled_from(["rate", "drift"]), st.integers(0, 2**32 - 1))
 def test_the_tool_never_jumps_and_its_own_speed_is_bounded(law, seed):
     """Whatever hand, pedals, forces and irregular times: the goal moves as the hand plus the bound of the law."""

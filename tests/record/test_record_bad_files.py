@@ -11,6 +11,7 @@ import time
 import numpy as np
 import pytest
 import synthetic_run
+from effort import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.writer import Writer
@@ -64,7 +65,7 @@ def test_record_without_ticks_is_reported(tmp_path):
     assert "the record has no ticks" in error_of(tmp_path / "r.mcap")
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=examples(150), deadline=None)
 @given(data=st.data())
 def test_truncated_record_gives_its_complete_chunks_or_an_error(tmp_path_factory, complete_record, data):
     content, ticks = complete_record
@@ -81,7 +82,7 @@ def test_truncated_record_gives_its_complete_chunks_or_an_error(tmp_path_factory
     np.testing.assert_array_equal(record.ticks["F_T_W"], ticks["F_T_W"][: len(record.ticks)])
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 @given(data=st.data())
 def test_flipped_bytes_never_cause_a_traceback(tmp_path_factory, complete_record, data):
     content = bytearray(complete_record[0])

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from brute_force import distance_by_segments_and_planes
+from effort import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -29,7 +30,7 @@ def degenerate_mesh(rng, n: int) -> tuple[np.ndarray, np.ndarray]:
     return v, np.concatenate([t, extra, extra[:, [0, 2, 1]]]).astype(np.int32)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), n=st.integers(1, 200), exponent=st.integers(-6, 6))
 def test_closest_point_agrees_with_brute_force_on_damaged_meshes(seed, n, exponent):
     rng = np.random.default_rng(seed)
@@ -51,7 +52,7 @@ def test_closest_point_agrees_with_brute_force_on_damaged_meshes(seed, n, expone
         np.testing.assert_allclose(*kernels, rtol=1e-9, atol=1e-12 * size)
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), name=st.sampled_from(sorted(SHAPES)))
 def test_queries_move_with_the_mesh(seed, name):
     rng = np.random.default_rng(seed)

@@ -4,6 +4,7 @@
 import contextlib
 
 import pytest
+from effort import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -167,7 +168,7 @@ _words = st.sampled_from(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 @given(st.lists(_words, max_size=40).map("".join) | st.text(max_size=60))
 def test_any_text_gives_a_scene_or_a_scene_error(text):
     with contextlib.suppress(SceneError):
@@ -181,7 +182,7 @@ _values = st.recursive(
 )
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=examples(300), deadline=None)
 @given(st.sampled_from(sorted(Scene.model_fields)), _values)
 def test_any_value_of_a_section_gives_a_scene_or_a_scene_error(section, value):
     import yaml

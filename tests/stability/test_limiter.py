@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+from effort import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -43,7 +44,7 @@ tick = st.fixed_dictionaries(
 )
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=examples(400), deadline=None)
 @given(ticks=st.lists(tick, max_size=40), dt=st.sampled_from([2.5e-4, 1e-3, 4e-3, 1e-2]))
 def test_output_is_safe_for_any_input(ticks, dt):
     m, last = limiter(dt), np.zeros(3)
@@ -55,7 +56,7 @@ def test_output_is_safe_for_any_input(ticks, dt):
         last = F
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(200), deadline=None)
 @given(forces=st.lists(st.tuples(*[st.floats(-1e3, 1e3)] * 3).map(np.array), min_size=1, max_size=60))
 def test_trusted_forces_are_safe_too(forces):
     """The same with valid states only, so that the limits act."""

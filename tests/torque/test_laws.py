@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from effort import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from laws_rig import bench
@@ -113,7 +114,7 @@ def test_admittance_without_a_load_cell_equals_stiffness_and_is_reported():
     assert all(np.array_equal(commands[0], other) for other in commands[1:])
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=examples(50), deadline=None)
 @given(st.sampled_from(LAWS), st.lists(st.floats(allow_nan=True, allow_infinity=True), min_size=3, max_size=3))
 def test_torques_are_finite_and_bounded_for_any_load_cell_values(law, cell):
     arm = palpate.Arm.model("mtm_right")
@@ -139,7 +140,7 @@ def test_terms_of_a_law_fade_when_the_leader_is_silent():
     assert (np.diff(added) <= 0).all()
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(st.lists(st.floats(-3, 3), min_size=7, max_size=7), st.floats(0, 1))
 def test_friction_compensation_is_weaker_than_friction(v, gain):
     """Its power is below that of the friction at each joint, and zero in the dead band, so it is passive."""

@@ -159,7 +159,8 @@ def table(result: Figures) -> Table:
     same = "the same numbers" if result["identical"] else "DIFFERENT NUMBERS"
     out.caption_justify = "left"
     out.caption = (
-        f"{result['sessions']} sessions measured; {100 * result['share']:.0f} % of the time with {result['workers']} threads; {same};\n"
+        f"{result['sessions']} of the runs measured as sessions;\n"
+        f"{100 * result['share']:.0f} % of the time with {result['workers']} threads; {same};\n"
         f"{result['memory_per_run_bytes'] / 2**20:.2f} MB a run in flight; load of the machine {result['load']:.1f}"
     )
     return out
