@@ -744,11 +744,11 @@ class TissueSurface(Surface):
     The surface of a soft body, for contact. Each loop and each rendering uses a copy at rest.
     """
 
-    def __init__(self, body: TissueBody, width: float = 0.0) -> None:
+    def __init__(self, body: TissueBody, width: float = 0.0, like: TissueSurface | None = None) -> None:
         """
         body: gives the mesh, the material and the step; its state is not used. width: standard deviation of the spread
-        contact force [m], 0: .7 of the mean edge; at least .45 of the largest sphere's radius. Raises ValueError if the
-        body has no surface.
+        contact force [m], 0: .7 of the mean edge; at least .45 of the largest sphere's radius. like: another surface of
+        the same body, which fixtures know. Raises ValueError if the body has no surface.
         """
 
     @property
@@ -766,6 +766,17 @@ class TissueSurface(Surface):
     @property
     def width(self) -> float:
         """Standard deviation of the spread contact force [m]."""
+
+class SharedTissue(Surface):
+    """The surface of a soft body that loops share."""
+
+    def displacements(self) -> NDArray[numpy.float64]:
+        """Displacements of the nodes of the body (n, 3) [m]."""
+
+def share_bodies(snapshot: Snapshot) -> Snapshot:
+    """
+    The snapshot with soft bodies that all its loops share: one body each, which the tools of all loops press.
+    """
 
 class ToolSphere:
     """A sphere of the tool, in addition to the SPR on its tip."""
@@ -1029,6 +1040,171 @@ def soak(mesh: Mesh, method: str, passes: int, seed: int, range: SoakRange) -> S
     """
     Simulates random pokes at a mesh at 1 kHz and tests the proxy against each triangle. It releases the interpreter
     lock.
+    """
+
+class TissueSoakRange:
+    """Ranges from which each action draws its values."""
+
+    def __init__(self) -> None: ...
+
+    @property
+    def radius(self) -> float:
+        """Radius of both spheres [m]."""
+
+    @radius.setter
+    def radius(self, arg: float, /) -> None: ...
+
+    @property
+    def speed_min(self) -> float:
+        """Smallest speed [m/s]."""
+
+    @speed_min.setter
+    def speed_min(self, arg: float, /) -> None: ...
+
+    @property
+    def speed_max(self) -> float:
+        """Largest speed, that of slides [m/s]."""
+
+    @speed_max.setter
+    def speed_max(self, arg: float, /) -> None: ...
+
+    @property
+    def depth(self) -> float:
+        """Longest way below the surface [m]."""
+
+    @depth.setter
+    def depth(self, arg: float, /) -> None: ...
+
+    @property
+    def force_min(self) -> float:
+        """Smallest force at which the tool turns back [N]."""
+
+    @force_min.setter
+    def force_min(self, arg: float, /) -> None: ...
+
+    @property
+    def force_max(self) -> float:
+        """Largest force at which it turns back [N]."""
+
+    @force_max.setter
+    def force_max(self, arg: float, /) -> None: ...
+
+    @property
+    def hard_share(self) -> float:
+        """Share of the actions beyond force_max [-]."""
+
+    @hard_share.setter
+    def hard_share(self, arg: float, /) -> None: ...
+
+    @property
+    def hard_force(self) -> float:
+        """Force at which those turn back [N]."""
+
+    @hard_force.setter
+    def hard_force(self, arg: float, /) -> None: ...
+
+    @property
+    def friction(self) -> float:
+        """Largest coefficient of friction [-]."""
+
+    @friction.setter
+    def friction(self, arg: float, /) -> None: ...
+
+    @property
+    def rest_every(self) -> int:
+        """Actions between two checks at rest."""
+
+    @rest_every.setter
+    def rest_every(self, arg: int, /) -> None: ...
+
+    @property
+    def rest(self) -> float:
+        """Time without contact before a check [s]."""
+
+    @rest.setter
+    def rest(self, arg: float, /) -> None: ...
+
+class TissueSoakReport:
+    """Outcome of many actions at one soft body."""
+
+    @property
+    def pokes(self) -> int:
+        """Number of pokes."""
+
+    @property
+    def slides(self) -> int:
+        """Number of slides."""
+
+    @property
+    def grasps(self) -> int:
+        """Number of grasps."""
+
+    @property
+    def hard(self) -> int:
+        """Number of actions beyond force_max."""
+
+    @property
+    def touched(self) -> int:
+        """Number of actions with a contact."""
+
+    @property
+    def ticks(self) -> int:
+        """Number of ticks."""
+
+    @property
+    def not_finite(self) -> int:
+        """Actions with a force that is not finite."""
+
+    @property
+    def popped(self) -> int:
+        """Actions in which a sphere lost its contact below the surface."""
+
+    @property
+    def guarded(self) -> int:
+        """Actions up to force_max in which the guard stopped a divergence."""
+
+    @property
+    def guarded_hard(self) -> int:
+        """The same, of the hard actions."""
+
+    @property
+    def hurried(self) -> int:
+        """Actions in which the body took more steps."""
+
+    @property
+    def rests(self) -> int:
+        """Checks at rest."""
+
+    @property
+    def inverted_at_rest(self) -> int:
+        """Checks with an inverted tetrahedron."""
+
+    @property
+    def moved_at_rest(self) -> int:
+        """Checks with a displaced node."""
+
+    @property
+    def least_volume(self) -> float:
+        """Smallest det F in an action [-]."""
+
+    @property
+    def least_volume_at_rest(self) -> float:
+        """Smallest det F at rest [-]."""
+
+    @property
+    def largest_force(self) -> float:
+        """Largest force of the actions up to force_max [N]."""
+
+def soak_tissue(
+    surface: TissueSurface,
+    actions: int,
+    seed: int,
+    held_below: float,
+    range: TissueSoakRange,
+) -> TissueSoakReport:
+    """
+    Pokes, slides and grasps a copy at rest of a soft surface at random, at 1 kHz, above the height held_below [m]. It
+    releases the interpreter lock.
     """
 
 class Geometry:

@@ -19,13 +19,13 @@ objects:
     unit: m
     tissue: {volume: cube.vtk, preset: silicone_5kPa, fixed: [{at: [0, 0, -0.02], box: [0.2, 0.2, 0.002]}]}
 contact: {radius: 0.006%(contact)s}
-operator: {path: [{t: 0, xyz: [0, 0, 0.03]}, {t: 0.5, xyz: [0, 0, %(z)s]}, {t: 3, xyz: [0, 0, %(z)s]}]}
+operator: {path: [{t: 0, xyz: [0, 0, 0.03]}, {t: 0.3, xyz: [0, 0, %(z)s]}, {t: 3, xyz: [0, 0, %(z)s]}]}
 guidance: [%(guidance)s]
 """
-FIXTURE = "{geometry: {object: cube}, frame: cube, role: {%s}, law: {stiffness: %s, damping: 0}%s}"
+FIXTURE = "{geometry: {object: {name: cube}}, frame: cube, role: {%s}, law: {stiffness: %s, damping: 0}%s}"
 
 
-def held(folder, guidance="", z=0.018, contact="", ticks=900):
+def held(folder, guidance="", z=0.0215, contact="", ticks=600):
     """Last tick of a press that is held, and the deformed surface."""
     scene = soft_cube(folder, SCENE % {"guidance": guidance, "z": z, "contact": contact})
     session = palpate.Session(scene)
@@ -43,36 +43,34 @@ def distance(surface, rows):
     ("role", "gap"),
     [
         ("name: forbid, margin: 0.012", lambda d: d - 0.012),
-        ("name: keep-in, margin: 0.001", lambda d: -d - 0.001),
         ("name: guide, margin: 0.001", lambda d: 0.001 - abs(d)),
-        ("name: limit, margin: 0.012", lambda d: 0.012 - d),
     ],
-    ids=["forbid", "keep-in", "guide", "limit"],
+    ids=["forbid", "guide"],
 )
 def test_gap_of_a_fixture_is_that_to_the_deformed_surface(tmp_path, role, gap):
     rows, deformed, at_rest = held(tmp_path, FIXTURE % (role, 1e-3, ""))
     near = distance(deformed, rows)
     assert rows["guidance_gap"][-1] == pytest.approx(gap(near), abs=2e-5)
-    assert abs(near - distance(at_rest, rows)) > 1e-3, "control: the surface is dented"
+    assert abs(near - distance(at_rest, rows)) > 3e-4, "control: the surface is dented"
 
 
 def test_hard_fixture_keeps_its_margin_from_the_dent(tmp_path):
-    margin = 0.0045
+    margin = 0.0005
     fixture = FIXTURE % (f"name: forbid, margin: {margin}", 100, ", hard: true")
     rows, deformed, _ = held(tmp_path, fixture, z=0.010)
     assert distance(deformed, rows) == pytest.approx(margin, abs=1e-4)
     goal = rows["p_WT_goal"][-1]
-    assert goal[2] < 0.02 + margin - 1e-3, "the tool went on with the surface, beyond the margin at rest"
+    assert goal[2] < 0.02 + margin - 5e-4, "the tool went on with the surface, beyond the margin at rest"
     free, _, _ = held(tmp_path, z=0.010)
     assert free["p_WT_goal"][-1][2] < goal[2] - 1e-3, "control: without the fixture it goes deeper"
 
 
-@pytest.mark.parametrize("method", ["proxy", "penalty"])
-def test_method_that_needs_no_index_presses_the_deformed_surface(tmp_path, method):
-    rows, _, _ = held(tmp_path, contact=f", method: {method}")
-    assert rows["F_T_W"][-1][2] == pytest.approx(float(np.linalg.norm(rows["F_T_W"][-1])), rel=0.02)
-    assert 0.05 < rows["F_T_W"][-1][2] < 0.3
-    assert np.ptp(rows["F_T_W"][-50:, 2]) < 0.01
+def test_methods_that_need_no_index_feel_the_same_dent(tmp_path):
+    """Second algorithm: below a flat side both methods have the same depth."""
+    proxy, penalty = (held(tmp_path, contact=f", method: {name}")[0]["F_T_W"] for name in ("proxy", "penalty"))
+    assert proxy[-1, 2] > 0.1
+    np.testing.assert_allclose(proxy[-1], penalty[-1], atol=0.01 * proxy[-1, 2])
+    assert max(np.ptp(force[-50:, 2]) for force in (proxy, penalty)) < 0.01
 
 
 @pytest.mark.parametrize("method", ["paper-plane", "paper-alg1", "face-normal", "approach-velocity"])

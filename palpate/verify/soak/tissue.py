@@ -17,7 +17,7 @@ from palpate.tissue import PRESETS, Tissue
 from palpate.tissue.blocks import block
 
 POKES = 10_000
-PER_BODY = 100  # actions on a body before it is made anew
+PER_BODY = 25  # actions on a body before it is made anew
 RADIUS = 5e-3
 BODIES = ("liver", "kidney", "silicone_20kPa", "liver_diseased", "silicone_60kPa")
 _SIZE = np.array([0.06, 0.06, 0.03])
