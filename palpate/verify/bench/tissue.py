@@ -13,6 +13,7 @@ from palpate.arrays import Array
 from palpate.contact import render
 from palpate.tissue import Tissue, indentation
 from palpate.tissue.blocks import block
+from palpate.verify.bench import tissue_thread
 
 YOUNG, POISSON = 5000.0, 0.45
 TICK = 1e-3  # [s]
@@ -62,6 +63,8 @@ class Figures(TypedDict):
     layer_error: float  #: largest error of the force on a layer, relative [-]
     ripple: float  #: largest ripple [-]
     cases: list[Case]
+    threads: list[tissue_thread.Apart]  #: bodies on a thread beside the same in the cycle
+    real_time: list[tissue_thread.RealTime]  #: missed ticks
     mujoco: MuJoCo | None  #: null where MuJoCo is not installed
 
 
@@ -116,7 +119,9 @@ def tick_times(cells: tuple[int, int, int], ticks: int = 1500) -> tuple[int, Tim
     """Number of tetrahedra of a block, and times of a tick with a sphere that presses and slides."""
     size = np.array(cells) * 0.01
     nodes, tets = block(cells, size)
-    soft = Tissue((nodes, tets), young=YOUNG, poisson=POISSON, prony=PRONY, yeoh=0.5, fixed=nodes[:, 2] == 0.0)
+    soft = Tissue(
+        (nodes, tets), young=YOUNG, poisson=POISSON, prony=PRONY, yeoh=0.5, fixed=nodes[:, 2] == 0.0, thread="cycle"
+    )
     tips = pressed(5e-3, 5e-3, (0.5 * size[0], 0.5 * size[1]), 0.3, ticks * TICK - 0.3)
     tips[:, 2] += size[2]
     tips[:, 0] += 0.02 * np.sin(np.arange(len(tips)) * TICK * 2.0 * np.pi)
@@ -164,6 +169,8 @@ def run(sizes: Sequence[str] = tuple(SIZES)) -> Figures:
         "layer_error": max(abs(c["force"] / c["expected"] - 1.0) for c in cases),
         "ripple": max(c["ripple"] for c in cases),
         "cases": cases,
+        "threads": [tissue_thread.apart(young) for young in tissue_thread.YOUNG],
+        "real_time": [tissue_thread.real_time(SIZES[n], t) for n, t in (("7k", "cycle"), ("18k", "own"))],
         "mujoco": mujoco_figures(),
     }
 
@@ -180,6 +187,7 @@ def table(figures: Figures) -> Table:
         error = case["force"] / case["expected"] - 1.0
         name = "R {:g}, layer {:g}, depth {:g} mm: error, ripple".format(*lengths)
         out.add_row(name, f"{100 * error:+.1f} %, {100 * case['ripple']:.2f} %")
+    tissue_thread.add_rows(out, figures["threads"], figures["real_time"])
     if (other := figures["mujoco"]) is not None:
         times = other["tick_ms"]
         out.add_row(f"MuJoCo, {other['tets']:,} tetrahedra, p50 / p99", f"{times['p50']:.1f} / {times['p99']:.1f} ms")
