@@ -92,14 +92,14 @@ void set_state(Body& body, const Points& positions, const Points& velocities) {
   body.set_state(u, {velocities.data(), velocities.size()});
 }
 
-void bind_body(nb::module_& m) {
-  nb::class_<Body>(
+nb::class_<Body> bind_body(nb::module_& m) {
+  nb::class_<Body> body(
       m, "TissueBody",
       "A soft body of linear tetrahedra, stepped explicitly; all in the object's frame O. Energy per volume: "
       "mu/2 (w + c max(w, 0)^2) + k/2 (J - 1)^2 with w = I1 - 3 - 2 (J - 1), I1 = tr F^T F, J = det F and "
       "k = bulk + mu/3: a stable Neo-Hookean solid (after Smith, de Goes and Kim 2018) with the stiffening of Yeoh "
-      "(1993). Prony terms are quasi-linear on the second Piola-Kirchhoff stress of the terms with mu.")
-      .def("__init__", &make_body, nb::kw_only(), nb::arg("nodes"), nb::arg("tets"), nb::arg("surface"), nb::arg("mu"),
+      "(1993). Prony terms are quasi-linear on the second Piola-Kirchhoff stress of the terms with mu.");
+  body.def("__init__", &make_body, nb::kw_only(), nb::arg("nodes"), nb::arg("tets"), nb::arg("surface"), nb::arg("mu"),
            nb::arg("bulk"), nb::arg("density"), nb::arg("yeoh"), nb::arg("prony"), nb::arg("fixed"), nb::arg("spring"),
            nb::arg("step") = 0.0, nb::arg("tick") = 1e-3, nb::arg("damping") = BodyData{}.damping,
            nb::arg("mass_limit") = BodyData{}.mass_limit, nb::arg("portable") = false,
@@ -107,8 +107,12 @@ void bind_body(nb::module_& m) {
            "[Pa]: shear modulus after full relaxation and bulk modulus; density (m,) [kg/m^3]; yeoh (m,): c [-]; "
            "prony: pairs (g [-], tau [s]), instantaneous modulus mu (1 + sum g); fixed (n,) bool; spring (n,) [N/m] to "
            "the rest positions; step [s], 0: chosen so that the added mass stays below mass_limit [-]; tick: period of "
-           "the loop [s]; damping: force per mass and velocity [1/s]. Raises ValueError naming the invalid value.")
-      .def(
+           "the loop [s]; damping: force per mass and velocity [1/s]. Raises ValueError naming the invalid value.");
+  return body;
+}
+
+void bind_motion(nb::class_<Body>& body) {
+  body.def(
           "step",
           [](Body& body, int n) {
             const nb::gil_scoped_release release;
@@ -118,8 +122,11 @@ void bind_body(nb::module_& m) {
       .def("reset", &Body::reset, "Returns to rest.")
       .def("set_loads", &set_loads, nb::arg("forces"), "Sets the forces on the nodes (n, 3) [N].")
       .def("set_state", &set_state, nb::arg("positions"), nb::arg("velocities"),
-           "Sets positions (n, 3) [m] and velocities (n, 3) [m/s].")
-      .def("positions", &positions, "Positions of the nodes (n, 3) [m].")
+           "Sets positions (n, 3) [m] and velocities (n, 3) [m/s].");
+}
+
+void bind_readings(nb::class_<Body>& body) {
+  body.def("positions", &positions, "Positions of the nodes (n, 3) [m].")
       .def(
           "velocities", [](const Body& body) { return rows_of({body.velocities().begin(), body.velocities().end()}); },
           "Velocities of the nodes (n, 3) [m/s].")
@@ -156,43 +163,57 @@ void bind_body(nb::module_& m) {
           "has_avx2", [](nb::handle) { return tissue::has_avx2(); }, "True if the AVX2 kernels are used.");
 }
 
-}  // namespace
+using tissue::SoftSurface;
 
-void bind_tissue(nb::module_& m) {
-  bind_body(m);
-  using tissue::SoftSurface;
-  nb::class_<SoftSurface, scene::Surface>(
-      m, "TissueSurface", "The surface of a soft body, for contact. Each loop and each rendering uses a copy at rest.")
+scene::SurfaceLoad load_at(const Vec3& p_OC, const Vec3& normal, double depth, double radius, const Vec3& force) {
+  return {{p_OC, normal, depth, radius, 0}, force};
+}
+
+/// The copy of a loop, for tests: a contact of one sphere presses it.
+void bind_own(nb::class_<SoftSurface, scene::Surface>& surface) {
+  surface
       .def(
-          "__init__",
-          [](SoftSurface* self, const Body& body, double width, const SoftSurface* like) {
-            const nb::gil_scoped_release release;
-            new (self) SoftSurface(body.data(), width, like == nullptr ? 0 : like->id());
+          "own", [](const SoftSurface& self) { return std::static_pointer_cast<SoftSurface>(self.at_rest()); },
+          "A copy at rest, as each loop makes one.")
+      .def(
+          "advance",
+          [](SoftSurface& self, const Vec3& p, const Vec3& normal, double depth, double radius, const Vec3& force,
+             double dt) {
+            const scene::SurfaceLoad load = load_at(p, normal, depth, radius, force);
+            self.advance({&load, depth > 0.0 ? 1u : 0u}, dt);
           },
-          nb::arg("body"), nb::arg("width") = 0.0, nb::arg("like").none() = nb::none(),
-          "body: gives the mesh, the material and the step; its state is not used. width: standard deviation of the "
-          "spread contact force [m], 0: .7 of the mean edge; at least .45 of the largest sphere's radius. like: "
-          "another "
-          "surface of the same body, which fixtures know. Raises "
-          "ValueError "
-          "if "
-          "the body has no surface.")
-      .def_prop_ro(
-          "vertices",
+          nb::arg("p"), nb::arg("normal"), nb::arg("depth"), nb::arg("radius"), nb::arg("force"), nb::arg("dt") = 1e-3,
+          "Advances a loop's copy by a tick under the contact of one sphere. p: contact point (3,) [m]; normal: unit "
+          "(3,), outwards; depth, radius [m]; force on the tool (3,) [N]; all in O.")
+      .def(
+          "respond",
+          [](const SoftSurface& self, const Vec3& p, const Vec3& normal, double depth, double radius) {
+            return self.respond({p, normal, depth, radius, 0}).force;
+          },
+          nb::arg("p"), nb::arg("normal"), nb::arg("depth"), nb::arg("radius"), "Normal force on a sphere [N].")
+      .def("set_beside", &SoftSurface::set_beside, nb::arg("beside"), "True: work() steps the body, not advance().")
+      .def("work", &SoftSurface::work, "Steps the body by a period if it is due. Returns True if it was.")
+      .def(
+          "set_state",
+          [](SoftSurface& self, const Points& displacements, const Points& velocities) {
+            const std::size_t n = 3 * self.body().node_count();
+            if (displacements.size() != n || velocities.size() != n)
+              throw std::invalid_argument("displacements and velocities must have one row per node");
+            self.pressed().set_state({displacements.data(), n}, {velocities.data(), n});
+          },
+          nb::arg("displacements"), nb::arg("velocities"),
+          "Sets displacements (n, 3) [m] and velocities (n, 3) [m/s] of all nodes, for tests of the guard.")
+      .def(
+          "state",
           [](const SoftSurface& self) {
-            const std::span<const double> x = self.mesh()->vertices();
-            return rows_of({x.begin(), x.end()});
+            const scene::DeformableState s = self.state();
+            return Tuple<double, double, bool, bool, bool>(
+                nb::make_tuple(s.potential, s.kinetic, s.hurried, s.frozen, s.late));
           },
-          "Vertices of the surface at rest (n, 3), in O [m].")
-      .def_prop_ro(
-          "triangles",
-          [](const SoftSurface& self) {
-            const std::span<const std::int32_t> t = self.mesh()->triangles();
-            return array(std::vector<std::int32_t>(t.begin(), t.end()), {t.size() / 3, 3});
-          },
-          "Triangles of the surface (m, 3), wound outwards.")
-      .def_prop_ro("edge", &SoftSurface::edge, "Mean length of the edges of the surface [m].")
-      .def_prop_ro("width", &SoftSurface::width, "Standard deviation of the spread contact force [m].");
+          "(potential [J], kinetic [J], hurried, frozen, late), as in the signal tissue_status.");
+}
+
+void bind_shared(nb::module_& m) {
   nb::class_<tissue::SharedSurface, scene::Surface>(m, "SharedTissue", "The surface of a soft body that loops share.")
       .def(
           "displacements", [](const tissue::SharedSurface& self) { return rows_of(self.shared().displacements()); },
@@ -208,7 +229,49 @@ void bind_tissue(nb::module_& m) {
         return std::make_shared<scene::Snapshot>(std::move(made));
       },
       nb::arg("snapshot"),
-      "The snapshot with soft bodies that all its loops share: one body each, which the tools of all loops press.");
+      "The snapshot with soft bodies that all its loops share: one body each, which the tools of all loops press in the "
+      "cycle.");
+}
+
+}  // namespace
+
+void bind_tissue(nb::module_& m) {
+  nb::class_<Body> body = bind_body(m);
+  bind_motion(body);
+  bind_readings(body);
+  nb::class_<SoftSurface, scene::Surface> surface(
+      m, "TissueSurface", "The surface of a soft body, for contact. Each loop and each rendering uses a copy at rest.");
+  surface
+      .def(
+          "__init__",
+          [](SoftSurface* self, const Body& body, double width, double period, const SoftSurface* like) {
+            const nb::gil_scoped_release release;
+            new (self) SoftSurface(body, width, period, like == nullptr ? 0 : like->id());
+          },
+          nb::arg("body"), nb::arg("width") = 0.0, nb::arg("period") = 0.0, nb::arg("like").none() = nb::none(),
+          "body: gives the mesh, the material and the step; its state is not used. width: standard deviation of the "
+          "spread contact force [m], 0: .7 of the mean edge; at least .45 of the largest sphere's radius. period: by "
+          "which the body steps beside the cycle [s]; 0: in every tick. like: another surface of the same body, which "
+          "fixtures know. Raises ValueError if the body has no surface or the period is not from 0 to 0.05 s.")
+      .def_prop_ro(
+          "vertices",
+          [](const SoftSurface& self) {
+            const std::span<const double> x = self.mesh()->vertices();
+            return rows_of({x.begin(), x.end()});
+          },
+          "Vertices of the surface at rest (n, 3), in O [m].")
+      .def_prop_ro(
+          "triangles",
+          [](const SoftSurface& self) {
+            const std::span<const std::int32_t> t = self.mesh()->triangles();
+            return array(std::vector<std::int32_t>(t.begin(), t.end()), {t.size() / 3, 3});
+          },
+          "Triangles of the surface (m, 3), wound outwards.")
+      .def_prop_ro("edge", &SoftSurface::edge, "Mean length of the edges of the surface [m].")
+      .def_prop_ro("width", &SoftSurface::width, "Standard deviation of the spread contact force [m].")
+      .def_prop_ro("period", &SoftSurface::period, "Period of the steps beside the cycle [s]; 0: in every tick.");
+  bind_own(surface);
+  bind_shared(m);
 }
 
 }  // namespace palpate::bindings

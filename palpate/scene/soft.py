@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
@@ -114,6 +114,10 @@ class TissueSection(Section):
     """parts with other moduli; a later part covers an earlier one"""
     step: Positive | None = None
     """time step; when left out, the longest that needs little added mass [s]"""
+    thread: Literal["auto", "cycle", "own"] = "auto"
+    """where it steps: in every tick of the haptic cycle, or on a thread of its own; auto: by its size"""
+    period: Annotated[Positive, Field(le=0.05)] = tissue.PERIOD
+    """how long a thread of its own steps at once [s]"""
 
     @property
     def material(self) -> TissueMaterial:
@@ -172,6 +176,8 @@ class TissueSection(Section):
             fixed=self.held(mesh),
             spring=self.springs * _areas(mesh),
             step=self.step or 0.0,
+            thread=self.thread,
+            period=self.period,
             name=name,
         )
 

@@ -1,6 +1,6 @@
 """Soft tissue: bodies to touch, materials, meshes of tetrahedra, and closed forms of indentation and viscosity."""
 
-from palpate.tissue.body import Tissue
+from palpate.tissue.body import PERIOD, Tissue
 from palpate.tissue.files import load, save
 from palpate.tissue.make import tetrahedralize
 from palpate.tissue.material import TissueMaterial
@@ -9,6 +9,7 @@ from palpate.tissue.quality import Quality, edge_lengths, quality, shapes, stabl
 from palpate.tissue.tetrahedra import TetMesh
 
 __all__ = [
+    "PERIOD",
     "PRESETS",
     "Quality",
     "TetMesh",

@@ -15,6 +15,13 @@ from palpate.surfaces import Surface
 
 Indices = npt.NDArray[np.int32]
 
+MOST_IN_CYCLE = 16e6
+"""Largest number of tetrahedra over the time step of a body that steps in the haptic cycle [1/s]: about a third of a
+1 ms cycle, by ``palpate bench tissue``."""
+
+PERIOD = 4e-3
+"""Period of a body that steps on a thread of its own [s]."""
+
 
 class Tetrahedra(Protocol):
     """A mesh of tetrahedra."""
@@ -50,6 +57,9 @@ class Tissue(Surface):
         damping: damping force per mass and velocity [1/s].
         step: time step; 0: the longest that needs little added mass [s].
         portable: use the kernels without AVX2, for comparison.
+        thread: where it steps: "cycle", every tick in the haptic cycle; "own", on a thread of its own; "auto": by the
+            number of tetrahedra and steps.
+        period: of a thread of its own, which steps so long at once, up to 0.05 [s].
         name: name in plots and messages.
 
     Raises:
@@ -70,6 +80,8 @@ class Tissue(Surface):
         damping: float = 5.0,
         step: float = 0.0,
         portable: bool = False,
+        thread: str = "auto",
+        period: float = PERIOD,
         name: str = "tissue",
     ) -> None:
         self.name = name
@@ -100,6 +112,7 @@ class Tissue(Surface):
             )
         except ValueError as error:
             raise SurfaceError(str(error), mend="correct the value or the mesh") from None
+        self.period = _period(thread, period, len(self.tets) / self.body.time_step)
         self._cores: dict[float, _core.TissueSurface] = {}
 
     @property
@@ -110,13 +123,13 @@ class Tissue(Surface):
     def core_for(self, radius: float) -> _core.TissueSurface:
         """The C++ surface for spheres of up to ``radius`` [m]: the load of a contact is never narrower than they."""
         if 0.0 not in self._cores:
-            self._cores[0.0] = _core.TissueSurface(self.body)
+            self._cores[0.0] = _core.TissueSurface(self.body, 0.0, self.period)
         small = self._cores[0.0]
         width = 0.45 * radius
         if width <= small.width:
             return small
         if radius not in self._cores:
-            self._cores[radius] = _core.TissueSurface(self.body, width, small)
+            self._cores[radius] = _core.TissueSurface(self.body, width, self.period, small)
         return self._cores[radius]
 
     def __str__(self) -> str:
@@ -126,6 +139,19 @@ class Tissue(Surface):
 
     def _drawing(self) -> tuple[Array, Indices]:
         return self.nodes, self.surface
+
+
+def _period(thread: str, period: float, load: float) -> float:
+    """Period of the thread that steps a body [s]; 0: it steps in the cycle. load: tetrahedra over the time step [1/s].
+
+    Raises:
+        SurfaceError: the thread is not known, or the period is not possible.
+    """
+    if thread not in ("auto", "cycle", "own"):
+        raise SurfaceError(f"thread = {thread!r} is not known", mend="use auto, cycle or own")
+    if not 0.0 < period <= 0.05:
+        raise SurfaceError(f"period = {period:g} s must be above 0 and at most 0.05", mend="for example 0.004")
+    return period if thread == "own" or (thread == "auto" and load > MOST_IN_CYCLE) else 0.0
 
 
 def boundary(tets: Indices) -> Indices:

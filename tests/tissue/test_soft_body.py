@@ -192,6 +192,25 @@ def test_both_kernels_agree_and_each_repeats_its_bytes(irregular, prony):
     assert np.abs(found[0] - found[2]).max() < 1e-4 * moved
 
 
+def test_stable_step_is_that_of_the_largest_frequency_of_a_tetrahedron():
+    """Independent of the core's closed form: eigenvalues of the stiffness matrix (12, 12) that B^T D B gives."""
+    rng = np.random.default_rng(6)
+    for nu in (0.0, 0.3, 0.49):
+        corners = rng.normal(0.0, 0.01, (4, 3))
+        if np.linalg.det(corners[1:] - corners[0]) < 0.0:
+            corners[[0, 1]] = corners[[1, 0]]
+        slope = np.linalg.inv(np.hstack([np.ones((4, 1)), corners]))[1:].T
+        B = np.zeros((6, 12))
+        for a, (x, y, z) in enumerate(slope):
+            B[:, 3 * a : 3 * a + 3] = [[x, 0, 0], [0, y, 0], [0, 0, z], [y, x, 0], [0, z, y], [z, 0, x]]
+        mu, bulk = E / (2 * (1 + nu)), E / (3 * (1 - 2 * nu))
+        D = np.diag([2 * mu] * 3 + [mu] * 3)
+        D[:3, :3] += bulk - 2 / 3 * mu
+        fastest = np.sqrt(np.linalg.eigvalsh(B.T @ D @ B).max() * 4.0 / 1000.0)
+        soft = soft_bodies.body((corners, np.array([[0, 1, 2, 3]], np.int32), np.zeros((0, 3), np.int32)), E, nu)
+        assert soft.stable_step() == pytest.approx(2.0 / fastest, rel=1e-7)
+
+
 def test_time_step_and_added_mass_follow_the_stiffness():
     mesh = soft_bodies.box((4, 3, 3), (0.04, 0.03, 0.03))
     soft, stiff = soft_bodies.body(mesh), soft_bodies.body(mesh, 80e3, 0.49)

@@ -72,10 +72,10 @@ DeviceCycle::DeviceCycle(CrtkOptions options, arm::Arm follower, std::shared_ptr
 
 void DeviceCycle::start() {
   front_.open();
-  front_.start_collider(cycle_.options().contact.collision_rate);
+  front_.start_threads(cycle_.options().contact.collision_rate);
 }
 
-void DeviceCycle::stop() { front_.stop_collider(); }
+void DeviceCycle::stop() { front_.stop_threads(); }
 
 const Wrench& DeviceCycle::step(const DeviceState& state) noexcept {
   const DeviceFault time = check_time(state.t);

@@ -75,6 +75,7 @@ void Front::set_scene(std::shared_ptr<const scene::Snapshot> scene) {
   newest_scene_ = scene;
   auto rendered = std::make_shared<RenderedScene>(std::move(scene), newest_epoch_, &newest_rendered_);
   newest_rendered_ = rendered->objects;
+  soft_threads_.update(newest_rendered_);
   scene_.publish(std::move(rendered));
 }
 
@@ -148,13 +149,21 @@ std::size_t Front::drain(std::size_t n, Tick* rows) {
   return done;
 }
 
-void Front::start_collider(double collision_rate) {
+void Front::start_threads(double collision_rate) {
+  {
+    const std::lock_guard lock(callers_);
+    soft_threads_.start(newest_rendered_);
+  }
   if (!contact_.asynchronous()) return;
   const double pause = kPollShare / std::max(collision_rate, 1.0);
   collider_.start([this] { collide(); }, std::chrono::microseconds(static_cast<std::int64_t>(1e6 * pause)));
 }
 
-void Front::stop_collider() { collider_.stop(); }
+void Front::stop_threads() {
+  collider_.stop();
+  const std::lock_guard lock(callers_);
+  soft_threads_.stop();
+}
 
 void Front::collide() {
   if (!contact_.asynchronous()) return;

@@ -15,6 +15,7 @@
 #include "palpate/loop/execution.hpp"
 #include "palpate/loop/live_objects.hpp"
 #include "palpate/loop/ring.hpp"
+#include "palpate/loop/soft_threads.hpp"
 #include "palpate/loop/tick.hpp"
 #include "palpate/scene/snapshot.hpp"
 #include "palpate/types/arms.hpp"
@@ -64,9 +65,10 @@ class Front {
   /// Allocates the queue that keep() fills; to be called before a loop starts in real time. Lockstep does not use it.
   void open() { ring_.open(); }
 
-  // The thread for collision queries that allocate memory (contact::Method::collide). collision_rate [Hz].
-  void start_collider(double collision_rate);
-  void stop_collider();
+  /// Starts the threads beside a loop in real time: of large soft bodies, and of collision queries that allocate memory
+  /// (contact::Method::collide) at collision_rate [Hz].
+  void start_threads(double collision_rate);
+  void stop_threads();
   /// Runs one pending collision query on the newest scene in the calling thread.
   void collide();
   /// Message of the collider's first exception; empty if there was none.
@@ -112,6 +114,7 @@ class Front {
   std::uint64_t epoch_ = 0;  ///< epoch of scene(), used by the loop only
   Ring<Tick> ring_;
   Collider collider_;
+  SoftThreads soft_threads_;
 };
 
 }  // namespace palpate::loop

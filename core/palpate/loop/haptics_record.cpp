@@ -141,7 +141,9 @@ void Haptics::record_stability(const HapticsInput& in, const Wrench& F_H_L, cons
   std::copy(energy.source.begin(), energy.source.end(), tick.energy_source);
   tick.tissue_potential = soft_.potential;
   tick.tissue_kinetic = soft_.kinetic;
-  tick.tissue_status = (soft_.hurried ? 1.0 : 0.0) + (soft_.frozen ? 2.0 : 0.0);
+  tick.tissue_status = (soft_.hurried ? 1.0 : 0.0) + (soft_.frozen ? 2.0 : 0.0) + (soft_.late ? 4.0 : 0.0);
+  if (soft_.frozen) tick.status |= kSoftFrozen;
+  if (soft_.late) tick.status |= kSoftLate;
   tick.energy_stored = stability_.passivity().stored();
   tick.energy_lent = stability_.passivity().credited();
   tick.energy_reserved = stability_.passivity().reserved();

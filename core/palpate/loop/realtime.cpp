@@ -18,6 +18,8 @@ namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;
 
+std::atomic<int> threads{0};  // that need the memory locked
+
 void sleep_until(std::int64_t t) noexcept {
   const timespec deadline{.tv_sec = t / kSecond, .tv_nsec = t % kSecond};
   while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &deadline, nullptr) == EINTR) {
@@ -76,8 +78,9 @@ void RealTimeThread::start(double rate, std::function<bool(const Wake&)> body) {
   running_ = true;
   thread_ = std::thread([this, period_ns, body = std::move(body), granted = std::move(granted)]() mutable {
     granted.set_value(schedule(options_));
+    ++threads;
     loop(period_ns, body);
-    munlockall();
+    if (--threads == 0) munlockall();
     running_.store(false, std::memory_order_release);
   });
   scheduler_ = words.get();

@@ -129,13 +129,13 @@ void Simulation::start() {
   const std::lock_guard lock(driver_);
   front_.open();
   thread_.start(options_.rate, [this](const Wake& w) { return wake(w); });
-  front_.start_collider(options_.contact.collision_rate);
+  front_.start_threads(options_.contact.collision_rate);
 }
 
 void Simulation::stop() {
   const std::lock_guard lock(driver_);
   thread_.stop();
-  front_.stop_collider();
+  front_.stop_threads();
 }
 
 bool Simulation::wake(const Wake& w) noexcept {

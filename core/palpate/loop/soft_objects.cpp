@@ -35,6 +35,7 @@ scene::DeformableState soft_state(const scene::Snapshot& scene) noexcept {
     sum.kinetic += one.kinetic;
     sum.hurried |= one.hurried;
     sum.frozen |= one.frozen;
+    sum.late |= one.late;
   }
   return sum;
 }

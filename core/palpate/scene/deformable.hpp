@@ -40,7 +40,8 @@ struct DeformableState {
   double potential = 0.0;  ///< stored by strain [J]
   double kinetic = 0.0;    ///< [J]
   bool hurried = false;    ///< true: it takes more time steps than usual, because it moves fast
-  bool frozen = false;     ///< true: it diverged, and stands still or returns to its motion by a ramp
+  bool frozen = false;     ///< true: it diverged; its force goes to zero and returns by a ramp
+  bool late = false;       ///< true: its thread has not finished in time; its surface stands still meanwhile
 };
 
 /// A surface with a state.
@@ -56,6 +57,12 @@ class Deformable {
   /// Advances by a tick under the contacts. They act as springs: their force follows the surface within the tick.
   virtual void advance(std::span<const SurfaceLoad> loads, double dt) noexcept = 0;
   [[nodiscard]] virtual DeformableState state() const noexcept = 0;
+  /// Period by which the surface steps beside the cycle [s]; 0: it steps in advance().
+  [[nodiscard]] virtual double period() const noexcept = 0;
+  /// beside: another thread calls work() from now on; otherwise advance() does.
+  virtual void set_beside(bool beside) noexcept = 0;
+  /// Steps by a period if it is due. Returns true if it was. Nothing allocates, locks or throws.
+  virtual bool work() noexcept = 0;
   /// Vertices of Surface::mesh() for drawing, 3 per vertex in O [m]. advance() publishes them at a limited rate. One
   /// thread beside that of the loop may call it; the result is valid until the next call.
   [[nodiscard]] virtual std::span<const double> published() noexcept = 0;

@@ -1,5 +1,5 @@
 // Construction of a body: checks, blocks of tetrahedra, masses and the time step.
-#include <Eigen/Dense>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -40,23 +40,35 @@ void check_indices(const std::vector<std::int32_t>& rows, std::size_t width, std
   }
 }
 
-/// Edges of a tetrahedron from its first corner, as columns [m].
-Mat3 edges_of(const BodyData& data, std::size_t t) {
+/// A tetrahedron at rest.
+struct Rest {
+  double volume;              ///< negative if it is inverted [m^3]
+  std::array<Vec3, 4> slope;  ///< gradients of the shape functions of the corners [1/m]
+};
+
+Rest rest_of(const BodyData& data, std::size_t t) {
   const auto corner = [&](std::size_t k) { return Vec3(&data.nodes[3 * to_index(data.tets[4 * t + k])]); };
-  Mat3 D;
-  for (int k = 0; k < 3; ++k) D.col(k) = corner(to_index(k) + 1) - corner(0);
-  return D;
+  const Vec3 first = corner(0), a = corner(1) - first, b = corner(2) - first, c = corner(3) - first;
+  const Vec3 bc = b.cross(c), ca = c.cross(a), ab = a.cross(b);
+  const double six = a.dot(bc), scale = 1.0 / six;
+  return {six / 6.0, {-scale * (bc + ca + ab), scale * bc, scale * ca, scale * ab}};
 }
 
-/// Eigenvalues of the symmetric matrix with the given diagonal and entries 12, 20, 01, the largest first: the roots of
-/// the characteristic polynomial by its trigonometric form (Smith 1961, Commun. ACM 4).
-std::array<double, 3> eigenvalues(const Vec3& diagonal, const Vec3& mixed) {
-  const double mean = diagonal.sum() / 3.0;
-  const Vec3 d = diagonal - Vec3::Constant(mean), o = mixed;
-  const double p = std::sqrt((d.squaredNorm() + 2.0 * o.squaredNorm()) / 6.0);
+using Triple = std::array<double, 3>;
+
+/// Eigenvalues of the symmetric matrix with the diagonal d and the entries o = (12, 20, 01), the largest first: the
+/// roots of its characteristic polynomial in trigonometric form (Smith 1961, Commun. ACM 4).
+Triple eigenvalues(Triple d, const Triple& o) {
+  const double mean = (d[0] + d[1] + d[2]) / 3.0;
+  double square = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    d[i] -= mean;
+    square += d[i] * d[i] + 2.0 * o[i] * o[i];
+  }
+  const double p = std::sqrt(square / 6.0);
   if (!(p > 0.0)) return {mean, mean, mean};
   const double det =
-      d[0] * (d[1] * d[2] - o[0] * o[0]) - o[2] * (o[2] * d[2] - o[0] * o[1]) + o[1] * (o[2] * o[0] - d[1] * o[1]);
+      d[0] * d[1] * d[2] + 2.0 * o[0] * o[1] * o[2] - d[0] * o[0] * o[0] - d[1] * o[1] * o[1] - d[2] * o[2] * o[2];
   const double angle = std::acos(std::clamp(det / (2.0 * p * p * p), -1.0, 1.0)) / 3.0;
   constexpr double kThird = 2.0 * std::numbers::pi / 3.0;
   return {mean + 2.0 * p * std::cos(angle), mean + 2.0 * p * std::cos(angle - kThird),
@@ -69,15 +81,17 @@ std::array<double, 3> eigenvalues(const Vec3& diagonal, const Vec3& mixed) {
 /// lambda tr(sigma M) I + mu (sigma M + M sigma), M = sum g_a g_a^T. In the principal axes of M, with eigenvalues m_i,
 /// this map has the eigenvalues mu (m_i + m_j) on shears and those of 2 mu diag(m) + lambda sqrt(m m^T) on the
 /// diagonal.
-double largest_frequency2(const Mat3& slope, double lambda, double mu, double density) {
-  const Vec3 g0 = -slope.colwise().sum();
-  const Mat3 M = slope.transpose() * slope + g0 * g0.transpose();
-  const std::array<double, 3> m = eigenvalues(M.diagonal(), {M(1, 2), M(2, 0), M(0, 1)});
-  Vec3 diagonal, mixed;
-  for (Eigen::Index k = 0; k < 3; ++k) {
-    const std::size_t i = to_index(k), j = (i + 1) % 3, l = (i + 2) % 3;
-    diagonal[k] = (2.0 * mu + lambda) * m[i];
-    mixed[k] = lambda * std::sqrt(std::max(m[j] * m[l], 0.0));
+double largest_frequency2(const std::array<Vec3, 4>& slope, double lambda, double mu, double density) {
+  Triple diagonal{}, mixed{};
+  for (const Vec3& g : slope)
+    for (int i = 0; i < 3; ++i) {
+      diagonal[to_index(i)] += g[i] * g[i];
+      mixed[to_index(i)] += g[(i + 1) % 3] * g[(i + 2) % 3];
+    }
+  const Triple m = eigenvalues(diagonal, mixed);
+  for (std::size_t i = 0; i < 3; ++i) {
+    diagonal[i] = (2.0 * mu + lambda) * m[i];
+    mixed[i] = lambda * std::sqrt(std::max(m[(i + 1) % 3] * m[(i + 2) % 3], 0.0));
   }
   return std::max(mu * (m[0] + m[1]), eigenvalues(diagonal, mixed)[0]) * 4.0 / density;
 }
@@ -146,17 +160,14 @@ void Body::make_blocks() {
   for (const PronyTerm& term : data_.prony) instantaneous += term.g;
   least_height_ = HUGE_VAL;
   for (std::size_t t = 0; t < m; ++t) {
-    const Mat3 D = edges_of(data_, t);
-    const double volume = D.determinant() / 6.0;
+    const auto [volume, slope] = rest_of(data_, t);
     if (!(volume > 0.0))
       refuse("tetrahedron " + std::to_string(t) + " has the volume " + std::to_string(1e9 * volume) +
              " mm^3: it is flat or inverted; mesh the surface again");
-    const Mat3 slope = D.inverse();  // row k: gradient of the shape function of corner k + 1
     const double mu = data_.mu[t], lambda = data_.bulk[t] - 2.0 / 3.0 * mu, k = lambda + mu;
     if (!(lambda > -mu / 3.0)) refuse("bulk[" + std::to_string(t) + "] is too small for this shear modulus");
     frequency2[t] = largest_frequency2(slope, lambda, mu * instantaneous, data_.density[t]);
-    const double steepest2 = std::max(slope.rowwise().squaredNorm().maxCoeff(), slope.colwise().sum().squaredNorm());
-    least_height_ = std::min(least_height_, 1.0 / std::sqrt(steepest2));
+    for (const Vec3& g : slope) least_height_ = std::min(least_height_, 1.0 / g.norm());
     ElementBlock& block = blocks_[t % count];
     const std::size_t lane = t / count;
     for (std::size_t c = 0; c < 4; ++c) {
@@ -165,8 +176,7 @@ void Body::make_blocks() {
       node_bulk_[node] += (1.0 - kOwnShare) * k * volume / 4.0;
     }
     for (std::size_t i = 0; i < 9; ++i)
-      block.slope[i][lane] =
-          static_cast<float>(slope(static_cast<Eigen::Index>(i / 3), static_cast<Eigen::Index>(i % 3)));
+      block.slope[i][lane] = static_cast<float>(slope[i / 3 + 1][static_cast<Eigen::Index>(i % 3)]);
     block.shear[lane] = static_cast<float>(mu * volume);
     block.bulk[lane] = static_cast<float>(kOwnShare * k * volume);
     block.volume[lane] = static_cast<float>(volume);

@@ -34,16 +34,28 @@ class LocalLaw {
     double force = 0.0;    ///< [N]
     double tangent = 0.0;  ///< d force / d delta [N/m]
     double stored = 0.0;   ///< integral of the force over delta [J]
+    double yield = 0.0;    ///< what the body gives way: d - delta [m]
+    double kept = 0.0;     ///< energy that the body stores: integral of the force over d, less `stored` [J]
   };
   [[nodiscard]] Value at(double delta) const noexcept {
     if (!(delta > 0.0)) return {};
     double x = delta / radius_;
     for (int i = 0; i < 8; ++i) x += std::max(delta - remaining(x), 0.0) / (radius_ * share(x));
-    const double F = force(x);
-    if (x <= limit_) return {F, slope(x) / share(x), energy(x) - 0.5 * compliance_ * F * F};
-    const double F_limit = force(limit_);
-    return {F, slope(x) / kLeast,
-            energy(limit_) - 0.5 * compliance_ * F_limit * F_limit + kLeast * (energy(x) - energy(limit_))};
+    const double F = force(x), yield = x * radius_ - delta;
+    if (x <= limit_) {
+      const double kept = 0.5 * compliance_ * F * F;
+      return {F, slope(x) / share(x), energy(x) - kept, yield, kept};
+    }
+    const double F_limit = force(limit_), more = energy(x) - energy(limit_);
+    const double kept = 0.5 * compliance_ * F_limit * F_limit + (1.0 - kLeast) * more;
+    return {F, slope(x) / kLeast, energy(x) - kept, yield, kept};
+  }
+  /// Values at a depth delta below a surface that was last computed when the body had given way by `yield` [m] and had
+  /// stored `kept` [J]: until it is computed again, the body gives way as the half-space does.
+  [[nodiscard]] Value since(double delta, double yield, double kept) const noexcept {
+    if (!(delta > 0.0)) return {};
+    const double x = (delta + yield) / radius_;
+    return {force(x), slope(x), std::max(energy(x) - kept, 0.0), yield, kept};
   }
 
  private:

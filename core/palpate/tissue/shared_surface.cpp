@@ -9,32 +9,18 @@
 #include "palpate/types/index.hpp"
 
 namespace palpate::tissue {
-namespace {
-
-SharedBody::State state_of(const SoftSurface& surface) {
-  const Body& body = surface.body();
-  return {{body.displacements().begin(), body.displacements().end()},
-          {body.velocities().begin(), body.velocities().end()},
-          surface.state()};
+SharedBody::SharedBody(const SoftSurface& surface) : body_(surface.in_cycle()) {
+  for (int i = 0; i < kViews; ++i) place_.push_back(std::make_unique<Place>(body_->shape()));
 }
 
-std::shared_ptr<SoftSurface> copy_at_rest(const SoftSurface& surface) {
-  return std::static_pointer_cast<SoftSurface>(surface.at_rest());
-}
-
-}  // namespace
-
-SharedBody::SharedBody(const SoftSurface& surface) : body_(copy_at_rest(surface)), state_(state_of(*body_)) {
-  for (int i = 0; i < kViews; ++i) place_.push_back(std::make_unique<Place>(state_));
-}
-
-std::shared_ptr<SoftSurface> SharedBody::view() const { return copy_at_rest(*body_); }
+std::shared_ptr<SoftSurface> SharedBody::view() const { return body_->in_cycle(); }
 
 std::vector<double> SharedBody::displacements() {
   while (busy_.test_and_set(std::memory_order_acquire)) std::this_thread::yield();
-  std::vector<double> u = state_.u;
+  const std::span<const double> u = body_->body().displacements();
+  std::vector<double> out(u.begin(), u.end());
   busy_.clear(std::memory_order_release);
-  return u;
+  return out;
 }
 
 int SharedBody::join() {
@@ -43,12 +29,9 @@ int SharedBody::join() {
   const auto free = std::find_if_not(place_.begin(), place_.end(), taken);
   const bool first = std::none_of(place_.begin(), place_.end(), taken);
   if (free != place_.end()) {
-    if (first) {
-      body_ = copy_at_rest(*body_);
-      state_ = state_of(*body_);
-    }
+    if (first) body_ = body_->in_cycle();
     (*free)->ticks = ticks_.load();
-    (*free)->out.write(state_);
+    (*free)->out.write(body_->shape());
     (*free)->taken = true;
   }
   busy_.clear(std::memory_order_release);
@@ -81,7 +64,7 @@ void SharedBody::advance(int view, std::span<const scene::SurfaceLoad> loads, do
 
 // Steps the body under the newest contacts of all views; the flag busy_ is set.
 void SharedBody::step(double dt) noexcept {
-  std::array<scene::SurfaceLoad, SoftSurface::kTouches> all;
+  std::array<scene::SurfaceLoad, kMaxTouches> all;
   std::size_t count = 0;
   for (const auto& place : place_) {
     const Loads& loads = place->in.read();
@@ -93,12 +76,8 @@ void SharedBody::step(double dt) noexcept {
 }
 
 void SharedBody::publish() noexcept {
-  const Body& body = body_->body();
-  std::copy(body.displacements().begin(), body.displacements().end(), state_.u.begin());
-  std::copy(body.velocities().begin(), body.velocities().end(), state_.v.begin());
-  state_.energy = body_->state();
   for (const auto& place : place_) {
-    if (place->taken.load(std::memory_order_relaxed)) place->out.write(state_);
+    if (place->taken.load(std::memory_order_relaxed)) place->out.write(body_->shape());
   }
 }
 
@@ -120,9 +99,7 @@ void SharedSurface::advance(std::span<const scene::SurfaceLoad> loads, double dt
   if (place_ < 0) return;
   view_->remember(loads, dt);
   body_->advance(place_, loads, dt);
-  const SharedBody::State& now = body_->state(place_);
-  energy_ = now.energy;
-  view_->follow(now.u, now.v, dt);
+  view_->follow(body_->shape(place_), dt);
 }
 
 }  // namespace palpate::tissue

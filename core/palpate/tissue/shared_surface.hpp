@@ -1,7 +1,6 @@
 // One soft body that several loops touch, each through a view of its own.
 //
-// A view is a SoftSurface whose body is not stepped: it takes the displacements and velocities of the shared body, and
-// keeps the viscous memory of its own tool. In every tick a loop posts its contacts and reads the newest state, both
+// A view is a SoftSurface whose body is not stepped: it takes the shape of the shared body, and keeps the viscous memory of its own tool. In every tick a loop posts its contacts and reads the newest state, both
 // through mailboxes, so no loop waits for another. The body is stepped once a tick by the loop that comes first, with
 // the newest contacts of all loops. Those of the others are then at most one tick old; their normal forces follow the
 // surface meanwhile. A loop that stands still leaves its tool where it was, and the others go on stepping.
@@ -25,12 +24,6 @@ class SharedBody {
   static constexpr int kViews = SoftSurface::kTools;
   static constexpr int kMaxLoads = 32;
 
-  /// State of the body that a view takes over.
-  struct State {
-    std::vector<double> u, v;  ///< displacements [m] and velocities [m/s] of the nodes, 3 per node
-    scene::DeformableState energy;
-  };
-
   /// `surface` is copied at rest.
   explicit SharedBody(const SoftSurface& surface);
 
@@ -42,8 +35,8 @@ class SharedBody {
   /// Posts the contacts of a view and advances the body by a tick of dt [s], unless another view has done so for this
   /// tick or is just doing it. Only the thread of the view may call it.
   void advance(int view, std::span<const scene::SurfaceLoad> loads, double dt) noexcept;
-  /// Newest state; valid until the next call. Only the thread of the view may call it.
-  [[nodiscard]] const State& state(int view) noexcept { return place_[static_cast<std::size_t>(view)]->out.read(); }
+  /// Newest shape; valid until the next call. Only the thread of the view may call it.
+  [[nodiscard]] const Shape& shape(int view) noexcept { return place_[static_cast<std::size_t>(view)]->out.read(); }
   /// Displacements of the nodes [m], 3 per node. It may wait for a step.
   [[nodiscard]] std::vector<double> displacements();
   /// A view of the body, at rest.
@@ -55,9 +48,9 @@ class SharedBody {
     std::size_t count = 0;
   };
   struct Place {
-    explicit Place(const State& first) : out(first) {}
+    explicit Place(const Shape& first) : out(first) {}
     Mailbox<Loads> in;
-    Mailbox<State> out;
+    Mailbox<Shape> out;
     std::atomic<bool> taken{false};
     std::uint64_t ticks = 0;  ///< of this view; equal to ticks_ of the body in step
   };
@@ -66,9 +59,8 @@ class SharedBody {
   void publish() noexcept;
 
   std::shared_ptr<SoftSurface> body_;
-  State state_;
   std::vector<std::unique_ptr<Place>> place_;  ///< kViews places
-  std::atomic_flag busy_{};                    ///< guards body_, state_ and the reading side of Place::in
+  std::atomic_flag busy_{};                    ///< guards body_ and the reading side of Place::in
   std::atomic<std::uint64_t> ticks_{0};        ///< ticks by which the body has advanced
 };
 
@@ -92,7 +84,7 @@ class SharedSurface final : public scene::Surface, public scene::Deformable {
     return view_->respond(at);
   }
   void advance(std::span<const scene::SurfaceLoad> loads, double dt) noexcept override;
-  [[nodiscard]] scene::DeformableState state() const noexcept override { return energy_; }
+  [[nodiscard]] scene::DeformableState state() const noexcept override { return view_->state(); }
   [[nodiscard]] std::span<const double> published() noexcept override { return view_->published(); }
 
  private:
@@ -101,7 +93,6 @@ class SharedSurface final : public scene::Surface, public scene::Deformable {
   std::shared_ptr<SharedBody> body_;
   std::shared_ptr<SoftSurface> view_;
   int place_ = -1;  ///< -1: the surface at rest, which nobody touches
-  scene::DeformableState energy_;
 };
 
 }  // namespace palpate::tissue

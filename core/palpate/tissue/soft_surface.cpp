@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 #include "palpate/scene/smooth.hpp"
@@ -13,110 +13,53 @@
 namespace palpate::tissue {
 namespace {
 
-constexpr double kWidth = 0.7;               // [edge] of the spread force
-constexpr double kFast = 0.05;               // [edge] displacement in a step beyond which steps are halved
-constexpr double kTooFast = 0.5;             // [edge] displacement in a step that is a divergence
-constexpr double kStill = 0.1, kRamp = 0.3;  // [s] after a divergence: standing still, then a ramp of the loads
-constexpr double kMaxLoad = 30.0;            // [N] largest force of one contact on the body
-constexpr double kPublish = 0.016;           // [s] shortest time between two published surfaces
+constexpr double kFade = 0.1, kRamp = 0.3;  // [s] of the force to zero after a divergence, and back
+constexpr double kPublish = 0.016;          // [s] shortest time between two published surfaces
+constexpr double kMotion = 3e-3;            // [s] time constant of the velocity of a sphere
+constexpr double kFastest = 0.5;            // [m/s] largest velocity that a sphere is taken to keep for a period
+constexpr double kStalled = 0.05;           // [s] delay of the thread beside after which the force fades
+constexpr double kLongest = 0.05;           // [s] longest period
 
-/// The surface as a mesh that can move, without the inner nodes.
-std::shared_ptr<scene::Mesh> mesh_of(const BodyData& data) {
-  if (data.surface.empty()) throw std::invalid_argument("tissue: surface has no triangles");
-  std::vector<std::int32_t> row(data.nodes.size() / 3, -1), triangles;
-  std::vector<double> vertices;
-  for (const std::int32_t node : data.surface) {
-    if (row[to_index(node)] < 0) {
-      row[to_index(node)] = static_cast<std::int32_t>(vertices.size() / 3);
-      const auto at = data.nodes.begin() + 3 * static_cast<std::ptrdiff_t>(node);
-      vertices.insert(vertices.end(), at, at + 3);
-    }
-    triangles.push_back(row[to_index(node)]);
-  }
-  return scene::Mesh::build(vertices, triangles)->movable();
-}
-
-/// Node for each vertex of the mesh, which may have been welded and reordered: the one at the same position.
-std::vector<std::int32_t> nodes_of(const scene::Mesh& mesh, const BodyData& data) {
-  std::map<std::array<double, 3>, std::int32_t> node_at;
-  for (const std::int32_t node : data.surface) {
-    const double* const x = &data.nodes[3 * to_index(node)];
-    node_at[{x[0], x[1], x[2]}] = node;
-  }
-  std::vector<std::int32_t> out;
-  const std::span<const double> x = mesh.vertices();
-  for (std::size_t i = 0; i < x.size(); i += 3) out.push_back(node_at.at({x[i], x[i + 1], x[i + 2]}));
-  return out;
-}
-
-double mean_edge(const scene::Mesh& mesh) {
-  const scene::Mesh::Impl& m = mesh.impl();
-  double sum = 0.0;
-  const auto count = static_cast<std::int32_t>(m.triangles.size());
-  for (std::int32_t he = 0; he < count; ++he) sum += (m.corner(scene::next_half_edge(he)) - m.corner(he)).norm();
-  return sum / count;
-}
-
-double plane_modulus(double mu, double bulk) {  // E / (1 - nu^2)
-  const double poisson = (3.0 * bulk - 2.0 * mu) / (2.0 * (3.0 * bulk + mu));
-  return 2.0 * mu / (1.0 - poisson);
-}
-
-/// E* of the tetrahedron behind each triangle: of the one that shares the most corners.
-std::vector<double> plane_moduli(const scene::Mesh& mesh, const BodyData& data, const std::vector<std::int32_t>& node) {
-  std::vector<std::vector<std::int32_t>> around(data.nodes.size() / 3);
-  for (std::size_t k = 0; k < data.tets.size(); ++k)
-    around[to_index(data.tets[k])].push_back(static_cast<std::int32_t>(k / 4));
-  std::vector<double> out;
-  for (std::size_t c = 0; c < mesh.triangles().size(); c += 3) {
-    std::map<std::int32_t, int> shared;
-    for (std::size_t k = c; k < c + 3; ++k)
-      for (const std::int32_t tet : around[to_index(node[to_index(mesh.triangles()[k])])]) ++shared[tet];
-    const auto most = std::max_element(shared.begin(), shared.end(),
-                                       [](const auto& x, const auto& y) { return x.second < y.second; });
-    const std::size_t tet = to_index(most->first);
-    out.push_back(plane_modulus(data.mu[tet], data.bulk[tet]));
-  }
-  return out;
+double checked_period(double period) {
+  if (!(period >= 0.0 && period <= kLongest))
+    throw std::invalid_argument("tissue: period = " + std::to_string(period) +
+                                " s must be from 0 (in the cycle) to 0.05, for example 0.004");
+  return period;
 }
 
 }  // namespace
 
-SoftSurface::SoftSurface(BodyData data, double width, std::uint64_t continues)
+SoftSurface::SoftSurface(const Body& body, double width, double period, std::uint64_t continues)
     : Surface(continues),
-      body_(std::move(data)),
-      mesh_(mesh_of(body_.data())),
-      edge_(mean_edge(*mesh_)),
-      vertices_(mesh_->vertices().begin(), mesh_->vertices().end()),
-      published_(vertices_) {
-  auto tables = std::make_shared<Tables>();
-  tables->rest = mesh_->movable();
-  tables->spreading = Spreading(mesh_->vertices(), mesh_->triangles(), width > 0.0 ? width : kWidth * edge_);
-  tables->node = nodes_of(*mesh_, body_.data());
-  tables->plane_modulus = plane_moduli(*mesh_, body_.data(), tables->node);
-  tables_ = tables;
-  safe_u_.assign(3 * body_.node_count(), 0.0);
-  still_ = safe_u_;
-  for (const PronyTerm& term : body_.data().prony) instantaneous_ += term.g;
+      tables_(std::make_shared<SoftTables>(body.data(), width)),
+      period_(checked_period(period)),
+      pressed_(body, tables_),
+      mesh_(tables_->rest->movable()),
+      shape_(pressed_.at_rest()),
+      made_(shape_),
+      shapes_(shape_),
+      published_(shape_.vertices) {
+  for (const PronyTerm& term : body.data().prony) instantaneous_ += term.g;
 }
 
-SoftSurface::SoftSurface(const SoftSurface& from, std::uint64_t id)
+SoftSurface::SoftSurface(const SoftSurface& from, std::uint64_t id, double period)
     : Surface(id),
-      body_(from.body_),
       tables_(from.tables_),
-      mesh_(from.mesh_->movable()),
-      edge_(from.edge_),
+      period_(period),
       instantaneous_(from.instantaneous_),
-      vertices_(tables_->rest->vertices().begin(), tables_->rest->vertices().end()),
-      published_(vertices_),
-      safe_u_(from.still_),
-      still_(from.still_) {
-  body_.reset();
-  mesh_->move(vertices_);
-}
+      pressed_(from.body(), tables_),
+      mesh_(tables_->rest->movable()),
+      shape_(pressed_.at_rest()),
+      made_(shape_),
+      shapes_(shape_),
+      published_(shape_.vertices) {}
 
 std::shared_ptr<scene::Surface> SoftSurface::at_rest() const {
-  return std::shared_ptr<SoftSurface>(new SoftSurface(*this, id()));
+  return std::shared_ptr<SoftSurface>(new SoftSurface(*this, id(), period_));
+}
+
+std::shared_ptr<SoftSurface> SoftSurface::in_cycle() const {
+  return std::shared_ptr<SoftSurface>(new SoftSurface(*this, id(), 0.0));
 }
 
 // The touched surface is X + K u between the vertices, with the roundness that it has at rest. A contact method may see
@@ -138,22 +81,18 @@ LocalLaw SoftSurface::law_at(const scene::SurfacePoint& at, double radius) const
   return {modulus, radius, tables_->spreading.yield(at.triangle, b) / modulus};
 }
 
-/// Mean of a quantity of the nodes under the spread load of a contact point.
-Vec3 SoftSurface::spread(const scene::SurfacePoint& at, std::span<const double> nodal) const noexcept {
-  const double b[3] = {at.u(), at.v, at.w};
-  Vec3 sum = Vec3::Zero();
-  for (int k = 0; k < 3; ++k) {
-    const std::int32_t vertex = mesh_->triangles()[to_index(3 * at.triangle + k)];
-    for (const Spreading::Entry& e : tables_->spreading.row(vertex))
-      sum += b[k] * e.weight * Vec3(&nodal[3 * to_index(tables_->node[to_index(e.vertex)])]);
-  }
-  return sum;
+/// Value of the local law, which also gives way for a body that steps less often than the cycle.
+LocalLaw::Value SoftSurface::value_at(const Site& site, const LocalLaw& law, int sphere) const noexcept {
+  if (period_ == 0.0) return law.at(site.depth);
+  const auto begin = shape_.yield.begin(), end = begin + shape_.touches;
+  const auto found = std::find_if(begin, end, [&](const Yield& y) { return y.sphere == sphere; });
+  return found != end ? law.since(site.depth, found->length, found->energy) : law.since(site.depth, 0.0, 0.0);
 }
 
 /// Force of the Prony springs of the near field [N].
 double SoftSurface::viscous_force(int sphere, double elastic) const noexcept {
   double sum = 0.0;
-  const auto& terms = body_.data().prony;
+  const auto& terms = body().data().prony;
   for (std::size_t i = 0; i < terms.size() && sphere < kSpheres; ++i)
     sum += terms[i].g * (elastic - memory_[to_index(sphere)][i]);
   return sum;
@@ -164,94 +103,93 @@ scene::Response SoftSurface::respond(const scene::SpherePlace& at) const noexcep
   if (!(at.depth > 0.0)) return out;
   const Site site = locate(at);
   if (site.at.triangle < 0) return out;
-  const LocalLaw::Value value = law_at(site.at, at.radius).at(site.depth);
-  const double force = std::max(value.force + viscous_force(at.sphere, value.force), 0.0);
+  const LocalLaw::Value value = value_at(site, law_at(site.at, at.radius), at.sphere);
+  const double force = share_ * std::max(value.force + viscous_force(at.sphere, value.force), 0.0);
   out.force = force;
   out.stiffness = force / at.depth;
-  out.tangent = instantaneous_ * value.tangent;
-  out.stored = value.stored;
-  out.velocity = spread(site.at, body_.velocities());
+  out.tangent = share_ * instantaneous_ * value.tangent;
+  out.stored = share_ * value.stored;
+  const double b[3] = {site.at.u(), site.at.v, site.at.w};
+  for (int k = 0; k < 3; ++k)
+    out.velocity += b[k] * Vec3(&shape_.velocity[3 * to_index(mesh_->triangles()[to_index(3 * site.at.triangle + k)])]);
   return out;
 }
 
 void SoftSurface::advance(std::span<const scene::SurfaceLoad> loads, double dt) noexcept {
+  press_.dt = dt;
+  press_.ticks = std::max(1, static_cast<int>(std::lround(period_ / dt)));
   take(loads);
   relax(dt);
-  std::copy(body_.displacements().begin(), body_.displacements().end(), safe_u_.begin());
-  if (frozen_ <= kRamp) {
-    const int halves = hurried_ ? 2 : 1;
-    const int steps = std::max(1, static_cast<int>(std::lround(dt / body_.time_step())));
-    for (int i = 0; i < steps * halves; ++i) {
-      push();
-      body_.step(halves);
-    }
+  if (period_ > 0.0) {
+    exchange(dt);
+  } else {
+    pressed_.advance(press_, shape_);
+    show();
   }
-  guard(dt);
-  move_surface();
+  ramp(dt);
   publish(dt);
 }
 
 void SoftSurface::remember(std::span<const scene::SurfaceLoad> loads, double dt) noexcept {
+  press_.dt = dt;
   take(loads);
   relax(dt);
 }
 
-void SoftSurface::follow(std::span<const double> displacements, std::span<const double> velocities,
-                         double dt) noexcept {
-  body_.set_state(displacements, velocities);
-  move_surface();
+void SoftSurface::follow(const Shape& shape, double dt) noexcept {
+  shape_ = shape;
+  show();
+  ramp(dt);
   publish(dt);
 }
 
+/// Rate at which a sphere moves against the normal, smoothed; 0 at a new contact.
+double SoftSurface::approach(const scene::SpherePlace& at, double dt) noexcept {
+  if (at.sphere >= kSpheres || period_ == 0.0) return 0.0;
+  Motion& m = motion_[to_index(at.sphere)];
+  const Vec3 p_OS = at.p_OC - at.depth * at.normal;  // up to the radius along the normal
+  if (m.known) {
+    const double rate = -at.normal.dot(p_OS - m.p_OS) / dt;
+    m.rate += dt / (kMotion + dt) * (rate - m.rate);
+  } else {
+    m.rate = 0.0;
+  }
+  m.p_OS = p_OS;
+  m.known = true;
+  return std::clamp(m.rate, -kFastest, kFastest);
+}
+
+/// Turns loads into touches.
 void SoftSurface::take(std::span<const scene::SurfaceLoad> loads) noexcept {
-  touches_ = 0;
+  press_.touches = 0;
+  std::array<bool, kSpheres> seen{};
   for (const scene::SurfaceLoad& load : loads) {
-    Touch touch;
     const Site site = locate(load.at);
+    if (site.at.triangle < 0 || press_.touches == kMaxTouches || !load.force.allFinite()) continue;
+    Touch& touch = press_.touch[to_index(press_.touches)];
     touch.at = site.at;
-    if (touch.at.triangle < 0 || touches_ == static_cast<int>(touch_.size()) || !load.force.allFinite()) continue;
-    touch.law = law_at(touch.at, load.at.radius);
+    touch.law = law_at(site.at, load.at.radius);
     touch.sphere = load.at.sphere;
     touch.depth = site.depth;
+    touch.approach = approach(load.at, press_.dt);
+    if (touch.sphere < kSpheres) seen[to_index(touch.sphere)] = true;
+    elastic_[to_index(press_.touches++)] = value_at(site, touch.law, touch.sphere).force;
     const double elastic = touch.law.at(touch.depth).force;
     touch.viscous = viscous_force(load.at.sphere, elastic) - elastic * (instantaneous_ - 1.0);
     touch.secant = touch.depth > 0.0 ? std::max(load.force.dot(load.at.normal), 0.0) / touch.depth : 0.0;
     touch.normal = load.at.normal;
     touch.force = load.force - load.at.normal * load.at.normal.dot(load.force);
-    touch.start = spread(touch.at, body_.displacements());
-    touch_[to_index(touches_++)] = touch;
   }
-}
-
-/// Puts the forces of the contacts on the body, each a spring to the tool that follows the surface.
-void SoftSurface::push() noexcept {
-  body_.clear_loads();
-  const double ramp = std::clamp(1.0 - frozen_ / kRamp, 0.0, 1.0);
-  for (int i = 0; i < touches_; ++i) {
-    const Touch& touch = touch_[to_index(i)];
-    const Vec3 moved = spread(touch.at, body_.displacements()) - touch.start;
-    const double along = touch.normal.dot(moved);
-    const double normal_force = std::max(instantaneous_ * touch.law.at(touch.depth + along).force + touch.viscous, 0.0);
-    Vec3 force = normal_force * touch.normal + touch.force + touch.secant * (moved - along * touch.normal);
-    const double size = force.norm();
-    if (!(size > 0.0) || !std::isfinite(size)) continue;
-    force *= -ramp * std::min(1.0, kMaxLoad / size);
-    const double b[3] = {touch.at.u(), touch.at.v, touch.at.w};
-    for (int k = 0; k < 3; ++k) {
-      const std::int32_t vertex = mesh_->triangles()[to_index(3 * touch.at.triangle + k)];
-      for (const Spreading::Entry& e : tables_->spreading.row(vertex))
-        body_.add_load(tables_->node[to_index(e.vertex)], b[k] * e.weight * force);
-    }
-  }
+  for (std::size_t s = 0; s < seen.size(); ++s) motion_[s].known = seen[s];
 }
 
 /// Advances the viscous memory of the near fields; spheres without contact forget.
 void SoftSurface::relax(double dt) noexcept {
-  const auto& terms = body_.data().prony;
+  const auto& terms = body().data().prony;
   for (int s = 0; s < kSpheres && !terms.empty(); ++s) {
     double elastic = 0.0;
-    for (int i = 0; i < touches_; ++i)
-      if (touch_[to_index(i)].sphere == s) elastic = touch_[to_index(i)].law.at(touch_[to_index(i)].depth).force;
+    for (int i = 0; i < press_.touches; ++i)
+      if (press_.touch[to_index(i)].sphere == s) elastic = elastic_[to_index(i)];
     for (std::size_t i = 0; i < terms.size(); ++i) {
       double& q = memory_[to_index(s)][i];
       q += -std::expm1(-dt / terms[i].tau) * (elastic - q);
@@ -259,42 +197,57 @@ void SoftSurface::relax(double dt) noexcept {
   }
 }
 
-/// Answers fast motion with shorter steps, and a divergence with a return to the last displacements, at rest.
-void SoftSurface::guard(double dt) noexcept {
-  const double fastest = body_.fastest();
-  if (!(fastest <= kTooFast * edge_)) {
-    body_.reset();
-    body_.set_state(safe_u_, still_);
-    frozen_ = kStill + kRamp;
-    hurried_ = true;
-    return;
+/// Hands over the contacts at the first tick of a period, and takes the shape at the last one, or later.
+void SoftSurface::exchange(double dt) noexcept {
+  if (!waiting_) {
+    ++press_.number;
+    presses_.write(press_);
+    overdue_ = -press_.ticks * dt;
+    waiting_ = true;
   }
-  frozen_ = std::max(frozen_ - dt, 0.0);
-  hurried_ = frozen_ > 0.0 || fastest > (hurried_ ? 0.25 : 1.0) * kFast * edge_;
+  overdue_ += dt;
+  if (!beside_.load(std::memory_order_relaxed)) work();
+  late_ = overdue_ > 0.5 * dt;
+  if (overdue_ < -0.5 * dt) return;
+  const Shape& newest = shapes_.read();
+  if (newest.number != press_.number) return;
+  shape_ = newest;
+  show();
+  waiting_ = false;
 }
 
-/// Moves the touched surface to X + K u.
-void SoftSurface::move_surface() noexcept {
-  for (std::size_t i = 0; i < tables_->node.size(); ++i) {
-    const double* const rest = &body_.data().nodes[3 * to_index(tables_->node[i])];
-    Vec3 u = Vec3::Zero();
-    for (const Spreading::Entry& e : tables_->spreading.row(static_cast<std::int32_t>(i)))
-      u += e.weight * body_.displacement(tables_->node[to_index(e.vertex)]);
-    for (std::size_t k = 0; k < 3; ++k) vertices_[3 * i + k] = rest[k] + u[static_cast<Eigen::Index>(k)];
+bool SoftSurface::work() noexcept {
+  if (working_.exchange(true, std::memory_order_acquire)) return false;
+  const Press& press = presses_.read();
+  const bool fresh = press.number != made_.number;
+  if (fresh) {
+    pressed_.advance(press, made_);
+    shapes_.write(made_);
   }
-  mesh_->move(vertices_);
+  working_.store(false, std::memory_order_release);
+  return fresh;
+}
+
+/// Moves the touched surface.
+void SoftSurface::show() noexcept { mesh_->move(shape_.vertices); }
+
+/// Removes the force while the body stands still or its thread is stalled, and restores it afterwards.
+void SoftSurface::ramp(double dt) noexcept {
+  const bool stalled = late_ && overdue_ > kStalled;
+  share_ = shape_.still || stalled ? std::max(share_ - dt / kFade, 0.0) : std::min(share_ + dt / kRamp, 1.0);
+  press_.share = share_;
+  frozen_ = shape_.still || (frozen_ && share_ < 1.0);
 }
 
 void SoftSurface::publish(double dt) noexcept {
   unpublished_ += dt;
   if (unpublished_ < kPublish) return;
   unpublished_ = 0.0;
-  published_.write(vertices_);
+  published_.write(shape_.vertices);
 }
 
 scene::DeformableState SoftSurface::state() const noexcept {
-  const BodyEnergy energy = body_.energy();
-  return {energy.potential, energy.kinetic, hurried_, frozen_ > 0.0};
+  return {shape_.energy.potential, shape_.energy.kinetic, shape_.hurried, frozen_, late_};
 }
 
 }  // namespace palpate::tissue

@@ -1,19 +1,21 @@
 // The surface of a soft body, as contact methods touch it: rest positions plus displacements that are spread over a few
 // elements (spreading.hpp), with the near field of a contact (local_law.hpp) above it.
+//
+// A small body steps in every tick. A large one steps beside the cycle, by a period of several ticks at once: the cycle
+// hands over the contacts and their velocities at the beginning of a period, and takes the shape at its end. Between
+// two shapes the surface stands still, and the local law follows the tool alone. Without another thread the body steps
+// at the beginning of the period, and its shape is taken at the end all the same.
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
 
 #include "palpate/scene/deformable.hpp"
-#include "palpate/scene/mesh.hpp"
-#include "palpate/scene/mesh_impl.hpp"
-#include "palpate/tissue/body.hpp"
-#include "palpate/tissue/local_law.hpp"
-#include "palpate/tissue/spreading.hpp"
+#include "palpate/tissue/pressed_body.hpp"
 #include "palpate/types/mailbox.hpp"
 
 namespace palpate::tissue {
@@ -23,12 +25,12 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
  public:
   static constexpr int kTools = 8;           ///< tools with a viscous memory
   static constexpr int kSpheresOfTool = 16;  ///< spheres of a tool with a viscous memory
-  static constexpr int kTouches = 64;        ///< contacts that act on the body at the same time
 
   /// width: standard deviation of the spread contact force [m]; 0: .7 of the mean length of the surface's edges. It
-  /// should be at least .45 of the largest sphere's radius, or else deep contacts are too stiff. continues: id of
-  /// another surface of the same body; 0: a new one. Throws std::invalid_argument if the body has no surface.
-  explicit SoftSurface(BodyData data, double width = 0.0, std::uint64_t continues = 0);
+  /// should be at least .45 of the largest sphere's radius, or else deep contacts are too stiff. period: of the steps
+  /// beside the cycle [s]; 0: the body steps in every tick. continues: id of another surface of the same body; 0: a new
+  /// one. Throws std::invalid_argument if the body has no surface, or if the period is negative or above 50 ms.
+  explicit SoftSurface(const Body& body, double width = 0.0, double period = 0.0, std::uint64_t continues = 0);
 
   [[nodiscard]] scene::Nearest nearest(const Vec3& p) const noexcept override { return mesh_->nearest(p); }
   [[nodiscard]] scene::Nearest nearest_or_far(const Vec3& p, double exact_within) const noexcept override {
@@ -38,70 +40,77 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   [[nodiscard]] Deformable* deformable() const noexcept override { return const_cast<SoftSurface*>(this); }
 
   [[nodiscard]] std::shared_ptr<Surface> at_rest() const override;
+  /// A copy at rest that steps in every tick.
+  [[nodiscard]] std::shared_ptr<SoftSurface> in_cycle() const;
+  /// The newest shape that is touched.
+  [[nodiscard]] const Shape& shape() const noexcept { return shape_; }
   [[nodiscard]] scene::Response respond(const scene::SpherePlace& at) const noexcept override;
   void advance(std::span<const scene::SurfaceLoad> loads, double dt) noexcept override;
   /// Instead of advance(), for a view of a body that is stepped elsewhere (shared_surface.hpp): advances the viscous
-  /// memory under the contacts by a tick, and then takes over displacements [m] and velocities [m/s], 3 per node.
+  /// memory under the contacts by a tick, and then takes over the shape of that body.
   void remember(std::span<const scene::SurfaceLoad> loads, double dt) noexcept;
-  void follow(std::span<const double> displacements, std::span<const double> velocities, double dt) noexcept;
+  void follow(const Shape& shape, double dt) noexcept;
   [[nodiscard]] scene::DeformableState state() const noexcept override;
   [[nodiscard]] std::span<const double> published() noexcept override { return published_.read(); }
+  [[nodiscard]] double period() const noexcept override { return period_; }
+  void set_beside(bool beside) noexcept override { beside_ = beside; }
+  bool work() noexcept override;
 
-  [[nodiscard]] const Body& body() const noexcept { return body_; }
+  [[nodiscard]] const Body& body() const noexcept { return pressed_.body(); }
+  /// For tests of the guard, while no other thread steps the body.
+  [[nodiscard]] PressedBody& pressed() noexcept { return pressed_; }
   /// Mean length of the edges of the surface at rest [m].
-  [[nodiscard]] double edge() const noexcept { return edge_; }
+  [[nodiscard]] double edge() const noexcept { return tables_->edge; }
   [[nodiscard]] double width() const noexcept { return tables_->spreading.width(); }
 
  private:
   static constexpr int kSpheres = kTools * kSpheresOfTool;
   using Memory = std::array<double, kMaxProny>;
-
-  /// What all copies share.
-  struct Tables {
-    Spreading spreading;
-    std::vector<std::int32_t> node;           ///< node of the body for each vertex of the mesh
-    std::shared_ptr<const scene::Mesh> rest;  ///< the surface at rest
-    std::vector<double> plane_modulus;        ///< E* of the tetrahedron behind each triangle [Pa]
-  };
-  /// A load at its place on the mesh.
-  struct Touch {
-    scene::SurfacePoint at;
-    LocalLaw law{1.0, 1.0, 0.0};
-    int sphere = 0;
-    double depth = 0.0, viscous = 0.0, secant = 0.0;
-    Vec3 normal = Vec3::Zero(), force = Vec3::Zero(), start = Vec3::Zero();
-  };
-
-  SoftSurface(const SoftSurface& from, std::uint64_t id);
   /// Where a sphere touches, and its depth below the touched surface.
   struct Site {
     scene::SurfacePoint at;
     double depth = 0.0;
   };
+  /// Motion of a sphere that touches.
+  struct Motion {
+    Vec3 p_OS = Vec3::Zero();
+    double rate = 0.0;  ///< against the normal [m/s]
+    bool known = false;
+  };
+
+  SoftSurface(const SoftSurface& from, std::uint64_t id, double period);
   [[nodiscard]] Site locate(const scene::SpherePlace& place) const noexcept;
   [[nodiscard]] LocalLaw law_at(const scene::SurfacePoint& at, double radius) const noexcept;
-  [[nodiscard]] Vec3 spread(const scene::SurfacePoint& at, std::span<const double> nodal) const noexcept;
+  [[nodiscard]] LocalLaw::Value value_at(const Site& site, const LocalLaw& law, int sphere) const noexcept;
   [[nodiscard]] double viscous_force(int sphere, double elastic) const noexcept;
   void take(std::span<const scene::SurfaceLoad> loads) noexcept;
-  void push() noexcept;
+  double approach(const scene::SpherePlace& at, double dt) noexcept;
   void relax(double dt) noexcept;
-  void guard(double dt) noexcept;
-  void move_surface() noexcept;
+  void exchange(double dt) noexcept;
+  void show() noexcept;
+  void ramp(double dt) noexcept;
   void publish(double dt) noexcept;
 
-  Body body_;
-  std::shared_ptr<const Tables> tables_;
+  std::shared_ptr<const SoftTables> tables_;
+  double period_ = 0.0, instantaneous_ = 1.0;  // instantaneous_: 1 + sum of the Prony shares
+  PressedBody pressed_;                        // used by the thread beside, if there is one
   std::shared_ptr<scene::Mesh> mesh_;
-  double edge_ = 0.0, instantaneous_ = 1.0;  // instantaneous_: 1 + sum of the Prony shares
   std::array<Memory, kSpheres> memory_{};
-  std::array<Touch, kTouches> touch_;
-  int touches_ = 0;
-  std::vector<double> vertices_;  // of the mesh, 3 per vertex [m]
+  std::array<Motion, kSpheres> motion_{};
+  std::array<double, kMaxTouches> elastic_{};  // forces of the touches without viscosity [N]
+
+  Press press_;         // contacts of this tick; number: of the last press that was handed over
+  Shape shape_, made_;  // as touched; made_: of the thread that steps the body
+  Mailbox<Press> presses_;
+  Mailbox<Shape> shapes_;
+  std::atomic<bool> beside_{false};
+  std::atomic<bool> working_{false};
+  bool waiting_ = false, late_ = false, frozen_ = false;  // waiting_: for the shape of the last press
+  double overdue_ = 0.0;                                  // time since this shape was due [s]
+  double share_ = 1.0;                                    // of the force that acts
+
   Mailbox<std::vector<double>> published_;
-  double unpublished_ = 0.0;            // time since vertices_ were published [s]
-  std::vector<double> safe_u_, still_;  // displacements before the tick; zero velocities
-  bool hurried_ = false;
-  double frozen_ = 0.0;  // time left of standing still and of the ramp [s]
+  double unpublished_ = 0.0;  // time since the vertices were published [s]
 };
 
 }  // namespace palpate::tissue

@@ -24,6 +24,12 @@ constexpr std::array kStatusDescriptions = {
                       "a number was not finite, or beyond a million: the force ramps to zero"},
     StatusDescription{"leader_stale", kLeaderStale, "the leader is silent: the force ramps to zero"},
     StatusDescription{"follower_stale", kFollowerStale, "the follower is silent: the force ramps to zero"},
+    StatusDescription{"soft_frozen", kSoftFrozen,
+                      "soft tissue became unstable: its force goes to zero and returns within half a second; if this "
+                      "repeats, shorten its time step (key step of tissue)"},
+    StatusDescription{"soft_late", kSoftLate,
+                      "the thread of a soft tissue is late: it stands still, and after 50 ms its force goes to zero "
+                      "until the thread goes on; coarser tetrahedra (key resolution of tissue) need less time"},
     StatusDescription{"lagging", kLagging, "the follower stays far behind its goal: it is let go"},
     StatusDescription{"slow", kSlow,
                       "the leader reports its state too rarely, or too often, for the rate of the cycle: no force"},

@@ -1,6 +1,7 @@
 // Status bits that the stages report in every tick, and the sources that the energy ledger distinguishes.
 #pragma once
 
+#include <cstdint>
 #include <span>
 
 namespace palpate {
@@ -44,10 +45,16 @@ enum Status : unsigned {
   kSettling = 1u << 31,      ///< after a fault: all signals are good again, but not yet for long enough
 };
 
+/// Further bits of the recorded signal `status`, which has 64: of soft bodies.
+enum SoftStatus : std::uint64_t {
+  kSoftFrozen = 1ull << 32,  ///< a soft body diverged: its force goes to zero and returns by a ramp
+  kSoftLate = 1ull << 33,    ///< the thread of a soft body is late: its surface stands still meanwhile
+};
+
 /// Name and description of one status bit, for records and reports.
 struct StatusDescription {
   const char* name;         ///< identifier, for example "force_capped"
-  unsigned bit;             ///< value of the enumerator
+  std::uint64_t bit;        ///< value of the enumerator
   const char* description;  ///< description for the operator, in English
 };
 

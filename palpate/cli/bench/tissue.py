@@ -12,6 +12,7 @@ from palpate.console.output import console_for, require_writable, say, write_jso
 
 Figure = Literal[
     "ticks",
+    "threads",
     "realtime",
     "layers",
     "large-strain",

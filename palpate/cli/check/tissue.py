@@ -28,6 +28,7 @@ class TissueFindings:
     stable_step_ms: float  # longest stable time step without added mass
     step_ms: float  # time step
     added_mass_percent: float  # mass added for this time step
+    thread_period_ms: float  # of a thread of its own; 0: it steps in the haptic cycle
 
 
 def inspect_tissue(soft: Tissue) -> TissueFindings:
@@ -43,6 +44,7 @@ def inspect_tissue(soft: Tissue) -> TissueFindings:
         stable_step_ms=1e3 * soft.body.stable_step(),
         step_ms=1e3 * soft.body.time_step,
         added_mass_percent=100.0 * soft.body.added_mass(),
+        thread_period_ms=1e3 * soft.period,
     )
 
 
@@ -63,9 +65,12 @@ def warn_of_tissue(found: TissueFindings, where: str) -> None:
 def tissue_words(found: TissueFindings) -> str:
     """The findings in a sentence."""
     poor = f", {found.poor_tets:,} are poor (below {POOR:g})" if found.poor_tets else ""
+    beside = (
+        f"on a thread of its own, every {found.thread_period_ms:g} ms" if found.thread_period_ms else "in the cycle"
+    )
     return (
         f"{found.tets:,} tetrahedra with {found.nodes:,} nodes, edges of {found.edge_mm:.3g} mm (shortest "
         f"{found.shortest_edge_mm:.2g} mm), worst quality {found.worst_quality:.2f}{poor}; time step "
         f"{found.step_ms:.3g} ms with {found.added_mass_percent:.3g} % added mass (without any: "
-        f"{found.stable_step_ms:.3g} ms)"
+        f"{found.stable_step_ms:.3g} ms), {beside}"
     )

@@ -138,7 +138,7 @@ void HapticNode::start() {
   options.direct = true;
   spinner_ = std::make_unique<Spinner>(node_, std::move(options));
   scheduler_ = words.get();
-  front_.start_collider(options_.cycle.contact.collision_rate);
+  front_.start_threads(options_.cycle.contact.collision_rate);
 }
 
 void HapticNode::stop() noexcept {
@@ -149,7 +149,7 @@ void HapticNode::stop() noexcept {
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   spinner_->stop();
   spinner_.reset();
-  front_.stop_collider();
+  front_.stop_threads();
   wrench_message_.wrench = geometry_msgs::msg::Wrench();
   stamp(wrench_message_.header, wall_now());
   if (commanding_) {

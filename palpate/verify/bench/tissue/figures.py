@@ -15,6 +15,7 @@ from palpate.verify.bench.tissue import (
     lump,
     port_energy,
     relaxing,
+    threads,
     ticks,
 )
 from palpate.verify.bench.tissue.bodies import Lab
@@ -25,7 +26,8 @@ if TYPE_CHECKING:
 
 FIGURES: dict[str, Callable[[Lab, bool], Found]] = {
     "ticks": ticks.measure,
-    "realtime": ticks.measure_real_time,
+    "threads": threads.measure,
+    "realtime": threads.measure_real_time,
     "layers": layers.measure,
     "large-strain": large_strain.measure,
     "stiffening": large_strain.measure_stiffening,
@@ -73,8 +75,10 @@ def table(figures: dict[str, Any]) -> Table:
         out.add_row(f"tick of {int(tets):,} tetrahedra, p50 / p99", _ms(times))
     if figures["control_ms"]:
         out.add_row("control: 20,000 numbers sorted, p50 / p99", _ms(figures["control_ms"]))
-    if late := figures.get("realtime"):
-        out.add_row(f"missed ticks in {late['seconds']:g} s, bare loop", f"{late['missed']}, {late['control_missed']}")
+    for loop in figures.get("real_time", ()):
+        where = f"on a thread of {1e3 * loop['period']:g} ms" if loop["period"] else "in the cycle"
+        name = f"{loop['tets']:,} tetrahedra {where}: missed of {loop['ticks']:,} ticks, bare loop; late shapes"
+        out.add_row(name, f"{loop['missed']}, {loop['control_missed']}; {loop['late']}")
     if other := figures["mujoco"]:
         for who, key in (("MuJoCo", ""), ("Palpate", "own_")):
             name = f"{who}, {other['tets']:,} tetrahedra: tick, error"

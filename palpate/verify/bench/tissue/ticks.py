@@ -1,11 +1,9 @@
-"""Time of a tick of the cycle with a soft body, next to a control, and ticks that a real-time loop misses."""
+"""Time of a tick of the cycle with a soft body, next to a control."""
 
 from __future__ import annotations
 
-import tempfile
 import time
-from pathlib import Path
-from typing import Any, TypedDict
+from typing import TypedDict
 
 import numpy as np
 
@@ -49,7 +47,9 @@ def tick_times(cells: tuple[int, int, int], ticks: int = 1500, lab: Lab | None =
     lab = lab or Lab()
     size = np.array(cells) * 0.01
     nodes, tets = block(cells, size)
-    soft = lab.make((nodes, tets), young=YOUNG, poisson=POISSON, prony=PRONY, yeoh=0.5, fixed=nodes[:, 2] == 0.0)
+    soft = lab.make(
+        (nodes, tets), young=YOUNG, poisson=POISSON, prony=PRONY, yeoh=0.5, fixed=nodes[:, 2] == 0.0, thread="cycle"
+    )
     tips = pressed(5e-3, 5e-3, (0.5 * size[0], 0.5 * size[1]), 0.1, max(ticks * TICK - 0.1, TICK))
     tips[:, 2] += size[2]
     tips[:, 0] += 0.02 * np.sin(np.arange(len(tips)) * TICK * 2.0 * np.pi)
@@ -71,62 +71,3 @@ def times_of(seconds: Array) -> Times:
     """Percentiles of times [s], in ms."""
     p50, p99 = np.percentile(1e3 * seconds, [50, 99])
     return {"p50": float(p50), "p99": float(p99)}
-
-
-SCENE = """
-objects:
-  - name: block
-    box: {{size: {size}}}
-    unit: m
-    tissue: {{volume: block.vtk, preset: liver, fixed: [{{at: [0, 0, {ground}], box: [1, 1, 0.002]}}]}}
-contact: {{radius: 0.006}}
-operator: {{palpate: {{approach: 0.3, press: 1.0, force: 0.25}}}}
-"""
-
-
-def soft_scene(folder: Path, cells: tuple[int, int, int], cell: float = 0.01) -> Any:
-    """A scene with a soft block around the origin, palpated by the scripted operator.
-
-    Raises:
-        ImportError: the reader of tetrahedra is not installed.
-    """
-    import meshio  # noqa: F401  # of the extra tissue
-
-    from palpate.scene import Scene
-    from palpate.tissue import TetMesh, save
-
-    size = np.array(cells) * cell
-    nodes, tets = block(cells, size)
-    save(TetMesh(nodes - 0.5 * size, tets), folder / "block.vtk", unit="m")
-    text = SCENE.format(size=size.tolist(), ground=-0.5 * size[2])
-    return Scene.parse(text, str(folder / "soft.yaml"))
-
-
-def measure_real_time(lab: Lab, short: bool = False) -> Found:
-    """Ticks missed by a loop in real time with a soft block, and by a bare loop that alternates with it."""
-    del lab  # the loop makes its own body
-    from palpate import _core
-    from palpate.scene.rig import build
-
-    seconds = 0.2 if short else 4.0
-    with tempfile.TemporaryDirectory() as folder:
-        try:
-            scene = soft_scene(Path(folder), (7, 7, 4) if short else (12, 12, 6))
-        except ImportError:
-            return Found()
-        simulation, bare = build(scene).simulation(), _core.BareLoop(1000.0)
-        for _ in range(4):
-            for loop in (bare, simulation):
-                loop.start()
-                time.sleep(seconds / 4)
-                loop.stop()
-                simulation.drain()
-    mine, other = simulation.timing(), bare.timing()
-    figures = {
-        "seconds": seconds,
-        "missed": mine["missed_ticks"],
-        "control_missed": other["missed_ticks"],
-        "cycle_p50_us": mine["cycle_us"]["p50"],
-        "cycle_p99_us": mine["cycle_us"]["p99"],
-    }
-    return Found((), {"realtime": figures})

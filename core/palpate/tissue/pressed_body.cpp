@@ -1,0 +1,118 @@
+#include "palpate/tissue/pressed_body.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "palpate/types/index.hpp"
+
+namespace palpate::tissue {
+namespace {
+
+constexpr double kFast = 0.05;     // [edge] displacement in a step beyond which steps are halved
+constexpr double kTooFast = 0.5;   // [edge] displacement in a step that is a divergence
+constexpr double kStill = 0.1;     // [s] of standing still after a divergence
+constexpr double kHealthy = 0.5;   // [s] a divergence within this time after the last one returns the body to rest
+constexpr double kMaxLoad = 30.0;  // [N] largest force of one contact on the body
+
+}  // namespace
+
+PressedBody::PressedBody(const Body& body, std::shared_ptr<const SoftTables> tables)
+    : body_(body), tables_(std::move(tables)), safe_u_(3 * body.node_count(), 0.0), zero_(safe_u_) {
+  for (const PronyTerm& term : body_.data().prony) instantaneous_ += term.g;
+  body_.reset();
+}
+
+Shape PressedBody::at_rest() const {
+  Shape out;
+  out.vertices.assign(tables_->rest->vertices().begin(), tables_->rest->vertices().end());
+  out.velocity.assign(out.vertices.size(), 0.0);
+  return out;
+}
+
+void PressedBody::advance(const Press& press, Shape& out) noexcept {
+  for (int i = 0; i < press.touches; ++i)
+    start_[to_index(i)] = mean_under(*tables_, press.touch[to_index(i)].at, body_.displacements());
+  for (int k = 0; k < press.ticks; ++k) {
+    std::copy(body_.displacements().begin(), body_.displacements().end(), safe_u_.begin());
+    if (still_ <= 0.0) step(press, k * press.dt);
+    guard(press.dt);
+  }
+  describe(press, out);
+}
+
+void PressedBody::step(const Press& press, double since) noexcept {
+  const int halves = hurried_ ? 2 : 1;
+  const int steps = halves * std::max(1, static_cast<int>(std::lround(press.dt / body_.time_step())));
+  for (int i = 0; i < steps; ++i) {
+    push(press, since + i * press.dt / steps);
+    body_.step(halves);
+  }
+}
+
+/// Depth of a sphere below the touched surface, which has moved since the press began; the tool is taken to go on at
+/// its velocity.
+double PressedBody::depth_of(const Touch& touch, const Vec3& moved, double since) const noexcept {
+  return touch.depth + touch.normal.dot(moved) + touch.approach * since;
+}
+
+void PressedBody::push(const Press& press, double since) noexcept {
+  body_.clear_loads();
+  for (int i = 0; i < press.touches; ++i) {
+    const Touch& touch = press.touch[to_index(i)];
+    const Vec3 moved = mean_under(*tables_, touch.at, body_.displacements()) - start_[to_index(i)];
+    const double elastic = touch.law.at(depth_of(touch, moved, since)).force;
+    const double normal_force = std::max(instantaneous_ * elastic + touch.viscous, 0.0);
+    const Vec3 along = moved - touch.normal.dot(moved) * touch.normal;
+    Vec3 force = normal_force * touch.normal + touch.force + touch.secant * along;
+    const double size = force.norm();
+    if (!(size > 0.0) || !std::isfinite(size)) continue;
+    force *= -press.share * std::min(1.0, kMaxLoad / size);
+    for_nodes_under(*tables_, touch.at,
+                    [&](std::int32_t node, double weight) { body_.add_load(node, weight * force); });
+  }
+}
+
+/// Answers fast motion with shorter steps, and a divergence with a return to the last displacements, at rest; to the
+/// undeformed shape if those lead to another divergence.
+void PressedBody::guard(double dt) noexcept {
+  healthy_ += dt;
+  const double fastest = still_ > 0.0 ? 0.0 : body_.fastest();
+  if (!(fastest <= kTooFast * tables_->edge)) {
+    const bool safe = std::all_of(safe_u_.begin(), safe_u_.end(), [](double u) { return std::isfinite(u); });
+    body_.reset();
+    if (safe && healthy_ >= kHealthy) body_.set_state(safe_u_, zero_);
+    still_ = kStill;
+    healthy_ = -kStill;
+    hurried_ = true;
+    return;
+  }
+  still_ = std::max(still_ - dt, 0.0);
+  hurried_ = healthy_ < kHealthy || fastest > (hurried_ ? 0.25 : 1.0) * kFast * tables_->edge;
+}
+
+void PressedBody::describe(const Press& press, Shape& out) const noexcept {
+  out.number = press.number;
+  const std::span<const double> u = body_.displacements(), v = body_.velocities();
+  for (std::size_t i = 0; i < tables_->node.size(); ++i) {
+    Vec3 x(&body_.data().nodes[3 * to_index(tables_->node[i])]), rate = Vec3::Zero();
+    for (const Spreading::Entry& e : tables_->spreading.row(static_cast<std::int32_t>(i))) {
+      const std::size_t node = 3 * to_index(tables_->node[to_index(e.vertex)]);
+      x += e.weight * Vec3(&u[node]);
+      rate += e.weight * Vec3(&v[node]);
+    }
+    Eigen::Map<Vec3>(&out.vertices[3 * i]) = x;
+    Eigen::Map<Vec3>(&out.velocity[3 * i]) = rate;
+  }
+  out.energy = body_.energy();
+  out.hurried = hurried_;
+  out.still = still_ > 0.0;
+  out.touches = press.touches;
+  for (int i = 0; i < press.touches; ++i) {
+    const Touch& touch = press.touch[to_index(i)];
+    const Vec3 moved = mean_under(*tables_, touch.at, u) - start_[to_index(i)];
+    const LocalLaw::Value end = touch.law.at(depth_of(touch, moved, press.ticks * press.dt));
+    out.yield[to_index(i)] = {touch.sphere, end.yield, end.kept};
+  }
+}
+
+}  // namespace palpate::tissue

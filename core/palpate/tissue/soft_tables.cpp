@@ -1,0 +1,90 @@
+#include "palpate/tissue/soft_tables.hpp"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <stdexcept>
+
+#include "palpate/types/index.hpp"
+
+namespace palpate::tissue {
+namespace {
+
+constexpr double kWidth = 0.7;  // [edge] of the spread force
+
+/// The surface as a mesh that can move, without the inner nodes.
+std::shared_ptr<const scene::Mesh> mesh_of(const BodyData& data) {
+  if (data.surface.empty()) throw std::invalid_argument("tissue: surface has no triangles");
+  std::vector<std::int32_t> row(data.nodes.size() / 3, -1), triangles;
+  std::vector<double> vertices;
+  for (const std::int32_t node : data.surface) {
+    if (row[to_index(node)] < 0) {
+      row[to_index(node)] = static_cast<std::int32_t>(vertices.size() / 3);
+      const auto at = data.nodes.begin() + 3 * static_cast<std::ptrdiff_t>(node);
+      vertices.insert(vertices.end(), at, at + 3);
+    }
+    triangles.push_back(row[to_index(node)]);
+  }
+  return scene::Mesh::build(vertices, triangles)->movable();
+}
+
+/// Node for each vertex of the mesh, which may have been welded and reordered: the one at the same position.
+std::vector<std::int32_t> nodes_of(const scene::Mesh& mesh, const BodyData& data) {
+  std::map<std::array<double, 3>, std::int32_t> node_at;
+  for (const std::int32_t node : data.surface) {
+    const double* const x = &data.nodes[3 * to_index(node)];
+    node_at[{x[0], x[1], x[2]}] = node;
+  }
+  std::vector<std::int32_t> out;
+  const std::span<const double> x = mesh.vertices();
+  for (std::size_t i = 0; i < x.size(); i += 3) out.push_back(node_at.at({x[i], x[i + 1], x[i + 2]}));
+  return out;
+}
+
+double mean_edge(const scene::Mesh& mesh) {
+  const scene::Mesh::Impl& m = mesh.impl();
+  double sum = 0.0;
+  const auto count = static_cast<std::int32_t>(m.triangles.size());
+  for (std::int32_t he = 0; he < count; ++he) sum += (m.corner(scene::next_half_edge(he)) - m.corner(he)).norm();
+  return sum / count;
+}
+
+double plane_modulus_of(double mu, double bulk) {  // E / (1 - nu^2)
+  const double poisson = (3.0 * bulk - 2.0 * mu) / (2.0 * (3.0 * bulk + mu));
+  return 2.0 * mu / (1.0 - poisson);
+}
+
+/// E* of the tetrahedron behind each triangle: of the one that shares the most corners.
+std::vector<double> plane_moduli(const scene::Mesh& mesh, const BodyData& data, const std::vector<std::int32_t>& node) {
+  std::vector<std::vector<std::int32_t>> around(data.nodes.size() / 3);
+  for (std::size_t k = 0; k < data.tets.size(); ++k)
+    around[to_index(data.tets[k])].push_back(static_cast<std::int32_t>(k / 4));
+  std::vector<double> out;
+  for (std::size_t c = 0; c < mesh.triangles().size(); c += 3) {
+    std::map<std::int32_t, int> shared;
+    for (std::size_t k = c; k < c + 3; ++k)
+      for (const std::int32_t tet : around[to_index(node[to_index(mesh.triangles()[k])])]) ++shared[tet];
+    const auto most = std::max_element(shared.begin(), shared.end(),
+                                       [](const auto& x, const auto& y) { return x.second < y.second; });
+    const std::size_t tet = to_index(most->first);
+    out.push_back(plane_modulus_of(data.mu[tet], data.bulk[tet]));
+  }
+  return out;
+}
+
+}  // namespace
+
+SoftTables::SoftTables(const BodyData& data, double width)
+    : rest(mesh_of(data)), node(nodes_of(*rest, data)), plane_modulus(plane_moduli(*rest, data, node)) {
+  edge = mean_edge(*rest);
+  spreading = Spreading(rest->vertices(), rest->triangles(), width > 0.0 ? width : kWidth * edge);
+}
+
+Vec3 mean_under(const SoftTables& tables, const scene::SurfacePoint& at, std::span<const double> nodal) noexcept {
+  Vec3 sum = Vec3::Zero();
+  for_nodes_under(tables, at,
+                  [&](std::int32_t node, double weight) { sum += weight * Vec3(&nodal[3 * to_index(node)]); });
+  return sum;
+}
+
+}  // namespace palpate::tissue
