@@ -229,7 +229,8 @@ void bind_shared(nb::module_& m) {
         return std::make_shared<scene::Snapshot>(std::move(made));
       },
       nb::arg("snapshot"),
-      "The snapshot with soft bodies that all its loops share: one body each, which the tools of all loops press in the "
+      "The snapshot with soft bodies that all its loops share: one body each, which the tools of all loops press in "
+      "the "
       "cycle.");
 }
 

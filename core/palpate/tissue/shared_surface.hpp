@@ -1,9 +1,10 @@
 // One soft body that several loops touch, each through a view of its own.
 //
-// A view is a SoftSurface whose body is not stepped: it takes the shape of the shared body, and keeps the viscous memory of its own tool. In every tick a loop posts its contacts and reads the newest state, both
-// through mailboxes, so no loop waits for another. The body is stepped once a tick by the loop that comes first, with
-// the newest contacts of all loops. Those of the others are then at most one tick old; their normal forces follow the
-// surface meanwhile. A loop that stands still leaves its tool where it was, and the others go on stepping.
+// A view is a SoftSurface whose body is not stepped: it takes the shape of the shared body, and keeps the viscous
+// memory of its own tool. In every tick a loop posts its contacts and reads the newest state, both through mailboxes,
+// so no loop waits for another. The body is stepped once a tick by the loop that comes first, with the newest contacts
+// of all loops. Those of the others are then at most one tick old; their normal forces follow the surface meanwhile. A
+// loop that stands still leaves its tool where it was, and the others go on stepping.
 #pragma once
 
 #include <array>
