@@ -227,7 +227,7 @@ class Problem:
         if refusal is not None:
             raise PlanningError(
                 f"the start is {_words(refusal, clearance)}",
-                mend=f"{_free_words(nearest_free(checker, q, clearance))}, or a smaller clearance",
+                mend=_free_words(nearest_free(checker, q, clearance)) + _less(refusal),
             )
         return q
 
@@ -246,9 +246,8 @@ class Problem:
         if not free:
             assert refusals[0] is not None
             worst = max((r for r in refusals if r is not None), key=lambda r: r.distance)
-            raise PlanningError(
-                f"the goal is {_words(worst, clearance)}", mend="move the goal, or reduce the clearance"
-            )
+            mend = f"move the goal away from {worst.pair[1]}" + _less(worst)
+            raise PlanningError(f"the goal is {_words(worst, clearance)}", mend=mend)
         return free
 
 
@@ -268,6 +267,12 @@ def _free_words(q: Array | None) -> str:
     if q is None:
         return "move the instrument by hand"
     return f"start from joints:{','.join(f'{x:.4f}' for x in q)}, which is free"
+
+
+def _less(refusal: Nearest) -> str:
+    """The clearance that would be possible, if there is one."""
+    possible = np.floor(1e4 * refusal.distance) / 10.0  # [mm]
+    return f", or give a clearance of {possible:g} mm or less" if possible > 0.0 else ""
 
 
 def _words(refusal: Nearest, clearance: float) -> str:

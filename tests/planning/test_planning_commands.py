@@ -97,3 +97,25 @@ def test_the_study_finds_contacts_and_agrees_with_brute_force(tmp_path: Path, mo
     assert {row["mesh"] for row in found.json["pairs"]} == {"liver", "skeleton"}
     assert found.json["brute_force"]["disagreements"] == 0
     assert all(file.is_file() for file in found.draw(tmp_path))
+
+
+def test_queries_of_the_hooks_need_the_search() -> None:
+    (row,) = bench.hooks(1, names=("RRTConnect",))
+    assert set(row) == json_contract.keys("bench planning")
+    assert (row["success_rate"], row["straight"], row["retracted"], row["violations"]) == (1.0, 0, 0, 0)
+
+
+def test_run_executes_a_plan_and_says_what_became_of_it(
+    scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out, runs = tmp_path / "plan.yaml", str(tmp_path / "runs")
+    assert main(["plan", str(scene), "--to", "there", "--retreat", "1cm", "--out", str(out)]) == 0
+    run = ["run", str(scene), "--headless", "--duration", "0.3", "--out", runs]
+    assert main([*run, "--plan", str(out), "--record-places", str(tmp_path / "places.yaml")]) == 0
+    assert "plan: moving at 0." in capsys.readouterr().out
+    assert (tmp_path / "places.yaml").is_file()
+    assert main([*run, "--plan", str(out), "--speed", "7"]) == 2
+    assert "speed must lie in 0 to 1" in capsys.readouterr().err
+    assert main(["plan", str(scene), "--to", "there", "--approach", "abc"]) == 2
+    assert main(["plan", str(scene), "--through", str(tmp_path / "places.yaml")]) == 2
+    assert "no recorded place" in capsys.readouterr().err

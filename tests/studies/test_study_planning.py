@@ -40,6 +40,13 @@ def test_operators_led_along_a_plan_stay_nearer_to_it(route: Route, tmp_path: Pa
     assert picture.stat().st_size > 10_000
 
 
+def test_a_stiffer_spring_leads_more(route: Route, tmp_path: Path) -> None:
+    rows = work.measured([route], 1, conditions=("none", "200", "1000"))
+    found = work.summary(rows)
+    assert found["1000"]["path_error_mm"] < found["200"]["path_error_mm"] < found["none"]["path_error_mm"]
+    assert [file.name for file in draw(tmp_path, rows, found)] == ["study_planning_stiffness.png"]
+
+
 def test_an_instrument_in_the_margin_is_judged_so(route: Route) -> None:
     at_start = work.attempt(route, 0, "none", 1)
     near = next(one for one in route.problem.world.obstacles if one.name == "liver")
