@@ -69,7 +69,9 @@ class PedalDevice:
         try:
             self._file = os.open(self._path, os.O_RDONLY | os.O_NONBLOCK)
         except OSError as error:
-            mend = f"sudo usermod -aG input {os.environ.get('USER', 'YOU')}, then log in again"
+            allow = f"sudo usermod -aG input {os.environ.get('USER', 'YOU')}, then log in again"
+            absent = isinstance(error, FileNotFoundError)
+            mend = "plug it in; `palpate device list` names what is there" if absent else allow
             raise DeviceError(f"{self._path} cannot be opened", why=error.strerror or "", mend=mend) from None
         for pedal in set(self._keys.values()) & {"operator", "head"}:
             console.set(pedal, False, self.source)  # absent until the key is down

@@ -15,8 +15,8 @@ std::string_view pedal_name(std::size_t pedal) noexcept {
 
 }  // namespace
 
-Console::Console(std::vector<SimulatedArm*> mtms, std::vector<Teleop*> teleops, CameraTeleop* camera,
-                 bool head_sensor, Outbox& out)
+Console::Console(std::vector<SimulatedArm*> mtms, std::vector<Teleop*> teleops, CameraTeleop* camera, bool head_sensor,
+                 Outbox& out)
     : mtms_(std::move(mtms)),
       teleops_(std::move(teleops)),
       selected_(teleops_.size(), true),

@@ -60,7 +60,7 @@ struct SystemSpec {
   std::vector<ArmSpec> arms;
   std::vector<TeleopSpec> teleops;
   int camera_mtml = -1, camera_mtmr = -1,
-      camera_ecm = -1;  ///< arms of the camera teleoperation; -1: no such teleoperation
+      camera_ecm = -1;       ///< arms of the camera teleoperation; -1: no such teleoperation
   bool head_sensor = false;  ///< the operator's presence comes from a head sensor, not from the coag pedal
 };
 

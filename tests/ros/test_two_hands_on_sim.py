@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 import pytest
+import yaml
 from scipy.spatial.transform import Rotation
 
 from palpate.arm import Arm
@@ -190,7 +191,8 @@ def check_console(client, pairs):
 
 def check_graph():
     """Two nodes never share a name, and two pairs never share a topic."""
-    from palpate.ros import graph
+    from palpate.ros import graph, rviz
+    from palpate.ros.haptics import Devices
 
     found = graph.measure(0.2)
     assert found.duplicate_nodes == []
@@ -202,6 +204,10 @@ def check_graph():
     assert measured.messages > 0
     assert "/right/palpate_haptics_MTMR" in measured.subscribers
     assert topics["/right/palpate/markers"].publishers == ["/right/palpate"]
+    scene = Scene.parse(scene_text())
+    shown = rviz.topics(yaml.safe_load(yaml.safe_dump(rviz.config(scene, rviz.devices_of(scene, Devices())))))
+    assert len(shown) == 7
+    assert [name for name in shown if name not in topics] == [], "topics of the configuration of RViz"
 
 
 def test_nodes_that_share_a_topic_are_found():
