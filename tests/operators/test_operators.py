@@ -182,3 +182,9 @@ def test_care_slows_the_hand_in_proportion_to_the_seen_error(error, care):
 def test_speed_along_a_wide_passage_is_limited():
     v = led(calm(pace=0.1), aim(width=0.02), updates=300)
     assert v[-1][0] * SCALE == pytest.approx(0.03, rel=1e-6)
+
+
+def test_the_hand_slows_down_before_the_end_of_the_path():
+    """The rest of the path would take 0.3 s at any time."""
+    v = led(calm(pace=0.4), replace(aim(), ahead=0.0015), updates=300)
+    assert v[-1][0] * SCALE == pytest.approx(0.0015 / 0.3, rel=1e-6)

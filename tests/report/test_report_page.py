@@ -164,6 +164,7 @@ def test_words_of_the_ledger_name_each_element_with_its_energy(tmp_path):
     ticks["energy_source"][:, 0] = 5e-3 * grows
     ticks["energy_source"][:, -2:] = np.outer(grows, [6e-3, 7e-3])
     ticks["status"][100:350] = STATUS["passivity"][0]
+    ticks["status"][400:500] = sum(bit for name, (bit, *_) in STATUS.items() if name != "passivity")
     text = ledger_words(Run(record_of(tmp_path, ticks)))
     assert (
         "Energy taken by the end, before limits and filters: floor 5.00 mJ, guidance 6.00 mJ, all others 7.00 mJ."
