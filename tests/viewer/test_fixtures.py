@@ -54,7 +54,7 @@ def shown():
     viewer.close()
 
 
-def until(condition, seconds=40.0):
+def until(condition, seconds=90.0):
     end = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < end, "timeout"

@@ -27,7 +27,7 @@ def page(viewer):
         yield page
 
 
-def until(condition, seconds=30.0):
+def until(condition, seconds=90.0):
     end = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < end, "timeout"
