@@ -100,6 +100,7 @@ def test_collision_thread_of_the_paper_allocates_but_the_cycle_does_not(guard):
         "identified",
         "estimating",
         "guided",
+        "executing",
     ],
 )
 def test_lockstep_tick_with_plant_allocates_nothing(guard, case):
