@@ -98,6 +98,7 @@ CASES = (
     "identified",
     "estimating",
     "guided",
+    "executing",
 )
 
 

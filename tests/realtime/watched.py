@@ -1,7 +1,7 @@
 """Run under heap_guard (LD_PRELOAD): prints the heap and lock calls of a session's threads as JSON.
 
 python watched.py realtime METHOD RATE SECONDS
-    | lockstep METHOD [organ|solids|soft|live|cloud|LAW|ARM|identified|estimating|guided] ...
+    | lockstep METHOD [organ|solids|soft|live|cloud|LAW|ARM|identified|estimating|guided|executing] ...
     | planted METHOD RATE | robot [following|impedance|moving] ... | geometries all | crtk all | device all
 """
 
@@ -300,11 +300,18 @@ def lockstep(method: str, what: str = "organ") -> dict[str, object]:
         scene = {"solids": solids_scene, "soft": soft_scene}.get(what, lambda: organ_scene(20_000))
         sim = simulation(method, 1000.0, scene())
     me, counted, touched = threading.get_native_id(), [], 0
+    if what == "executing":  # a planned motion moves the tool a little, from a place in contact
+        touched = contacts(sim.run(1200))
+        q = np.tile(as_ticks(sim.latest().reshape(1, -1))[0]["q_follower_goal"][:6], (1000, 1))
+        q[:, 0] += 0.01 * np.sin(np.linspace(0.0, 2.0 * np.pi, 1000))
+        sim.execute(q, np.gradient(q, 0.01, axis=0), 0.01, np.full(6, 0.1), until=9.0, guard=1e9)
     for n in (700, 700, 7, 2000, 7):
         before = counts(me)
         rows = sim.run(n)
         counted.append((counts(me) - before).tolist())
         touched += contacts(rows)
+    if what == "executing":
+        assert 3.0 < as_ticks(rows)[-1]["execution_t"] < 3.5
     return {"calls": counted, "contact_ticks": touched}
 
 
