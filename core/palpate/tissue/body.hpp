@@ -95,6 +95,7 @@ class Body {
   void check() const;
   void make_blocks();
   void choose_step(const std::vector<double>& frequency2);
+  [[nodiscard]] std::vector<double> frequencies2() const;
   void list_around();
   void bind() noexcept;
   void find_pressures() noexcept;

@@ -155,9 +155,6 @@ void Body::make_blocks() {
   blocks_.assign(count, ElementBlock{});
   std::vector<double> node_volume(n, 0.0);
   node_bulk_.assign(n, 0.0);
-  std::vector<double> frequency2(m);
-  double instantaneous = 1.0;
-  for (const PronyTerm& term : data_.prony) instantaneous += term.g;
   least_height_ = HUGE_VAL;
   for (std::size_t t = 0; t < m; ++t) {
     const auto [volume, slope] = rest_of(data_, t);
@@ -166,7 +163,6 @@ void Body::make_blocks() {
              " mm^3: it is flat or inverted; mesh the surface again");
     const double mu = data_.mu[t], lambda = data_.bulk[t] - 2.0 / 3.0 * mu, k = lambda + mu;
     if (!(lambda > -mu / 3.0)) refuse("bulk[" + std::to_string(t) + "] is too small for this shear modulus");
-    frequency2[t] = largest_frequency2(slope, lambda, mu * instantaneous, data_.density[t]);
     for (const Vec3& g : slope) least_height_ = std::min(least_height_, 1.0 / g.norm());
     ElementBlock& block = blocks_[t % count];
     const std::size_t lane = t / count;
@@ -184,9 +180,25 @@ void Body::make_blocks() {
   }
   for (std::size_t i = 0; i < n; ++i) {
     if (!(node_volume[i] > 0.0)) refuse("node " + std::to_string(i) + " belongs to no tetrahedron");
-    node_bulk_[i] /= node_volume[i] * node_volume[i];
+    node_bulk_[i] /= node_volume[i];
   }
-  choose_step(frequency2);
+  choose_step(frequencies2());
+  for (std::size_t i = 0; i < n; ++i) node_bulk_[i] /= node_volume[i];
+}
+
+// Largest squared frequency of each tetrahedron [1/s^2]. The energy of the averaged pressures is at most that of the
+// tetrahedra with the mean modulus of their corners, by Jensen's inequality; beside a stiff part it is above their own.
+std::vector<double> Body::frequencies2() const {
+  double instantaneous = 1.0;
+  for (const PronyTerm& term : data_.prony) instantaneous += term.g;
+  std::vector<double> out(tet_count());
+  for (std::size_t t = 0; t < out.size(); ++t) {
+    const double mu = data_.mu[t], own = data_.bulk[t] + mu / 3.0;
+    double k = kOwnShare * own;
+    for (std::size_t c = 0; c < 4; ++c) k += node_bulk_[to_index(data_.tets[4 * t + c])] / 4.0;
+    out[t] = largest_frequency2(rest_of(data_, t).slope, std::max(k, own) - mu, mu * instantaneous, data_.density[t]);
+  }
+  return out;
 }
 
 // Lists the tetrahedra around each node.
