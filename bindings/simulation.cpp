@@ -90,9 +90,10 @@ std::vector<Rows> run_in_turns(const std::vector<Simulation*>& pairs, std::size_
 
 /// Puts the instruments of several simulations into one world.
 void join_instruments(const std::vector<Simulation*>& pairs,
-                      const std::vector<std::vector<loop::ToolCapsule>>& capsules, double stiffness, double damping) {
+                      const std::vector<std::vector<loop::ToolCapsule>>& capsules, double stiffness, double damping,
+                      const loop::RodOptions& rod) {
   if (pairs.size() != capsules.size()) throw std::invalid_argument("capsules: give one list for each simulation");
-  const auto board = std::make_shared<loop::Board>(static_cast<int>(pairs.size()));
+  const auto board = std::make_shared<loop::Board>(static_cast<int>(pairs.size()), rod);
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     pairs[i]->join(board, static_cast<int>(i), capsules[i], {stiffness, damping});
   }
@@ -273,6 +274,15 @@ void bind_running(nb::module_& m) {
 }  // namespace
 
 void bind_simulation(nb::module_& m) {
+  nb::class_<loop::RodOptions> rod(m, "RodOptions",
+                                   "A rigid rod that jaws can hold and hand over; see held_object.hpp.");
+  rod.def(nb::init<>())
+      .def_rw("a", &loop::RodOptions::a, "One end of the axis in O (3,) [m].")
+      .def_rw("b", &loop::RodOptions::b, "Its other end (3,) [m].")
+      .def_rw("radius", &loop::RodOptions::radius, "Radius [m]; 0: there is no rod.")
+      .def_rw("stiffness", &loop::RodOptions::stiffness, "Stiffness of the spring between two grips [N/m].")
+      .def_rw("hold", &loop::RodOptions::hold, "Largest force of this spring [N].");
+  pose_field(rod, "X_WO", &loop::RodOptions::X_WO, "Pose in W at the start (4, 4).");
   nb::class_<loop::ToolCapsule>(m, "ToolCapsule", "A capsule of an instrument, between two points of its links.")
       .def(
           "__init__",
@@ -289,6 +299,7 @@ void bind_simulation(nb::module_& m) {
   m.attr("MAX_INSTRUMENTS") = loop::kMaxInstruments;
   m.attr("MAX_CAPSULES") = contact::kMaxCapsules;
   m.def("join_instruments", &join_instruments, "simulations"_a, "capsules"_a, "stiffness"_a, "damping"_a,
+        "rod"_a = loop::RodOptions(),
         "Puts the instruments of several simulations into one world, in which they push each other apart with a "
         "stiffness [N/m] and a damping [N s/m]. capsules: a list for each simulation.");
   m.def("run_in_turns", &run_in_turns, "simulations"_a, "n_ticks"_a,

@@ -567,6 +567,13 @@ class Motion:
         Velocity v (3,) [m/s], angular velocity w (3,) [rad/s], sinusoids, and the centre of rotation about (3,) [m].
         """
 
+    def pose(
+        self,
+        X_WO: Annotated[NDArray[numpy.float64], "(4, 4)"],
+        t: float,
+    ) -> Annotated[NDArray[numpy.float64], "(4, 4)"]:
+        """Pose (4, 4) [m] at t [s] of an object with the rest pose X_WO."""
+
 class Object:
     """A surface with a pose, a material, and regions of other materials."""
 
@@ -3783,7 +3790,7 @@ def cartesian(
     cartesian_place.
     """
 
-TICK_BYTES: int = 3504
+TICK_BYTES: int = 3672
 
 def signals() -> list[tuple[str, int, int, str, str, str, bool, str]]:
     """
@@ -4021,6 +4028,20 @@ class SessionInput:
     def hold(self, arg: bool, /) -> None: ...
 
     @property
+    def execute(self) -> bool:
+        """A planned motion waits, moves or pauses."""
+
+    @execute.setter
+    def execute(self, arg: bool, /) -> None: ...
+
+    @property
+    def moving(self) -> bool:
+        """A planned motion is not yet at rest."""
+
+    @moving.setter
+    def moving(self, arg: bool, /) -> None: ...
+
+    @property
     def fault(self) -> bool:
         """A state of an arm is missing or wrong."""
 
@@ -4106,6 +4127,53 @@ class BareLoop:
         """
         Punctuality so far: lateness_us, slack_us, ticks, missed_ticks, scheduler.
         """
+
+class RodOptions:
+    """A rigid rod that jaws can hold and hand over; see held_object.hpp."""
+
+    def __init__(self) -> None: ...
+
+    @property
+    def a(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """One end of the axis in O (3,) [m]."""
+
+    @a.setter
+    def a(self, arg: Annotated[NDArray[numpy.float64], "(3,)"], /) -> None: ...
+
+    @property
+    def b(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """Its other end (3,) [m]."""
+
+    @b.setter
+    def b(self, arg: Annotated[NDArray[numpy.float64], "(3,)"], /) -> None: ...
+
+    @property
+    def radius(self) -> float:
+        """Radius [m]; 0: there is no rod."""
+
+    @radius.setter
+    def radius(self, arg: float, /) -> None: ...
+
+    @property
+    def stiffness(self) -> float:
+        """Stiffness of the spring between two grips [N/m]."""
+
+    @stiffness.setter
+    def stiffness(self, arg: float, /) -> None: ...
+
+    @property
+    def hold(self) -> float:
+        """Largest force of this spring [N]."""
+
+    @hold.setter
+    def hold(self, arg: float, /) -> None: ...
+
+    @property
+    def X_WO(self) -> Annotated[NDArray[numpy.float64], "(4, 4)"]:
+        """Pose in W at the start (4, 4)."""
+
+    @X_WO.setter
+    def X_WO(self, arg: Annotated[NDArray[numpy.float64], "(4, 4)"], /) -> None: ...
 
 class ToolCapsule:
     """A capsule of an instrument, between two points of its links."""
@@ -4414,6 +4482,27 @@ class Simulation:
     def running(self) -> bool:
         """True while the real-time thread runs."""
 
+    def execute(
+        self,
+        q: Annotated[NDArray[numpy.float64], "(:, :)"],
+        v: Annotated[NDArray[numpy.float64], "(:, :)"],
+        dt: float,
+        levers: Annotated[NDArray[numpy.float64], "(:,)"],
+        pace: float = 1.0,
+        until: float = 0.0,
+        guard: float = 1.0,
+    ) -> int:
+        """
+        Gives the follower a planned motion: positions q (K, n) [rad, m] and velocities v (K, n) at equal times dt [s];
+        levers (n,): motion of the tip per motion of each joint. Returns its number. See order().
+        """
+
+    def order(self, motion: int, pace: float, until: float, stop: bool = False, guard: float = 1.0) -> None:
+        """
+        Orders about the motion of this number: pace 0..1, the time until which it is known to be free [s], stop for
+        good, and the contact force that stops it [N].
+        """
+
     def watch_stages(self) -> None:
         """
         Measures each stage of the cycle from now on; timing()['stages'][name] has p50, p99, p999 and max [us].
@@ -4444,6 +4533,7 @@ def join_instruments(
     capsules: Sequence[Sequence[ToolCapsule]],
     stiffness: float,
     damping: float,
+    rod: RodOptions = ...,
 ) -> None:
     """
     Puts the instruments of several simulations into one world, in which they push each other apart with a stiffness

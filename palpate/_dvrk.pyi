@@ -272,9 +272,16 @@ class TeleopSpec:
 class System:
     """A simulated dVRK; palpate.simulators.dvrk.system() makes one."""
 
-    def __init__(self, arms: Sequence[ArmSpec], teleops: Sequence[TeleopSpec], camera: Sequence[int] = []) -> None:
+    def __init__(
+        self,
+        arms: Sequence[ArmSpec],
+        teleops: Sequence[TeleopSpec],
+        camera: Sequence[int] = [],
+        head_sensor: bool = False,
+    ) -> None:
         """
-        camera: indices of MTML, MTMR and ECM that the camera pedal couples; empty: none.
+        camera: indices of MTML, MTMR and ECM that the camera pedal couples; empty: none. head_sensor: the operator's
+        presence comes from a head sensor, not from the coag pedal.
         """
 
     @property

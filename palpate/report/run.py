@@ -68,7 +68,8 @@ class Run:
             listed = tool_spheres(follower, scene.contact.spheres, scene.contact.whole_tool)
         except (ImportError, PalpateError, OSError, ValueError):
             return ["tip"]
-        return ["tip", *(sphere.name for sphere in listed)]
+        carried = () if scene.graspable is None else scene.graspable.spheres()
+        return ["tip", *(sphere.name for sphere in listed), *(name for name, _ in carried)]
 
     @property
     def object_names(self) -> list[str]:

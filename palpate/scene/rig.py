@@ -45,6 +45,8 @@ class Rig:
         o.method = scene.contact.method
         _fill(o.contact, scene.contact, "radius", "collision_rate", "release")
         o.contact.spheres = [sphere.core for sphere in self.spheres]
+        if scene.graspable is not None:
+            o.contact.spheres += [core for _, core in scene.graspable.spheres()]
         o.mapping = scene.mapping.fill(o.mapping)
         o.torque = self._torque(o.leader)
         _fill(o.hand, scene.operator, "mass", "damping", "stiffness", "grip_force_max")

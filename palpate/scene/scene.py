@@ -19,6 +19,7 @@ from palpate.scene import explain, presets, shipped, text
 from palpate.scene import pairs as pairs_module
 from palpate.scene.ecm import EcmSection
 from palpate.scene.force import ForceSection
+from palpate.scene.graspable import GraspableSection
 from palpate.scene.mapping import MappingSection
 from palpate.scene.model import (
     ArmsSection,
@@ -59,6 +60,8 @@ class Scene(Section):
     (docs/pairs.md)"""
     instruments: InstrumentsSection = Field(default=InstrumentsSection(), exclude_if=lambda s: not s.model_fields_set)
     """contact between the instruments of several pairs"""
+    graspable: GraspableSection | None = Field(default=None, exclude_if=lambda s: s is None)
+    """a rigid object that the instruments of several pairs hold and hand over (docs/pairs-handing-over.md)"""
     ecm: EcmSection | None = None
     """the endoscope arm: the surgeon's view, and the axes of the hands (docs/ecm.md)"""
     frames: Annotated[tuple[FrameSection, ...], Field(max_length=128)] = ()

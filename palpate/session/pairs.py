@@ -99,7 +99,9 @@ class PairsSession:
         """Put the instruments of all pairs into one world, and all hands at one console."""
         self._loops = [session.simulation for session in self._pairs.values()]
         law = self.scene.instruments
-        _core.join_instruments(self._loops, [capsules(r) for r in self.rigs.values()], law.stiffness, law.damping)
+        rod = _core.RodOptions() if self.scene.graspable is None else self.scene.graspable.core()
+        tools = [capsules(rig) for rig in self.rigs.values()]
+        _core.join_instruments(self._loops, tools, law.stiffness, law.damping, rod)
         self._seat.take(list(self._pairs.values()))
 
     def _exchange(self) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from palpate import _core
-from palpate.errors import PalpateError
+from palpate.errors import PalpateError, SceneError
 from palpate.record.ticks import as_ticks
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
@@ -61,6 +61,9 @@ class Session(LiveSession):
         if out is not None:
             require_writable(Path(out))
         rig, seed = rig or build(scene), scene.seed if seed is None else seed
+        if rig.scene.graspable is not None and not self.paired:
+            what = f"the object {rig.scene.graspable.name!r} is handed from one instrument to another, and there is one"
+            raise SceneError(what, where=rig.scene.where("graspable"), mend="give the scene a section pairs")
         self.simulation = self._simulation(rig, seed)  #: the loop of the session
         self._sim: LockstepLoop = self.simulation
         self._ticks_to_tracking = 0  # of a lockstep run, until the trackers are read

@@ -159,6 +159,8 @@ class Stage:
     """Guidance fixtures in the scene's order."""
     frames: tuple[PlacedFrame, ...] = ()
     """Frames of the scene, without arms and objects."""
+    carried: tuple[str, ...] = ()
+    """Names of the contact spheres on the object that the jaws can carry."""
     targets: tuple[TargetMark, ...] = ()
     """Targets of the scene's registration."""
 
@@ -172,7 +174,7 @@ class Stage:
     def touches(self, tick: Ticks) -> list[str]:
         """Contact pairs with the force of the surface before all caps, the strongest first."""
         pairs = zip(tick["touch_sphere"], tick["touch_object"], tick["touch_force"], strict=True)
-        names = ["tip", *(sphere.name for sphere in self.spheres)]
+        names = ["tip", *(sphere.name for sphere in self.spheres), *self.carried]
         return [
             f"{names[int(s)]} on {self.objects[int(o)].name}: {force:.2f} N before caps"
             for s, o, force in list(pairs)[: int(tick["contacts"])]

@@ -69,6 +69,7 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
         seen=_seen(bounds, p_WH[:3], (arms.X_WB @ arms.follower.fk(arms.q_follower0))[:3, 3]),
         stable_below=stable_below(rig),
         spheres=tuple(rig.spheres),
+        carried=() if scene.graspable is None else tuple(name for name, _ in scene.graspable.spheres()),
         frames=placed_frames(rig),
         targets=target_marks(rig),
         ecm=rig.ecm,

@@ -26,6 +26,9 @@ struct ToolSphere {
   [[nodiscard]] Vec3 motion(double jaw) const noexcept { return axis.cross(centre(jaw) - hinge); }
 };
 
+/// ToolSphere::link of a sphere on an object that the jaws carry; it touches nothing while they carry none.
+inline constexpr int kCarried = -2;
+
 /// Options of the stage.
 struct Options {
   double radius = 0.002;        ///< radius of the SPR [m]

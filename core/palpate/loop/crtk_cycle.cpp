@@ -295,18 +295,22 @@ void CrtkCycle::place_spheres(bool joints_known) noexcept {
   tool.p_WS[0] = tool.X_WT.p;
   std::size_t s = 0;
   for (const contact::ToolSphere& sphere : options_.contact.spheres) {
-    if (sphere.link < 0) {
-      tool.place(++s, sphere, tool.X_WT);
+    ++s;
+    if (sphere.link == contact::kCarried) {
+      tool.leave_out(s);
+    } else if (sphere.link < 0) {
+      tool.place(s, sphere, tool.X_WT);
     } else if (joints_known && arm_) {
-      tool.place(++s, sphere, X_WA * arm_->link_pose(sphere.link));
+      tool.place(s, sphere, X_WA * arm_->link_pose(sphere.link));
     } else {
-      tool.p_WS[++s].setConstant(std::numeric_limits<double>::quiet_NaN());
+      tool.leave_out(s);
     }
   }
 }
 
 // True if the follower is where it was sent. While it homes, or after somebody else has moved it, it is not: until it
-// follows again its goal is the measured pose, so that it starts there. `settled`: the goal has rested for so long that no lag is left.
+// follows again its goal is the measured pose, so that it starts there. `settled`: the goal has rested for so long that
+// no lag is left.
 bool CrtkCycle::is_at_goal(bool settled) const noexcept {
   const double lag = (out_.X_BT_goal.p - X_BT_.p).norm();
   if (!settled) return lag <= options_.max_lag;

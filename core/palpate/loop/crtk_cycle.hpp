@@ -131,11 +131,11 @@ class CrtkCycle {
   double fault_at_ = 0.0;
   bool stepped_ = false, needs_reset_ = false, last_nonzero_ = false;  ///< last_nonzero_: the last command was not zero
   Wrench F_;                                                           ///< last rendered wrench on the hand, in L
-  std::unique_ptr<InWorld> in_world_;  ///< null without other instruments
-  OnTool on_tool_;                     ///< forces of the other instruments at this step
-  double engaged_at_ = 0.0;            ///< time of the last step in which the tool followed [s]
-  bool moved_ = false;                 ///< somebody else has moved the follower since it last followed
-  double met_at_ = 0.0;                ///< time at which the instrument was last shown to the others; 0: never [s]
+  std::unique_ptr<InWorld> in_world_;                                  ///< null without other instruments
+  OnTool on_tool_;                                                     ///< forces of the other instruments at this step
+  double engaged_at_ = 0.0;  ///< time of the last step in which the tool followed [s]
+  bool moved_ = false;       ///< somebody else has moved the follower since it last followed
+  double met_at_ = 0.0;      ///< time at which the instrument was last shown to the others; 0: never [s]
   CrtkOutput out_;
 };
 

@@ -57,6 +57,7 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   in_.scene = in.scene;
   in_.tool.F_others_W = in.F_others_W;
   in_.tool.K_others = in.K_others;
+  X_WO_ = in.X_WO;
   locate();
   const unsigned estimated = estimate();
   const bool planned = execute(in);
@@ -146,7 +147,14 @@ void Cycle::place_spheres() noexcept {
   tool.p_WS[0] = tool.X_WT.p;
   std::size_t s = 0;
   for (const contact::ToolSphere& sphere : options_.contact.spheres) {
-    tool.place(++s, sphere, sphere.link < 0 ? tool.X_WT : options_.X_WB * follower_.link_pose(sphere.link));
+    ++s;
+    if (sphere.link != contact::kCarried) {
+      tool.place(s, sphere, sphere.link < 0 ? tool.X_WT : options_.X_WB * follower_.link_pose(sphere.link));
+    } else if (X_WO_ != nullptr) {
+      tool.place(s, sphere, *X_WO_);
+    } else {
+      tool.leave_out(s);
+    }
   }
 }
 

@@ -27,8 +27,9 @@ struct CycleInput {
   FollowerState follower;
   Controls controls;
   const scene::Snapshot* scene = nullptr;
-  Wrench F_others_W;      ///< wrench of other instruments on the tool about its tip, in W, to be rendered
-  double K_others = 0.0;  ///< stiffness of this contact [N/m]
+  Wrench F_others_W;           ///< wrench of other instruments on the tool about its tip, in W, to be rendered
+  double K_others = 0.0;       ///< stiffness of this contact [N/m]
+  const Pose* X_WO = nullptr;  ///< pose of the object that the jaws carry; null: they carry none
   const PlannedMotion* motion = nullptr;  ///< newest motion of the follower; null: this loop executes none
   ExecutionOrder order;
 };
@@ -97,8 +98,9 @@ class Cycle {
   JointVector zero_;    ///< zero velocities of the follower's joints, whose kinematics need positions only
   JointVector q_step_;  ///< largest change of the follower's joints in a cycle [rad, m]
   bool leader_known_ = false, follower_known_ = false;
-  ToolJoints joints_;  ///< joints of the follower
-  HapticsInput in_;    ///< poses that belong to the states above
+  ToolJoints joints_;           ///< joints of the follower
+  HapticsInput in_;             ///< poses that belong to the states above
+  const Pose* X_WO_ = nullptr;  ///< pose of the object that the jaws carry in this tick
   StageClock* clock_ = nullptr;
   CycleOutput out_;
 };

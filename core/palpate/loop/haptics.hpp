@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <limits>
 #include <string>
 
 #include "palpate/contact/tool.hpp"
@@ -47,6 +48,11 @@ struct ToolWithSpheres : ToolState {
   void place(std::size_t s, const contact::ToolSphere& sphere, const Pose& X_W0) noexcept {
     p_WS[s] = X_W0 * sphere.centre(jaw);
     jaw_motion_W[s] = X_W0.R * sphere.motion(jaw);
+  }
+  /// Places sphere s where it touches nothing.
+  void leave_out(std::size_t s) noexcept {
+    p_WS[s].setConstant(std::numeric_limits<double>::quiet_NaN());
+    jaw_motion_W[s].setZero();
   }
 };
 

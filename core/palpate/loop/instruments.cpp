@@ -16,9 +16,9 @@ constexpr int kSilent = 5;  // ticks without news after which another instrument
 
 }  // namespace
 
-void Board::write(int writer, const contact::Instrument& instrument) noexcept {
+void Board::write(int writer, const Published& published) noexcept {
   for (int reader = 0; reader < size_; ++reader) {
-    if (reader != writer) boxes_[to_index(writer * size_ + reader)].write(instrument);
+    if (reader != writer) boxes_[to_index(writer * size_ + reader)].write(published);
   }
 }
 
@@ -27,11 +27,15 @@ void OnTool::record(Tick& tick) const noexcept {
   copy(F_T_W.t, tick.t_instrument_W);
   tick.instrument_gap = gap;
   tick.handle_gap = handle_gap;
+  copy(F_held_W, tick.F_held_W);
+  tick.holding = static_cast<double>(holding);
+  copy(X_WO.p, tick.p_WO);
+  copy(X_WO.R, tick.quat_WO);
 }
 
 InWorld::InWorld(std::shared_ptr<Board> board, int index, std::vector<ToolCapsule> capsules, contact::InstrumentLaw law,
                  int links)
-    : board_(std::move(board)), index_(index), capsules_(std::move(capsules)), law_(law) {
+    : board_(std::move(board)), index_(index), capsules_(std::move(capsules)), law_(law), rod_(board_->rod()) {
   if (board_->size() > kMaxInstruments || index < 0 || index >= board_->size()) {
     throw std::invalid_argument("instruments: " + std::to_string(board_->size()) + " in one world; at most " +
                                 std::to_string(kMaxInstruments) + " are possible");
@@ -71,13 +75,37 @@ void InWorld::publish(const InstrumentState& at) noexcept {
   }
   own_.size = static_cast<int>(capsules_.size());
   ++own_.sequence;
-  board_->write(index_, own_);
+  if (board_->rod().radius > 0.0) hold(at.X_WT);
+  board_->write(index_, published_);
+}
+
+// Lets the jaws hold the rod. A jaw is a capsule that turns on a hinge; its side is the sense in which it opens.
+void InWorld::hold(const Pose& X_WT) noexcept {
+  std::array<Jaw, contact::kMaxCapsules> jaws;
+  std::size_t n = 0;
+  const Vec3* opens = nullptr;
+  for (std::size_t i = 0; i < capsules_.size(); ++i) {
+    const Vec3& axis = capsules_[i].b.axis;
+    if (axis.isZero(0.0)) continue;
+    if (opens == nullptr) opens = &axis;
+    jaws[n++] = {own_.capsule[i], axis.dot(*opens) > 0.0 ? 0 : 1};
+  }
+  rod_.step(X_WT, {jaws.data(), n}, other_grips(), board_->order());
+  published_.grip = rod_.grip();
+}
+
+std::span<const Grip> InWorld::other_grips() noexcept {
+  std::size_t others = 0;
+  for (int k = 0; k < board_->size(); ++k) {
+    if (k != index_) grips_[others++] = board_->read(k, index_).grip;
+  }
+  return {grips_.data(), others};
 }
 
 // The newest state of another instrument. One that is no longer published stands where it was.
 const contact::Instrument& InWorld::seen(int other) noexcept {
   const std::size_t k = to_index(other);
-  const contact::Instrument& newest = board_->read(other, index_);
+  const contact::Instrument& newest = board_->read(other, index_).instrument;
   if (newest.sequence != other_[k].sequence) {
     other_[k] = newest;
     silent_[k] = 0;
@@ -107,6 +135,13 @@ const OnTool& InWorld::step() noexcept {
       out_.stiffness += law_.stiffness;
     }
   }
+  if (board_->rod().radius > 0.0) rod_.pull(other_grips());
+  out_.holding = rod_.holding();
+  out_.X_WO = rod_.X_WO();
+  out_.F_held_W = rod_.F_W().f;
+  out_.F_T_W.f += rod_.F_W().f;
+  out_.F_T_W.t += rod_.F_W().t - p_WT_.cross(rod_.F_W().f);
+  out_.stiffness += rod_.stiffness();
   return out_;
 }
 

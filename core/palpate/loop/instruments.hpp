@@ -3,14 +3,17 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "palpate/arm/arm.hpp"
 #include "palpate/contact/capsules.hpp"
 #include "palpate/contact/contact.hpp"
+#include "palpate/loop/held_object.hpp"
 #include "palpate/loop/tick.hpp"
 #include "palpate/types/mailbox.hpp"
 
@@ -25,26 +28,42 @@ struct ToolCapsule {
   double radius = 0.002;  ///< [m]
 };
 
+/// An instrument with its grip on the rod of the world.
+struct Published {
+  contact::Instrument instrument;
+  Grip grip;
+};
+
 /// Mailboxes between the loops of one world: one for each ordered pair of writer and reader.
 class Board {
  public:
-  explicit Board(int size) : size_(size), boxes_(static_cast<std::size_t>(size * size)) {}
+  explicit Board(int size, const RodOptions& rod = {})
+      : size_(size), rod_(rod), boxes_(static_cast<std::size_t>(size * size)) {}
   [[nodiscard]] int size() const noexcept { return size_; }
-  void write(int writer, const contact::Instrument& instrument) noexcept;
-  [[nodiscard]] const contact::Instrument& read(int writer, int reader) noexcept {
+  /// The rod that the instruments can hold.
+  [[nodiscard]] const RodOptions& rod() const noexcept { return rod_; }
+  /// A number larger than all before.
+  [[nodiscard]] std::uint64_t order() noexcept { return order_.fetch_add(1, std::memory_order_relaxed) + 1; }
+  void write(int writer, const Published& published) noexcept;
+  [[nodiscard]] const Published& read(int writer, int reader) noexcept {
     return boxes_[static_cast<std::size_t>(writer * size_ + reader)].read();
   }
 
  private:
   int size_;
-  std::vector<Mailbox<contact::Instrument>> boxes_;
+  RodOptions rod_;
+  std::atomic<std::uint64_t> order_{0};
+  std::vector<Mailbox<Published>> boxes_;
 };
 
 /// Forces of the other instruments on one tool.
 struct OnTool {
-  Wrench F_T_W;                                          ///< wrench about the tool tip T, in W
-  double stiffness = 0.0;                                ///< stiffness of the touching instruments together [N/m]
-  double gap = std::numeric_limits<double>::infinity();  ///< smallest distance to another instrument [m]
+  Wrench F_T_W;                  ///< wrench about the tool tip T, in W
+  double stiffness = 0.0;        ///< stiffness of the touching instruments together [N/m]
+  Vec3 F_held_W = Vec3::Zero();  ///< part of the force that comes from the rod, which another instrument holds too [N]
+  Holding holding = Holding::none;                              ///< how the tool holds the rod
+  Pose X_WO;                                                    ///< pose of the rod
+  double gap = std::numeric_limits<double>::infinity();         ///< smallest distance to another instrument [m]
   double handle_gap = std::numeric_limits<double>::infinity();  ///< smallest distance between two handles [m]
 
   /// Writes the signals of other instruments to a tick.
@@ -53,12 +72,12 @@ struct OnTool {
 
 /// Measured place of an instrument, from which its capsules follow.
 struct InstrumentState {
-  Vec3 p_WH;                         ///< position of the leader's handle [m]
-  Pose X_WT;                         ///< tool
-  Pose X_WA;                         ///< base of the follower's model
+  Vec3 p_WH;                           ///< position of the leader's handle [m]
+  Pose X_WT;                           ///< tool
+  Pose X_WA;                           ///< base of the follower's model
   const arm::Arm* follower = nullptr;  ///< the model at the measured joint positions
-  double jaw = 0.0;                  ///< jaw angle [rad]
-  double rate = 0.0;                 ///< inverse of the time since the last state; 0: the velocity is unknown [Hz]
+  double jaw = 0.0;                    ///< jaw angle [rad]
+  double rate = 0.0;                   ///< inverse of the time since the last state; 0: the velocity is unknown [Hz]
   double share = 1.0;  ///< coefficient of the low-pass for velocities, see low_pass_coefficient(); 1: no filter
 };
 
@@ -71,18 +90,25 @@ class InWorld {
 
   /// Shows the instrument to the other loops. Called by the loop between two ticks; `at` must be finite.
   void publish(const InstrumentState& at) noexcept;
+  /// How the tool holds the rod, and where the rod is.
+  [[nodiscard]] const HeldObject& rod() const noexcept { return rod_; }
   /// Wrench of the other instruments on the tool as published.
   [[nodiscard]] const OnTool& step() noexcept;
 
  private:
   [[nodiscard]] const contact::Instrument& seen(int other) noexcept;
+  void hold(const Pose& X_WT) noexcept;
+  [[nodiscard]] std::span<const Grip> other_grips() noexcept;
 
   std::shared_ptr<Board> board_;
   int index_;
   std::vector<ToolCapsule> capsules_;
   contact::InstrumentLaw law_;
   Vec3 p_WT_ = Vec3::Zero();
-  contact::Instrument own_;
+  HeldObject rod_;
+  Published published_;
+  contact::Instrument& own_ = published_.instrument;
+  std::array<Grip, kMaxInstruments> grips_;  ///< of the other instruments
   std::array<contact::Instrument, kMaxInstruments> other_;
   std::array<int, kMaxInstruments> silent_{};  ///< ticks since the other instrument was last published
   std::array<contact::InstrumentPair, kMaxInstruments> pair_;

@@ -97,6 +97,10 @@ SIGNAL(pairs, Reals<3>, t_instrument_W, "N m", "W", "torque of other instruments
 SIGNAL(pairs, double, instrument_gap, "m", "",
        "smallest distance to another instrument, negative in contact", true)
 SIGNAL(pairs, double, handle_gap, "m", "", "smallest distance to the handle of another leader", true)
+SIGNAL(pairs, double, holding, "1", "", "the jaws hold the graspable object: 0 no, 1 and carry it, 2 as a second", true)
+SIGNAL(pairs, Reals<3>, p_WO, "m", "W", "position of the graspable object", true)
+SIGNAL(pairs, Reals<4>, quat_WO, "1", "W", "its orientation, w x y z", true)
+SIGNAL(pairs, Reals<3>, F_held_W, "N", "W", "force on the tool of the object that another instrument holds too", true)
 SIGNAL(loop, double, cycle_us, "us", "", "compute time of the haptic cycle", false)
 SIGNAL(loop, double, lateness_us, "us", "", "start of the tick after its deadline", false)
 // clang-format on

@@ -229,6 +229,7 @@ void Simulation::tick(double lateness_us) noexcept {
 void Simulation::meet() noexcept {
   if (!in_world_) return;
   on_tool_ = in_world_->step();
+  in_.X_WO = on_tool_.holding == Holding::carries ? &on_tool_.X_WO : nullptr;
   if (tool_contact_) return;
   in_.F_others_W = on_tool_.F_T_W;
   in_.K_others = on_tool_.stiffness;
