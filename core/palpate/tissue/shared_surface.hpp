@@ -87,6 +87,10 @@ class SharedSurface final : public scene::Surface, public scene::Deformable {
   void advance(std::span<const scene::SurfaceLoad> loads, double dt) noexcept override;
   [[nodiscard]] scene::DeformableState state() const noexcept override { return view_->state(); }
   [[nodiscard]] std::span<const double> published() noexcept override { return view_->published(); }
+  // The body steps in the cycle of the loop that comes first.
+  [[nodiscard]] double period() const noexcept override { return 0.0; }
+  void set_beside(bool) noexcept override {}
+  bool work() noexcept override { return false; }
 
  private:
   SharedSurface(std::shared_ptr<SharedBody> body, std::uint64_t id);
