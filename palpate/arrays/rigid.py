@@ -52,11 +52,13 @@ def fault(X: Array, tolerance: float = 1e-3) -> Fault | None:
 
 
 def exp(theta: npt.ArrayLike) -> Array:
-    """Rotations (..., 3, 3) from rotation vectors (..., 3) [rad]."""
-    from scipy.spatial.transform import Rotation
-
+    """Rotations (..., 3, 3) from rotation vectors (..., 3) [rad], by Rodrigues' formula. Scipy loads slowly."""
     v = np.asarray(theta, dtype=np.float64)
-    return np.asarray(Rotation.from_rotvec(v.reshape(-1, 3)).as_matrix()).reshape(*v.shape[:-1], 3, 3)
+    angle = np.linalg.norm(v, axis=-1)[..., None, None]
+    K = np.zeros((*v.shape, 3))
+    K[..., 2, 1], K[..., 0, 2], K[..., 1, 0] = v[..., 0], v[..., 1], v[..., 2]
+    K -= np.swapaxes(K, -1, -2)
+    return np.asarray(np.eye(3) + np.sinc(angle / np.pi) * K + 0.5 * np.sinc(0.5 * angle / np.pi) ** 2 * K @ K)
 
 
 def log(R: Array) -> Array:

@@ -37,6 +37,8 @@ HOW_TO_LEAVE = {
     "too_fast": "move slower",
     "guidance_conflict": "switch one of the contradicting fixtures off",
     "frame_lost": "bring the tracked body back into view of its tracker",
+    "soft_frozen": "wait: the soft body rests, then the force returns; if that repeats, press less",
+    "soft_late": "wait; if it returns, relieve this machine, or give the soft object fewer elements",
     "hand_slipped": "lower the stiffness or the force cap, or raise operator.grip_force_max",
 }
 """How an operator leaves each fault; the force returns by a ramp when its cause is gone."""

@@ -109,7 +109,8 @@ class LiveSession:
         self.sensing = _sensing(rig, loop, clouds)  #: turns the frames of sensors into surfaces
         if self.sensing is not None:
             weakref.finalize(self, self.sensing.close)
-        self._snapshots = Snapshots(rig, self.soft_vertices, self._camera_joints)
+        me = weakref.proxy(self)  # what the session holds must not hold the session: it ends when it is collected
+        self._snapshots = Snapshots(rig, loop.soft_vertices, lambda: me._camera_joints())
         self.execution: PlanExecution | None = None  #: the newest plan that moves, or moved, the follower
         self._beside: list[threading.Thread] = []  # work beside the loop, in the order in which it ends
         self.notes: list[str] = []  #: problems outside of the loop, e.g. a full disk
@@ -228,7 +229,7 @@ class LiveSession:
         if self.execution is not None and not self.execution.over and self.execution.phase != "waiting":
             raise StateError("another plan moves the follower", mend="session.execution.stop()")
         self.execution = plan_execution.begin(
-            self._loop, self.rig, self.sensing, self.latest, plan, speed, guard, problem
+            self._loop, self.rig, self.sensing, weakref.proxy(self).latest, plan, speed, guard, problem
         )
         if self._pump is not None:
             self._beside.append(self._watch_execution())

@@ -162,11 +162,11 @@ class Followed(Device):
         quat = Rotation.from_matrix(self.X_BT[:3, :3]).as_quat()
         self.cycle.follower_pose(self.wall, self.X_BT[:3, 3] + self.moved, quat, self.t, self.wall)
 
-    def step(self):
-        answer = super().step()
-        if answer[2] is not None:
-            self.X_BT, self.moved, self.goal = answer[2], np.zeros(3), answer[2][:3, 3]
-        return answer
+    def _step(self):
+        row, F, goal, jaw = super()._step()
+        if goal is not None:
+            self.X_BT, self.moved, self.goal = goal, np.zeros(3), goal[:3, 3]
+        return row, F, goal, jaw
 
     def push(self, p, seconds):
         """Somebody moves the follower by p (3,) [m] in this time; returns the commanded goals (n, 3)."""

@@ -21,7 +21,7 @@ from rich.table import Table
 from palpate.errors import PalpateError
 
 Figures = dict[str, Any]
-"""By the keys of `palpate bench ros --discovery` in docs/json/bench.md."""
+"""By the keys of `palpate bench ros --discovery` in docs/json/ros.md."""
 STARTS = 20
 _PAUSE = 0.73  # after a client's end, so that starts fall at all phases of periodic announcements [s]
 _ALONE = 3.0  # after the start of robot and control, so that their first announcements are over [s]

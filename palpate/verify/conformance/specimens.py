@@ -280,7 +280,7 @@ SPECIMENS: dict[str, Specimen] = {
 }  # fmt: skip
 
 
-_NO_FIXTURE = {_core.PointSurface, _core.TissueSurface}
+_NO_FIXTURE = {_core.PointSurface, _core.TissueSurface, _core.SharedTissue}
 """Surfaces of the contact stage of which no fixture is made: a fixture around points is `Cloud`, and one at a soft body
 takes its mesh at rest."""
 
