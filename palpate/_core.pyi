@@ -751,11 +751,18 @@ class TissueSurface(Surface):
     The surface of a soft body, for contact. Each loop and each rendering uses a copy at rest.
     """
 
-    def __init__(self, body: TissueBody, width: float = 0.0, like: TissueSurface | None = None) -> None:
+    def __init__(
+        self,
+        body: TissueBody,
+        width: float = 0.0,
+        period: float = 0.0,
+        like: TissueSurface | None = None,
+    ) -> None:
         """
         body: gives the mesh, the material and the step; its state is not used. width: standard deviation of the spread
-        contact force [m], 0: .7 of the mean edge; at least .45 of the largest sphere's radius. like: another surface of
-        the same body, which fixtures know. Raises ValueError if the body has no surface.
+        contact force [m], 0: .7 of the mean edge; at least .45 of the largest sphere's radius. period: by which the
+        body steps beside the cycle [s]; 0: in every tick. like: another surface of the same body, which fixtures know.
+        Raises ValueError if the body has no surface or the period is not from 0 to 0.05 s.
         """
 
     @property
@@ -774,6 +781,67 @@ class TissueSurface(Surface):
     def width(self) -> float:
         """Standard deviation of the spread contact force [m]."""
 
+    @property
+    def period(self) -> float:
+        """Period of the steps beside the cycle [s]; 0: in every tick."""
+
+    def own(self) -> TissueSurface:
+        """A copy at rest, as each loop makes one."""
+
+    def advance(
+        self,
+        p: Annotated[NDArray[numpy.float64], "(3,)"],
+        normal: Annotated[NDArray[numpy.float64], "(3,)"],
+        depth: float,
+        radius: float,
+        force: Annotated[NDArray[numpy.float64], "(3,)"],
+        dt: float = 0.001,
+    ) -> None:
+        """
+        Advances a loop's copy by a tick under the contact of one sphere. p: contact point (3,) [m]; normal: unit (3,),
+        outwards; depth, radius [m]; force on the tool (3,) [N]; all in O.
+        """
+
+    def respond(
+        self,
+        p: Annotated[NDArray[numpy.float64], "(3,)"],
+        normal: Annotated[NDArray[numpy.float64], "(3,)"],
+        depth: float,
+        radius: float,
+    ) -> float:
+        """Normal force on a sphere [N]."""
+
+    def near_field(
+        self,
+        p: Annotated[NDArray[numpy.float64], "(3,)"],
+        normal: Annotated[NDArray[numpy.float64], "(3,)"],
+        depth: float,
+        radius: float,
+    ) -> tuple[float, float, float]:
+        """
+        (force [N], its derivative by the depth [N/m], energy [J]) of the near field.
+        """
+
+    def set_beside(self, beside: bool) -> None:
+        """True: work() steps the body, not advance()."""
+
+    def work(self) -> bool:
+        """Steps the body by a period if it is due. Returns True if it was."""
+
+    def set_state(
+        self,
+        displacements: Annotated[NDArray[numpy.float64], "(:, 3)"],
+        velocities: Annotated[NDArray[numpy.float64], "(:, 3)"],
+    ) -> None:
+        """
+        Sets displacements (n, 3) [m] and velocities (n, 3) [m/s] of all nodes, for tests of the guard.
+        """
+
+    def state(self) -> tuple[float, float, bool, bool, bool]:
+        """
+        (potential [J], kinetic [J], hurried, frozen, late), as in the signal tissue_status.
+        """
+
 class SharedTissue(Surface):
     """The surface of a soft body that loops share."""
 
@@ -782,7 +850,8 @@ class SharedTissue(Surface):
 
 def share_bodies(snapshot: Snapshot) -> Snapshot:
     """
-    The snapshot with soft bodies that all its loops share: one body each, which the tools of all loops press.
+    The snapshot with soft bodies that all its loops share: one body each, which the tools of all loops press in the
+    cycle.
     """
 
 class ToolSphere:
