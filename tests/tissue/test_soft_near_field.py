@@ -29,11 +29,19 @@ def below(depth):
     return lambda x: x[:, 2] < -depth
 
 
+def half_of(cells):
+    """Of the tetrahedra of the slab, those at x < 0."""
+    nodes, tets = block((cells, cells, cells), (0.06, 0.06, 0.03))
+    return nodes[tets].mean(axis=1)[:, 0] < 0.03
+
+
 def force_at(surface, depth, x=0.0):
     return surface.near_field(np.array([x, 0.0, 0.0]), UP, depth, R)[0]
 
 
-@pytest.mark.parametrize("surface", [half(nothing), half(below(0.01))], ids=["even", "layers"])
+@pytest.mark.parametrize(
+    "surface", [half(nothing), half(below(0.01)), half(nothing, yeoh=2.0)], ids=["even", "layers", "yeoh"]
+)
 def test_force_is_the_slope_of_the_energy_and_the_tangent_that_of_the_force(surface):
     depth = np.linspace(1e-4, 8e-3, 4001)
     force, tangent, stored = np.array([surface.near_field(np.zeros(3), UP, d, R) for d in depth]).T
@@ -47,6 +55,17 @@ def test_stiff_ground_is_felt_the_more_the_nearer_it_lies():
     assert layers[0] / even == pytest.approx(1.0, abs=0.05), "the body itself knows what lies deep"
     assert even < layers[1] < layers[2] < 10.0 * even
     assert force_at(half(below(-1.0)), 1e-3) == pytest.approx(10.0 * even, rel=1e-9), "all of it is stiff"
+
+
+def test_stiffening_is_felt_in_proportion_to_depth_and_only_where_it_is():
+    depth = 0.05 * R
+    even, all_of_it, left = (
+        np.array([force_at(half(nothing, yeoh=c), depth, x) for x in (-0.015, 0.015)])
+        for c in (0.0, 1.0, np.where(half_of(6), 1.0, 0.0))
+    )
+    np.testing.assert_allclose(all_of_it / even, 1.0 + 0.18 * 0.05, rtol=5e-3)
+    assert left == pytest.approx([all_of_it[0], even[1]], rel=1e-9)
+    assert all_of_it[0] > 1.005 * even[0]
 
 
 def test_force_does_not_jump_at_the_border_of_a_part():

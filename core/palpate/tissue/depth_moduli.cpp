@@ -4,15 +4,19 @@
 #include <cmath>
 #include <map>
 #include <numbers>
+#include <numeric>
 
 #include "palpate/types/index.hpp"
 
 namespace palpate::tissue {
 namespace {
 
-constexpr std::size_t kLayers = 24;        // below the surface, thinner above
-constexpr double kDeepest = 8.0;           // [width] where the last one ends
-constexpr double kNarrowest = 0.2;         // [width] smallest radius of contact
+constexpr std::size_t kLayers = 24;  // below the surface, thinner above
+constexpr double kDeepest = 8.0;     // [width] where the last one ends
+constexpr double kNarrowest = 0.2;   // [width] smallest radius of contact
+// Of the force of a Yeoh solid, F = F of a Neo-Hookean one times 1 + .18 c d / R up to d = .75 R, by finite elements
+// (palpate.verify.tissue).
+constexpr double kYeoh = 0.18;
 constexpr int kPoints = 200;               // of the integrals over a pressure
 constexpr double kLow = 0.1, kHigh = 0.5;  // [radius] depths between which the modulus is taken to be linear
 constexpr double kMiddle = 0.25;           // [radius] where this line is exact if its slope is limited
@@ -166,20 +170,24 @@ DepthModuli::DepthModuli(const scene::Mesh& mesh, const BodyData& data, double e
     : values_(mesh.vertices().size() / 3), width_(width) {
   std::vector<double> modulus;
   for (std::size_t t = 0; t < data.mu.size(); ++t) modulus.push_back(plane_modulus_of(data.mu[t], data.bulk[t]));
-  if (is_constant(modulus)) {
-    Values all{{}, modulus.front()};
-    all.pressed.fill(modulus.front());
-    std::fill(values_.begin(), values_.end(), all);
-    return;
-  }
+  Values all{{}, modulus.front(), data.yeoh.front()};
+  all.pressed.fill(modulus.front());
+  std::fill(values_.begin(), values_.end(), all);
   const double poisson = poisson_of(mean(data.mu), mean(data.bulk));
   std::array<Layers, kContacts> under;
   for (std::size_t c = 0; c < kContacts; ++c) under[c] = shares(hertz, kNarrowest * std::exp2(c), poisson);
-  const Layers spread = shares(gauss, kGaussReach, poisson);
-  const std::vector<Layers> layers = layers_below(mesh, data, modulus, edge, width, kBeside);
-  for (std::size_t i = 0; i < values_.size(); ++i) {
-    for (std::size_t c = 0; c < kContacts; ++c) values_[i].pressed[c] = felt(under[c], layers[i]);
-    values_[i].spread = felt(spread, layers[i]);
+  if (!is_constant(modulus)) {
+    const Layers spread = shares(gauss, kGaussReach, poisson);
+    const std::vector<Layers> layers = layers_below(mesh, data, modulus, edge, width, kBeside);
+    for (std::size_t i = 0; i < values_.size(); ++i) {
+      for (std::size_t c = 0; c < kContacts; ++c) values_[i].pressed[c] = felt(under[c], layers[i]);
+      values_[i].spread = felt(spread, layers[i]);
+    }
+  }
+  if (!is_constant(data.yeoh)) {
+    const std::vector<Layers> layers = layers_below(mesh, data, data.yeoh, edge, width, 1.0);
+    for (std::size_t i = 0; i < values_.size(); ++i)
+      values_[i].yeoh = std::inner_product(layers[i].begin(), layers[i].end(), under[kContacts / 2].begin(), 0.0);
   }
 }
 
@@ -199,9 +207,10 @@ DepthModuli::Felt DepthModuli::at(const std::int32_t* corners, const scene::Surf
   };
   const double low = modulus(kLow), slope = (modulus(kHigh) - low) / (kHigh - kLow);
   const double start = std::max(low - kLow * slope, 0.1 * low);
-  const double growth = std::clamp(0.6 * slope / start, kLeastGrowth, kMostGrowth);
+  const double wider = std::clamp(0.6 * slope / start, kLeastGrowth, kMostGrowth);
+  const double stiffer = std::min(kYeoh * between(a.yeoh, b.yeoh, c.yeoh), kMostGrowth);
   const double middle = low + (kMiddle - kLow) * slope;
-  return {middle / (1.0 + growth / 0.6 * kMiddle), growth, between(a.spread, b.spread, c.spread)};
+  return {middle / (1.0 + wider / 0.6 * kMiddle), wider + stiffer, between(a.spread, b.spread, c.spread)};
 }
 
 }  // namespace palpate::tissue

@@ -17,7 +17,7 @@
 
 namespace palpate::tissue {
 
-/// Moduli E* of each vertex of a surface, as contacts of several sizes and the spread load feel them.
+/// Moduli E* and stiffening of each vertex of a surface, as contacts of several sizes and the spread load feel them.
 class DepthModuli {
  public:
   DepthModuli() = default;
@@ -28,8 +28,8 @@ class DepthModuli {
   /// Material at a point of the surface.
   struct Felt {
     double pressed = 0.0;  ///< E* for a sphere at small depth [Pa]
-    double growth =
-        0.0;  ///< relative change of the secant modulus at the depth of a radius, because the contact widens
+    double growth = 0.0;   ///< relative change of the secant modulus at the depth of a radius, because the contact
+                          ///< widens and because the material stiffens
     double spread = 0.0;  ///< E* for the spread load [Pa]
   };
   /// at: on triangle corners[0..2] of the surface; radius: of the sphere [m].
@@ -40,6 +40,7 @@ class DepthModuli {
   struct Values {
     std::array<double, kContacts> pressed{};
     double spread = 0.0;
+    double yeoh = 0.0;  ///< coefficient c [-]
   };
 
   std::vector<Values> values_;  ///< of each vertex
