@@ -191,6 +191,14 @@ void bind_own(nb::class_<SoftSurface, scene::Surface>& surface) {
             return self.respond({p, normal, depth, radius, 0}).force;
           },
           nb::arg("p"), nb::arg("normal"), nb::arg("depth"), nb::arg("radius"), "Normal force on a sphere [N].")
+      .def(
+          "near_field",
+          [](const SoftSurface& self, const Vec3& p, const Vec3& normal, double depth, double radius) {
+            const scene::Response r = self.respond({p, normal, depth, radius, 0});
+            return Tuple<double, double, double>(nb::make_tuple(r.force, r.tangent, r.stored));
+          },
+          nb::arg("p"), nb::arg("normal"), nb::arg("depth"), nb::arg("radius"),
+          "(force [N], its derivative by the depth [N/m], energy [J]) of the near field.")
       .def("set_beside", &SoftSurface::set_beside, nb::arg("beside"), "True: work() steps the body, not advance().")
       .def("work", &SoftSurface::work, "Steps the body by a period if it is due. Returns True if it was.")
       .def(

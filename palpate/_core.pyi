@@ -811,6 +811,17 @@ class TissueSurface(Surface):
     ) -> float:
         """Normal force on a sphere [N]."""
 
+    def near_field(
+        self,
+        p: Annotated[NDArray[numpy.float64], "(3,)"],
+        normal: Annotated[NDArray[numpy.float64], "(3,)"],
+        depth: float,
+        radius: float,
+    ) -> tuple[float, float, float]:
+        """
+        (force [N], its derivative by the depth [N/m], energy [J]) of the near field.
+        """
+
     def set_beside(self, beside: bool) -> None:
         """True: work() steps the body, not advance()."""
 

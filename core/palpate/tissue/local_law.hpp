@@ -1,12 +1,13 @@
 // The near field of a contact: the force of a sphere that indents a half-space, less what the mesh already yields.
 //
-//   F(d) = 4/3 E* sqrt(R) d^1.5 (1 - x / 10 - x^2 / 840 + 11 x^3 / 15120),    x = d / R <= 1
+//   F(d) = 4/3 E* sqrt(R) d^1.5 (1 + (g - 1 / 10) x - x^2 / 840 + 11 x^3 / 15120),    x = d / R <= 1
 //
 // The force is that of Hertz with the series for the true shape of a sphere (Sneddon 1965, Mueller and others 2019). A
-// Neo-Hookean half-space departs from it by less than 7 % up to d = R (palpate.verify.tissue). Beyond x = 1 the force
-// goes on as a power of x with the same slope. A body that yields by C F under a smooth load of the same size leaves
-// the depth delta = d - C F(d) to the sphere, so that near and far field add up. The tangent of delta keeps at least
-// the share kLeast, where the contact is about as wide as the load.
+// Neo-Hookean half-space departs from it by less than 7 % up to d = R (palpate.verify.tissue). The growth g says how
+// the modulus changes with depth. Beyond x = 1 the force goes on as a power of x with the same slope. A body that
+// yields by C F under a smooth load of the same size leaves the depth delta = d - C F(d) to the sphere, so that near
+// and far field add up. The tangent of delta keeps at least the share kLeast, where the contact is about as wide as the
+// load.
 #pragma once
 
 #include <algorithm>
@@ -17,9 +18,15 @@ namespace palpate::tissue {
 /// Force and energy of a sphere at one contact point.
 class LocalLaw {
  public:
-  /// plane_modulus: E* = E / (1 - nu^2) [Pa]; radius: of the sphere [m]; compliance: of the body under the load [m/N].
-  LocalLaw(double plane_modulus, double radius, double compliance) noexcept
-      : scale_(4.0 / 3.0 * plane_modulus * radius * radius), radius_(radius), compliance_(compliance) {
+  /// plane_modulus: E* = E / (1 - nu^2) [Pa]; radius: of the sphere [m]; compliance: of the body under the load [m/N];
+  /// growth: relative change of the secant modulus at the depth of a radius, at least -.1 [-].
+  LocalLaw(double plane_modulus, double radius, double compliance, double growth = 0.0) noexcept
+      : scale_(4.0 / 3.0 * plane_modulus * radius * radius),
+        radius_(radius),
+        compliance_(compliance),
+        a_(growth - 0.1),
+        one_(1.0 + a_ + kB + kC),
+        power_((1.5 + 2.5 * a_ + 3.5 * kB + 4.5 * kC) / one_) {
     double low = 0.0, high = 64.0;  // [radius] depth at which the tangent reaches its least share
     if (compliance_ * slope(high) > 1.0 - kLeast)
       for (int i = 0; i < 40; ++i) {
@@ -59,25 +66,23 @@ class LocalLaw {
   }
 
  private:
-  static constexpr double kLeast = 0.2;                                       // share of the tangent of delta
-  static constexpr double kA = -0.1, kB = -1.0 / 840.0, kC = 11.0 / 15120.0;  // of the series in x
-  static constexpr double kOne = 1.0 + kA + kB + kC;                          // the series at x = 1
-  static constexpr double kPower = (1.5 + 2.5 * kA + 3.5 * kB + 4.5 * kC) / kOne;
+  static constexpr double kLeast = 0.2;                            // share of the tangent of delta
+  static constexpr double kB = -1.0 / 840.0, kC = 11.0 / 15120.0;  // of the series in x
 
   [[nodiscard]] double force(double x) const noexcept {
-    return scale_ * (x <= 1.0 ? x * std::sqrt(x) * (1.0 + x * (kA + x * (kB + x * kC))) : kOne * std::pow(x, kPower));
+    return scale_ * (x <= 1.0 ? x * std::sqrt(x) * (1.0 + x * (a_ + x * (kB + x * kC))) : one_ * std::pow(x, power_));
   }
   [[nodiscard]] double slope(double x) const noexcept {  // dF / dd [N/m]
     return scale_ / radius_ *
-           (x <= 1.0 ? std::sqrt(x) * (1.5 + x * (2.5 * kA + x * (3.5 * kB + x * 4.5 * kC)))
-                     : kPower * kOne * std::pow(x, kPower - 1.0));
+           (x <= 1.0 ? std::sqrt(x) * (1.5 + x * (2.5 * a_ + x * (3.5 * kB + x * 4.5 * kC)))
+                     : power_ * one_ * std::pow(x, power_ - 1.0));
   }
   [[nodiscard]] double energy(double x) const noexcept {  // integral of F over d [J]
-    const auto series = [](double y) {
-      return y * y * std::sqrt(y) * (1.0 / 2.5 + y * (kA / 3.5 + y * (kB / 4.5 + y * kC / 5.5)));
+    const auto series = [this](double y) {
+      return y * y * std::sqrt(y) * (1.0 / 2.5 + y * (a_ / 3.5 + y * (kB / 4.5 + y * kC / 5.5)));
     };
     return scale_ * radius_ *
-           (x <= 1.0 ? series(x) : series(1.0) + kOne / (kPower + 1.0) * (std::pow(x, kPower + 1.0) - 1.0));
+           (x <= 1.0 ? series(x) : series(1.0) + one_ / (power_ + 1.0) * (std::pow(x, power_ + 1.0) - 1.0));
   }
   /// d delta / dd.
   [[nodiscard]] double share(double x) const noexcept {
@@ -89,7 +94,10 @@ class LocalLaw {
     return radius_ * y - compliance_ * force(y) + kLeast * radius_ * (x - y);
   }
 
-  double scale_, radius_, compliance_, limit_ = 64.0;
+  double scale_, radius_, compliance_;
+  double a_;            // of the series in x
+  double one_, power_;  // the series at x = 1, and the power beyond
+  double limit_ = 64.0;
 };
 
 }  // namespace palpate::tissue

@@ -77,8 +77,9 @@ SoftSurface::Site SoftSurface::locate(const scene::SpherePlace& place) const noe
 }
 
 LocalLaw SoftSurface::law_at(const scene::SurfacePoint& at, double radius) const noexcept {
-  const double b[3] = {at.u(), at.v, at.w}, modulus = tables_->plane_modulus[to_index(at.triangle)];
-  return {modulus, radius, tables_->spreading.yield(at.triangle, b) / modulus};
+  const double b[3] = {at.u(), at.v, at.w};
+  const DepthModuli::Felt felt = tables_->moduli.at(&tables_->rest->triangles()[to_index(3 * at.triangle)], at, radius);
+  return {felt.pressed, radius, tables_->spreading.yield(at.triangle, b) / felt.spread, felt.growth};
 }
 
 /// Value of the local law, which also gives way for a body that steps less often than the cycle.

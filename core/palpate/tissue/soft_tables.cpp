@@ -49,35 +49,12 @@ double mean_edge(const scene::Mesh& mesh) {
   return sum / count;
 }
 
-double plane_modulus_of(double mu, double bulk) {  // E / (1 - nu^2)
-  const double poisson = (3.0 * bulk - 2.0 * mu) / (2.0 * (3.0 * bulk + mu));
-  return 2.0 * mu / (1.0 - poisson);
-}
-
-/// E* of the tetrahedron behind each triangle: of the one that shares the most corners.
-std::vector<double> plane_moduli(const scene::Mesh& mesh, const BodyData& data, const std::vector<std::int32_t>& node) {
-  std::vector<std::vector<std::int32_t>> around(data.nodes.size() / 3);
-  for (std::size_t k = 0; k < data.tets.size(); ++k)
-    around[to_index(data.tets[k])].push_back(static_cast<std::int32_t>(k / 4));
-  std::vector<double> out;
-  for (std::size_t c = 0; c < mesh.triangles().size(); c += 3) {
-    std::map<std::int32_t, int> shared;
-    for (std::size_t k = c; k < c + 3; ++k)
-      for (const std::int32_t tet : around[to_index(node[to_index(mesh.triangles()[k])])]) ++shared[tet];
-    const auto most = std::max_element(shared.begin(), shared.end(),
-                                       [](const auto& x, const auto& y) { return x.second < y.second; });
-    const std::size_t tet = to_index(most->first);
-    out.push_back(plane_modulus_of(data.mu[tet], data.bulk[tet]));
-  }
-  return out;
-}
-
 }  // namespace
 
 SoftTables::SoftTables(const BodyData& data, double width)
-    : rest(mesh_of(data)), node(nodes_of(*rest, data)), plane_modulus(plane_moduli(*rest, data, node)) {
-  edge = mean_edge(*rest);
+    : rest(mesh_of(data)), node(nodes_of(*rest, data)), edge(mean_edge(*rest)) {
   spreading = Spreading(rest->vertices(), rest->triangles(), width > 0.0 ? width : kWidth * edge);
+  moduli = DepthModuli(*rest, data, edge, spreading.width());
 }
 
 Vec3 mean_under(const SoftTables& tables, const scene::SurfacePoint& at, std::span<const double> nodal) noexcept {

@@ -9,6 +9,7 @@
 #include "palpate/scene/mesh.hpp"
 #include "palpate/scene/mesh_impl.hpp"
 #include "palpate/tissue/body.hpp"
+#include "palpate/tissue/depth_moduli.hpp"
 #include "palpate/tissue/spreading.hpp"
 
 namespace palpate::tissue {
@@ -17,9 +18,9 @@ namespace palpate::tissue {
 struct SoftTables {
   std::shared_ptr<const scene::Mesh> rest;  ///< the surface at rest
   Spreading spreading;
-  std::vector<std::int32_t> node;     ///< node of the body for each vertex of the mesh
-  std::vector<double> plane_modulus;  ///< E* of the tetrahedron behind each triangle [Pa]
-  double edge = 0.0;                  ///< mean length of the edges [m]
+  std::vector<std::int32_t> node;  ///< node of the body for each vertex of the mesh
+  double edge = 0.0;               ///< mean length of the edges [m]
+  DepthModuli moduli;
 
   /// width: of the spreading [m]; 0: chosen from the mean edge. Throws std::invalid_argument without a surface.
   SoftTables(const BodyData& data, double width);

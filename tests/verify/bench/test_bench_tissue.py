@@ -66,7 +66,7 @@ def ideal(**case):
     return Lab(make=lambda *_, **__: None, touch=touch)
 
 
-SHORT = ("large-strain", "viscosity", "smoothness", "energy", "kernels")
+SHORT = ("large-strain", "stiffening", "viscosity", "smoothness", "energy", "kernels")
 
 
 @pytest.mark.parametrize("name", SHORT)
