@@ -66,3 +66,19 @@ def test_huge_ratios_of_moduli_need_mass_but_no_guard():
     assert np.isfinite(force).all()
     _, told = press(soft.core_for(R).own(), 500)
     assert not any(state[3] for state in told)
+
+
+@pytest.mark.parametrize(("pushed", "kept"), [(2e-3, True), (15e-3, False)])
+def test_a_body_with_an_inverted_tetrahedron_returns_to_rest_instead_of_standing_still(pushed, kept):
+    """A node of the top is pushed in, by more than a cell through the tetrahedra below it, and then all nodes jump."""
+    surface = bench.slab(5e3, "cycle").core_for(R).own()
+    nodes = block((6, 6, 3), (0.06, 0.06, 0.03))[0]
+    rest, u = surface.vertices.copy(), np.zeros_like(nodes)
+    u[np.argmin(np.linalg.norm(nodes - [0.03, 0.03, 0.03], axis=1)), 2] = -pushed
+    surface.set_state(u, np.zeros_like(nodes))
+    _, told = press(surface, 1, depth=0.0)
+    assert not told[0][3], "it does not diverge by itself"
+    surface.set_state(u, np.full_like(nodes, 60.0))
+    _, told = press(surface, 1, depth=0.0)
+    assert told[0][3]
+    assert (np.abs(surface.vertices - rest).max() > 0.1 * pushed) == kept

@@ -29,8 +29,8 @@ class DepthModuli {
   struct Felt {
     double pressed = 0.0;  ///< E* for a sphere at small depth [Pa]
     double growth = 0.0;   ///< relative change of the secant modulus at the depth of a radius, because the contact
-                          ///< widens and because the material stiffens
-    double spread = 0.0;  ///< E* for the spread load [Pa]
+                           ///< widens and because the material stiffens
+    double spread = 0.0;   ///< E* for the spread load [Pa]
   };
   /// at: on triangle corners[0..2] of the surface; radius: of the sphere [m].
   [[nodiscard]] Felt at(const std::int32_t* corners, const scene::SurfacePoint& at, double radius) const noexcept;

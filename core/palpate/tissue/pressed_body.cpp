@@ -34,6 +34,7 @@ void PressedBody::advance(const Press& press, Shape& out) noexcept {
     start_[to_index(i)] = mean_under(*tables_, press.touch[to_index(i)].at, body_.displacements());
   for (int k = 0; k < press.ticks; ++k) {
     std::copy(body_.displacements().begin(), body_.displacements().end(), safe_u_.begin());
+    safe_volume_ = body_.least_volume();
     if (still_ <= 0.0) step(press, k * press.dt);
     guard(press.dt);
   }
@@ -73,14 +74,14 @@ void PressedBody::push(const Press& press, double since) noexcept {
 }
 
 /// Answers fast motion with shorter steps, and a divergence with a return to the last displacements, at rest; to the
-/// undeformed shape if those lead to another divergence.
+/// undeformed shape if a tetrahedron is inverted there, or if they lead to another divergence.
 void PressedBody::guard(double dt) noexcept {
   healthy_ += dt;
   const double fastest = still_ > 0.0 ? 0.0 : body_.fastest();
   if (!(fastest <= kTooFast * tables_->edge)) {
-    const bool safe = std::all_of(safe_u_.begin(), safe_u_.end(), [](double u) { return std::isfinite(u); });
+    const bool finite = std::all_of(safe_u_.begin(), safe_u_.end(), [](double u) { return std::isfinite(u); });
     body_.reset();
-    if (safe && healthy_ >= kHealthy) body_.set_state(safe_u_, zero_);
+    if (finite && safe_volume_ > 0.0 && healthy_ >= kHealthy) body_.set_state(safe_u_, zero_);
     still_ = kStill;
     healthy_ = -kStill;
     hurried_ = true;

@@ -81,6 +81,7 @@ class PressedBody {
   double instantaneous_ = 1.0;  ///< 1 + sum of the Prony shares
   std::array<Vec3, kMaxTouches> start_;
   std::vector<double> safe_u_, zero_;  ///< displacements before the tick; zeros
+  double safe_volume_ = 1.0;           ///< least det F before the last step of that tick [-]
   bool hurried_ = false;
   double still_ = 0.0, healthy_ = HUGE_VAL;  ///< time left of standing still; time since it ended [s]
 };
