@@ -93,7 +93,7 @@ def _check_rotations(X: Array) -> None:
     _, s, Vt = np.linalg.svd(A.reshape(-1, 6))
     if s[-1] < _TURNED * np.sqrt(len(X)):
         axis = Vt[-1, :3] / np.linalg.norm(Vt[-1, :3])
-        words = ", ".join(f"{x:.2f}" for x in axis)
+        words = ", ".join(f"{x:.2f}" for x in axis.round(2) + 0.0)  # no minus zeros
         raise RegistrationError(
             f"the {len(X)} poses do not determine the tip along ({words}) in the tool frame",
             why="the tool turned about one axis only, or hardly at all",

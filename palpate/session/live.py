@@ -110,7 +110,7 @@ class LiveSession:
         if self.sensing is not None:
             weakref.finalize(self, self.sensing.close)
         me = weakref.proxy(self)  # what the session holds must not hold the session: it ends when it is collected
-        self._snapshots = Snapshots(rig, loop.soft_vertices, lambda: me._camera_joints())
+        self._snapshots = Snapshots(rig, lambda index: me.soft_vertices(index), lambda: me._camera_joints())
         self.execution: PlanExecution | None = None  #: the newest plan that moves, or moved, the follower
         self._beside: list[threading.Thread] = []  # work beside the loop, in the order in which it ends
         self.notes: list[str] = []  #: problems outside of the loop, e.g. a full disk

@@ -111,10 +111,13 @@ def tissue_rows(found: Result) -> list[str]:
 
 
 def tissue_text(found: Result) -> list[str]:
-    m, late = found["mujoco"], found["realtime"]
-    ticks, missed, bare = round(1000 * late["seconds"]), late["missed"], late["control_missed"]
+    m, (cycle, thread) = found["mujoco"], found["real_time"]
     errors = f"errs by {100 * m['layer_error']:+.1f} %, Palpate by {100 * m['own_layer_error']:+.1f} %"
-    return [errors, f"missed {missed} of {ticks} ticks, a bare loop in turns with it {bare}"]
+    return [errors] + [
+        f"{loop['tets']:,} tetrahedra {where} missed {loop['missed']} of {loop['ticks']:,} ticks, a bare loop in turns "
+        f"with it {loop['control_missed']}"
+        for loop, where in ((cycle, "in the cycle"), (thread, "on a thread of 4 ms"))
+    ]
 
 
 def tissue_mujoco(found: Result) -> list[str]:
