@@ -3,6 +3,7 @@
 Tests run beside each other, and waiting threads of BLAS would take their cores.
 """
 
+import faulthandler
 import os
 
 from hypothesis import settings
@@ -16,6 +17,12 @@ SLOW = ("viewer", "studies", "verify", "report", "cli", "package")
 
 def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: item.nodeid.split("/")[1:2] not in [[name] for name in SLOW])
+
+
+def pytest_sessionfinish(session):
+    """A worker whose threads do not end after its last test prints them and exits."""
+    if hasattr(session.config, "workerinput"):
+        faulthandler.dump_traceback_later(60.0, exit=True)
 
 
 settings.register_profile("palpate", derandomize=True, deadline=None)

@@ -3,32 +3,39 @@
     python tools/tests.py [--long] [options of pytest]
 
 A browser or a process may miss its deadline on a busy machine: a test that fails is repeated without others beside
-it, and must pass then. The end tells the wall time and the processor time, and each part lists its slowest tests, so
-that growth is seen. --long runs the tests of the marker `long`, which add cases to short versions, and the property
-tests with all their examples.
+it, and must pass then. A test that does not end fails after ten minutes (pyproject.toml), a part after LIMIT. The end
+tells the wall time and the processor time, and each part lists its slowest tests, so that growth is seen. --long runs
+the tests of the marker `long`, which add cases to short versions, and the property tests with all their examples.
 """
 
 from __future__ import annotations
 
+import contextlib
 import os
 import resource
+import signal
 import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
 FAILED, NOTHING = 1, 5  # exit codes of pytest after failed tests, and where no test was selected
+ENDLESS = 124  # our exit code of a part that did not end
+LIMIT = 2700.0  # [s] a part that takes longer is ended
 WORKERS = max(2, os.cpu_count() or 1)
 #: Each part has its own list of failures. Processes of ROS 2 run at 1 kHz: two tests beside each other, no more.
 PARTS = {
     "ROS 2": ["-o", "cache_dir=.pytest_cache/ros", "tests/ros"],
     "others": ["-o", "cache_dir=.pytest_cache/others", "--ignore", "tests/ros", "tests"],
 }
+#: A worker that a test has ended repeats this test in its successor: one successor, no more.
+SPREAD = ["--dist", "loadfile", "--max-worker-restart", "1"]
 PARALLEL = {
-    "ROS 2": ["-n", "2", "--dist", "loadfile"],
-    "others": ["-n", str(WORKERS), "--dist", "loadfile", "--no-loadscope-reorder"],
+    "ROS 2": ["-n", "2", *SPREAD],
+    "others": ["-n", str(WORKERS), *SPREAD, "--no-loadscope-reorder"],
 }
 
 
@@ -39,21 +46,43 @@ def command(part: str, *more: str) -> list[str]:
 
 def beside(options: list[str]) -> dict[str, int]:
     """Run both parts beside each other and return their exit codes; the others give way to ROS 2."""
+    end = time.monotonic() + LIMIT
     with tempfile.TemporaryFile() as output:
-        ros = subprocess.Popen(
-            command("ROS 2", *PARALLEL["ROS 2"], "--durations", "10", *options),
-            cwd=ROOT, stdout=output, stderr=subprocess.STDOUT,
-        )  # fmt: skip
-        others = subprocess.run(
-            command("others", *PARALLEL["others"], "--durations", "20", *options),
-            cwd=ROOT, check=False, preexec_fn=lambda: os.nice(5) and None,
-        ).returncode  # fmt: skip
-        code = ros.wait()
+        parts = {
+            "ROS 2": started("ROS 2", "--durations", "10", *options, stdout=output, stderr=subprocess.STDOUT),
+            "others": started("others", "--durations", "20", *options, preexec_fn=lambda: os.nice(5) and None),
+        }
+        try:
+            codes = {name: ended(parts[name], end - time.monotonic()) for name in ("others", "ROS 2")}
+        finally:
+            for part in parts.values():
+                kill(part)
         output.seek(0)
         print("--- tests on ROS 2 ---", flush=True)
         sys.stdout.buffer.write(output.read())
         sys.stdout.flush()
-    return {"ROS 2": code, "others": others}
+    for name in [name for name, code in codes.items() if code == ENDLESS]:
+        print(f"tests: the part {name} did not end within {LIMIT:.0f} s and was killed", flush=True)
+    return codes
+
+
+def started(part: str, *options: str, **more: Any) -> subprocess.Popen[bytes]:
+    """A part, with its workers in a process group of its own."""
+    return subprocess.Popen(command(part, *PARALLEL[part], *options), cwd=ROOT, process_group=0, **more)
+
+
+def ended(part: subprocess.Popen[bytes], seconds: float) -> int:
+    """The exit code of a part; ENDLESS if it runs longer."""
+    try:
+        return part.wait(max(1.0, seconds))
+    except subprocess.TimeoutExpired:
+        return ENDLESS
+
+
+def kill(part: subprocess.Popen[bytes]) -> None:
+    """Kill what is left of a part: it did not end, or the user interrupts."""
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(part.pid, signal.SIGKILL)
 
 
 def main(arguments: list[str]) -> int:
