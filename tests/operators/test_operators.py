@@ -1,6 +1,7 @@
 """Simulated operators: their parameters, and their closed loop against closed forms."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -51,6 +52,15 @@ def test_every_trait_names_its_source():
         assert trait.factor >= 1.1, name
         assert len(trait.source) > 20, name
         assert any(year in trait.source for year in map(str, range(1950, 2027))) or "ours" in trait.source, name
+
+
+def test_page_lists_the_traits_as_they_are():
+    page = Path(__file__).parents[2] / "docs" / "operators.md"
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in page.read_text().splitlines()]
+    listed = {row[0].strip("`"): row[1:] for row in rows if row and row[0].startswith("`")}
+    assert listed == {
+        name: [f"{t.median:g} {t.unit}".rstrip(), f"{t.factor:g}", t.doc, t.source] for name, t in TRAITS.items()
+    }
 
 
 def test_cohort_is_reproducible_and_independent_of_its_size():
@@ -188,3 +198,109 @@ def test_the_hand_slows_down_before_the_end_of_the_path():
     """The rest of the path would take 0.3 s at any time."""
     v = led(calm(pace=0.4), replace(aim(), ahead=0.0015), updates=300)
     assert v[-1][0] * SCALE == pytest.approx(0.0015 / 0.3, rel=1e-6)
+
+
+def test_a_row_of_a_trial_is_every_fourth_cycle():
+    trial = done(calm(), line(), sim=Glass((0.0, 0.0, -0.001), wind=(0.3, 0.0, -0.4)), most=0.5)
+    assert not trial.done
+    assert trial.t[0] == pytest.approx(0.020), "the first update follows 20 cycles at rest"
+    np.testing.assert_allclose(np.diff(trial.t), 0.004, atol=1e-12)
+    assert trial.t[-1] == pytest.approx(0.52 + 0.016, abs=0.021), "the time given, and the update that notices it"
+    np.testing.assert_allclose(trial.F_hand, 0.5)
+    np.testing.assert_allclose(trial.F_T, 400.0 * np.maximum(-trial.p_WT[:, 2], 0.0), atol=1e-12)
+    assert trial.q.shape == (len(trial.t), 7)
+
+
+def test_a_trial_ends_one_millimetre_before_the_end_of_the_path():
+    """Seen `visual_delay` late: at 2 mm/s the tool has moved another .3 mm, and at most one update more."""
+    trial = done(calm(pace=2.0, visual_delay=0.16), line(0.006))
+    assert trial.done
+    assert trial.p_WT[-1, 0] == pytest.approx(0.005 + 0.00032, abs=0.0001)
+
+
+def sensed(person, senses, forces, seed=1):
+    """What the operator senses of these forces of the tool, after each of them."""
+    operator, out = Operator(person, senses, seed), []
+    for F in forces:
+        operator.lead(np.zeros(3), F, np.zeros(3), aim(press=0.5), SCALE)
+        out.append(operator.F)
+    return np.array(out)
+
+
+@pytest.mark.parametrize(("force", "delay"), [("felt", 0.1), ("looks", 0.16), ("shown", 0.16)])
+def test_a_force_is_sensed_after_its_delay(force, delay):
+    person = calm(touch_delay=0.1, visual_delay=0.16, threshold=0.04)
+    n = round(delay / STEP)
+    F = sensed(person, Senses(force), [0.0] * 5 + [0.8] * 20)
+    assert not F[: 5 + n].any()
+    assert F[5 + n] > 0.5
+    F = sensed(person, Senses(force), [0.7] * 3)
+    assert (F > 0.4).all(), "before the delay has passed, the first force counts"
+
+
+def test_a_felt_force_below_the_threshold_is_not_sensed():
+    person = calm(threshold=0.04)
+    assert not sensed(person, Senses("felt"), [0.04] * 20).any()
+    np.testing.assert_allclose(sensed(person, Senses("felt"), [0.05] * 20)[10:], 0.05)
+    assert sensed(person, Senses("looks"), [0.03] * 20)[-1] == pytest.approx(0.03)
+
+
+@pytest.mark.parametrize(("force", "rms"), [("felt", 0.08), ("shown", 0.10)])
+def test_error_of_a_sensed_force_is_proportional_to_it(force, rms):
+    person = calm(weber=0.08)
+    for F in (0.5, 2.0):
+        errors = [sensed(person, Senses(force), [F] * 400, seed)[20:] / F - 1.0 for seed in range(30)]
+        assert np.sqrt(np.mean(np.square(errors))) == pytest.approx(rms, rel=0.15)
+        assert abs(np.mean(errors)) < 0.25 * rms
+
+
+def test_without_felt_force_people_press_harder():
+    person = calm(haste=1.4)
+    start = Glass((0, 0, 0.0005))
+    assert done(person, line(0.05, press=0.5), Senses("looks"), start, most=6.0).F_T[-50:].mean() == pytest.approx(
+        0.7, rel=0.03
+    )
+    start = Glass((0, 0, 0.0005))
+    assert done(person, line(0.05, press=0.5), Senses("felt"), start, most=6.0).F_T[-50:].mean() == pytest.approx(
+        0.5, rel=0.03
+    )
+
+
+def test_speed_of_pressing_is_limited_both_ways():
+    person = calm(visual_gain=0.0)
+    for goal, sign in ((aim(press=9.0, stiffness=100.0), -1.0), (aim(press=1e-6, stiffness=1.0), 1.0)):
+        operator = Operator(person, Senses("felt"), 1)
+        v = [operator.lead(np.zeros(3), 5.0 * (sign > 0.0), np.zeros(3), goal, SCALE) for _ in range(200)][-1]
+        assert v[2] * SCALE == pytest.approx(sign * 0.03, rel=1e-6)
+
+
+def test_the_goal_is_the_nearest_point_within_reach_of_the_last_one():
+    """Of a path that returns 1 mm beside itself, the piece that follows the last nearest point counts."""
+    way = np.linspace(0.0, 0.03, 31)
+    path = np.concatenate([
+        np.column_stack([way, 0 * way, 0 * way]), np.column_stack([way[::-1], 0 * way + 0.001, 0 * way])
+    ])  # fmt: skip
+    errand = Errand(path, np.linspace(0.004, 0.008, len(path)), 400.0)
+    goal, at = errand.aim(np.array([0.0101, 0.0009, 0.0]), 8)
+    assert at == 10
+    np.testing.assert_allclose(goal.along, [1.0, 0.0, 0.0])
+    np.testing.assert_allclose(goal.error, [0.0, -0.0009, 0.0], atol=1e-12)
+    assert goal.width == pytest.approx(errand.width[10])
+    assert goal.ahead == pytest.approx(0.030 - 0.010 + 0.001 + 0.030)
+    goal, at = errand.aim(np.array([0.0101, 0.0009, 0.0]), 48)
+    assert at == 51
+    np.testing.assert_allclose(goal.along, [-1.0, 0.0, 0.0])
+    goal, at = errand.aim(np.array([-0.05, 0.0, 0.0]), 55, preview=0.01)
+    assert at == 61, "the last point, however far the tool is"
+    turning, _ = errand.aim(np.array([0.026, 0.0, 0.0]), 24, preview=0.010)
+    np.testing.assert_allclose(turning.along, [-1.0, 0.0, 0.0])
+
+
+def test_the_error_leaves_out_the_direction_of_pressing():
+    errand = line(press=0.5)
+    goal, at = errand.aim(np.array([0.0101, 0.0007, -0.0030]), 10)
+    assert at == 20
+    np.testing.assert_allclose(goal.error, [0.0, -0.0007, 0.0], atol=1e-12)
+    np.testing.assert_allclose(goal.into, [0.0, 0.0, -1.0])
+    touched, _ = line().aim(np.array([0.0101, 0.0007, -0.0030]), 10)
+    np.testing.assert_allclose(touched.error, [0.0, -0.0007, 0.0030], atol=1e-12)
