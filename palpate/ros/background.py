@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import threading
-from contextlib import suppress
 from typing import Any, Self
 
 from palpate import ros
+from palpate.node_thread import NodeThread
 
 
 class BackgroundNode:
@@ -22,16 +21,13 @@ class BackgroundNode:
         ros.messages()
         import rclpy
         from rclpy.context import Context
-        from rclpy.executors import SingleThreadedExecutor
 
-        self._context = Context()
-        rclpy.init(context=self._context, domain_id=domain)
+        context = Context()
+        rclpy.init(context=context, domain_id=domain)
         self.node: Any = rclpy.create_node(
-            name, namespace=f"/{space}" if space else None, context=self._context, enable_rosout=False
+            name, namespace=f"/{space}" if space else None, context=context, enable_rosout=False
         )
-        self._executor = SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(self.node)
-        self._thread = threading.Thread(target=self._spin, name=name, daemon=True)
+        self._thread = NodeThread(self.node, context, name)
 
     def spin(self) -> None:
         """Run the callbacks from now on."""
@@ -39,13 +35,7 @@ class BackgroundNode:
 
     def close(self) -> None:
         """Remove the node from the network."""
-        import rclpy
-
-        if self._thread.is_alive():
-            self._executor.shutdown(timeout_sec=2.0)
-            self._thread.join(timeout=2.0)
-            self.node.destroy_node()
-            rclpy.shutdown(context=self._context)
+        self._thread.stop()
 
     def __enter__(self) -> Self:
         """Return the object itself."""
@@ -54,9 +44,3 @@ class BackgroundNode:
     def __exit__(self, *error: object) -> None:
         """Close the node."""
         self.close()
-
-    def _spin(self) -> None:
-        from rclpy.executors import ExternalShutdownException
-
-        with suppress(ExternalShutdownException):
-            self._executor.spin()

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import os
-import threading
 import time
 from collections.abc import Callable
-from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
 from palpate.arrays import Array, so3
 from palpate.errors import CloudError, MissingExtraError, PalpateError
+from palpate.node_thread import NodeThread, remove
 from palpate.sensing import messages
 from palpate.sensing.source import CloudFrame
 from palpate.sensing.tf_tree import TfTree
@@ -36,25 +35,22 @@ class RosCloudSource:
     """
 
     def __init__(self, topic: str, X_WC: Callable[[], Array] | None = None) -> None:
-        rclpy = self._rclpy = import_rclpy()
+        rclpy = import_rclpy()
         from rclpy.context import Context
-        from rclpy.executors import SingleThreadedExecutor
 
         self._X_WC, self._tf = X_WC, TfTree()
         self._newest: tuple[Any, float] | None = None  # message, time of arrival by the monotonic clock
         self.fault = ""  #: why the last message was not used
-        self._context = Context()
-        rclpy.init(context=self._context)
+        context = Context()
+        rclpy.init(context=context)
         name = f"palpate_camera_{os.getpid()}_{id(self):x}"
-        self._node: Any = rclpy.create_node(name, context=self._context, enable_rosout=False)
+        self._node: Any = rclpy.create_node(name, context=context, enable_rosout=False)
         try:
             self._subscribe(topic)
         except BaseException:
-            self._end()
+            remove(self._node, context)
             raise
-        self._executor = SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(self._node)
-        self._thread = threading.Thread(target=self._spin, name="palpate-ros-cloud", daemon=True)
+        self._thread = NodeThread(self._node, context, "palpate-ros-cloud")
         self._thread.start()
 
     def latest(self, now: float) -> CloudFrame | None:
@@ -82,10 +78,7 @@ class RosCloudSource:
 
     def close(self) -> None:
         """Remove the node from the network. No effect if it is closed."""
-        if self._thread.is_alive():
-            self._executor.shutdown(timeout_sec=2.0)
-            self._thread.join(timeout=2.0)
-            self._end()
+        self._thread.stop()
 
     def _subscribe(self, topic: str) -> None:
         from rclpy.exceptions import InvalidTopicNameException
@@ -110,16 +103,6 @@ class RosCloudSource:
             latched = QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
             self._node.create_subscription(TFMessage, "/tf", transforms, 100)
             self._node.create_subscription(TFMessage, "/tf_static", transforms, latched)
-
-    def _spin(self) -> None:
-        from rclpy.executors import ExternalShutdownException
-
-        with suppress(ExternalShutdownException):
-            self._executor.spin()
-
-    def _end(self) -> None:
-        self._node.destroy_node()
-        self._rclpy.shutdown(context=self._context)
 
 
 def _pose(transform: Any) -> Array:

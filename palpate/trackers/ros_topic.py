@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import threading
 from collections import deque
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
@@ -14,6 +13,7 @@ import numpy as np
 
 from palpate.arrays import Array
 from palpate.errors import MissingExtraError, PalpateError
+from palpate.node_thread import NodeThread, remove
 from palpate.trackers.tracker import Sighting
 
 _MOST = 64  # messages of all tools that wait for the next poll; older ones are dropped
@@ -38,24 +38,21 @@ class RosTopicTracker:
     """
 
     def __init__(self, topics: Mapping[str, str]) -> None:
-        self._rclpy = _rclpy()
+        rclpy = _rclpy()
         from rclpy.context import Context
-        from rclpy.executors import SingleThreadedExecutor
 
         self._seen: deque[Sighting] = deque(maxlen=_MOST)
-        self._context = Context()
-        self._rclpy.init(context=self._context)
+        context = Context()
+        rclpy.init(context=context)
         name = f"palpate_tracker_{os.getpid()}_{id(self):x}"
-        self._node: Any = self._rclpy.create_node(name, context=self._context, enable_rosout=False)
+        self._node: Any = rclpy.create_node(name, context=context, enable_rosout=False)
         try:
             for tool, topic in topics.items():
                 self._subscribe(tool, topic)
         except BaseException:
-            self._end()
+            remove(self._node, context)
             raise
-        self._executor = SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(self._node)
-        self._thread = threading.Thread(target=self._spin, name="palpate-ros-tracker", daemon=True)
+        self._thread = NodeThread(self._node, context, "palpate-ros-tracker")
         self._thread.start()
 
     def poll(self, now: float) -> list[Sighting]:
@@ -68,14 +65,7 @@ class RosTopicTracker:
 
     def close(self) -> None:
         """Remove the node from the network. No effect if it is closed."""
-        if self._thread.is_alive():
-            self._executor.shutdown(timeout_sec=2.0)
-            self._thread.join(timeout=2.0)
-            self._end()
-
-    def _end(self) -> None:
-        self._node.destroy_node()
-        self._rclpy.shutdown(context=self._context)
+        self._thread.stop()
 
     def _subscribe(self, tool: str, topic: str) -> None:
         from geometry_msgs.msg import PoseStamped
@@ -92,12 +82,6 @@ class RosTopicTracker:
             raise PalpateError(
                 f"{topic!r} is not the name of a topic", why=why, mend="write /NAME/measured_cp"
             ) from None
-
-    def _spin(self) -> None:
-        from rclpy.executors import ExternalShutdownException
-
-        with suppress(ExternalShutdownException):
-            self._executor.spin()
 
 
 def sighting(tool: str, message: Any) -> Sighting:

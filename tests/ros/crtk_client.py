@@ -3,7 +3,6 @@ start of the node; settings are latched; each answer is awaited for the time tha
 
 from __future__ import annotations
 
-import contextlib
 import threading
 import time
 
@@ -11,8 +10,9 @@ import numpy as np
 from dvrk_client import message_type
 from dvrk_topics import ROWS
 from rclpy.context import Context
-from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
+
+from palpate.node_thread import NodeThread
 
 LATCHED_BY_CLIENTS = ("state_command", "use_gravity_compensation", "set_cf_orientation_absolute", "set_ratio")
 _ROWS = dict(ROWS)
@@ -29,8 +29,7 @@ class Script:
         self._context = Context()
         rclpy.init(context=self._context)
         self.node = rclpy.create_node(name, context=self._context)
-        self._rclpy, self._executor = rclpy, SingleThreadedExecutor(context=self._context)
-        self._executor.add_node(self.node)
+        self._thread = NodeThread(self.node, self._context, name)
         self._ends, self.events, self.last = [], {}, {}
 
     def arm(self, name):
@@ -55,12 +54,7 @@ class Script:
 
     def spin(self):
         """Start the thread of the callbacks."""
-        self._thread = threading.Thread(target=self._spin, daemon=True)
         self._thread.start()
-
-    def _spin(self):
-        with contextlib.suppress(ExternalShutdownException):
-            self._executor.spin()
 
     def check_connections(self, seconds=5.0):
         """Wait until each publisher has a subscriber and each subscription a publisher."""
@@ -73,10 +67,7 @@ class Script:
         return self
 
     def __exit__(self, *error):
-        self._executor.shutdown(timeout_sec=2.0)
-        self._thread.join(2.0)
-        self.node.destroy_node()
-        self._rclpy.shutdown(context=self._context)
+        self._thread.stop()
 
 
 def _connected(end):
