@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-import struct
 import time
 from collections import Counter
-from dataclasses import dataclass, field
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from palpate import ros
+from palpate.arrays import Array
 from palpate.errors import PalpateError
 from palpate.ros import topic
 
@@ -20,13 +22,17 @@ if TYPE_CHECKING:
 
     from palpate.plotting.style import Canvas
 
-DISCOVERY = 1.5
-"""Time for discovery before the measurement [s]."""
+SETTLED = 1.5
+"""The network is discovered when it has not grown for this time [s]."""
+MOST_DISCOVERY = 20.0
+"""Longest time for discovery [s]."""
 _HIDDEN = ("/rosout", "/parameter_events")
-_AT_ONCE = 24  # topics that are listened to at the same time
+AT_ONCE = 48
+"""Number of topics that are listened to at the same time: publishers shall not be slowed down."""
 COLLECTED = ("/tf", "/tf_static", "/diagnostics")
 """Topics that ROS 2 collects from many nodes."""
-_OWN = "palpate_topic"  # name of the node that looks
+_OWN = "palpate_topic"  # name of the nodes that look
+_NONE = np.zeros(0)
 
 
 @dataclass(frozen=True)
@@ -66,42 +72,21 @@ class Graph:
     """topics that several nodes publish, other than those that ROS 2 collects from many nodes"""
 
 
-@dataclass
-class _Meter:
-    """Counts the messages of one topic."""
+def measure(seconds: float = 3.0, network: bool = False, progress: Callable[[int], None] | None = None) -> Graph:
+    """Discover the graph and listen to every published topic for `seconds` [s], `AT_ONCE` topics at a time.
 
-    stamped: bool
-    arrivals: list[float] = field(default_factory=list)
-    ages: list[float] = field(default_factory=list)
-
-    def take(self, message: bytes) -> None:
-        self.arrivals.append(time.monotonic())
-        if self.stamped and len(message) >= 12:  # CDR: four bytes, then the header's seconds and nanoseconds
-            order = "<" if message[1] & 1 else ">"
-            seconds, rest = struct.unpack_from(f"{order}iI", message, 4)
-            if seconds or rest:
-                self.ages.append(time.time() - seconds - 1e-9 * rest)
-
-    @property
-    def rate(self) -> float | None:
-        span = self.arrivals[-1] - self.arrivals[0] if len(self.arrivals) > 1 else 0.0
-        return (len(self.arrivals) - 1) / span if span > 0.0 else None
-
-
-def measure(seconds: float = 3.0, network: bool = False) -> Graph:
-    """Discover the graph and listen to every topic for `seconds` [s], `_AT_ONCE` topics at a time.
+    Args:
+        seconds: time for each topic [s].
+        network: look at other machines too.
+        progress: called with the number of topics before listening begins.
 
     Raises:
         RosMissingError: no ROS 2. PalpateError: there is no other node.
     """
     with topic.node(network) as here:
-        topic.topics(here, DISCOVERY)
-        names = [f"{space.rstrip('/')}/{name}" for name, space in here.get_node_names_and_namespaces() if name != _OWN]
-        found = {name: types[0] for name, types in here.get_topic_names_and_types() if name not in _HIDDEN}
-        meters: dict[str, _Meter] = {}
-        for k in range(0, len(found), _AT_ONCE):
-            meters |= _hear(here, sorted(found)[k : k + _AT_ONCE], seconds)
-        topics = [_facts(here, name, kind, meters.get(name)) for name, kind in sorted(found.items())]
+        names, found = _discovered(here)
+        heard = _heard(here, sorted(found), seconds, network, progress or (lambda n: None))
+        topics = [_facts(here, name, kind, *heard.get(name, (_NONE, _NONE))) for name, kind in sorted(found.items())]
     topics = [one for one in topics if one.publishers or one.subscribers]
     if not names and not topics:
         raise PalpateError("there is no node on this network", mend="start one, e.g. palpate ros sim; or add --network")
@@ -126,45 +111,71 @@ def is_shared(topic: TopicFacts) -> bool:
     return len(names) > 1 and topic.name not in COLLECTED
 
 
-def _hear(here: Any, names: list[str], seconds: float) -> dict[str, _Meter]:
-    """Listen to some topics for `seconds` [s]; few at once, because Python shall not slow the messages down."""
-    listening = {name: found for name in names if (found := _listen(here, name)) is not None}
-    end = time.monotonic() + seconds
-    while listening and (left := end - time.monotonic()) > 0.0:
-        topic.spin(here, min(left, 0.1))
-    for _, subscription in listening.values():
-        here.destroy_subscription(subscription)
-    return {name: meter for name, (meter, _) in listening.items()}
+def _discovered(here: Any) -> tuple[list[str], dict[str, str]]:
+    """Full names of the nodes, and the type of each topic, once the network does not grow any more."""
+    begin = grown = time.monotonic()
+    names: list[str] = []
+    found: dict[str, str] = {}
+    while (now := time.monotonic()) - grown < SETTLED and now - begin < MOST_DISCOVERY:
+        size = len(names) + len(found)
+        topic.spin(here, 0.1)
+        names = [f"{space.rstrip('/')}/{name}" for name, space in here.get_node_names_and_namespaces() if name != _OWN]
+        found = {name: types[0] for name, types in here.get_topic_names_and_types() if name not in _HIDDEN}
+        grown = now if len(names) + len(found) != size else grown
+    return names, found
 
 
-def _listen(here: Any, name: str) -> tuple[_Meter, Any] | None:
-    """Subscribe to the bytes of a topic; None if nobody publishes it or its type is not known here."""
+def _heard(
+    here: Any, names: list[str], seconds: float, network: bool, progress: Callable[[int], None]
+) -> dict[str, tuple[Array, Array]]:
+    """Monotonic times of the messages of each published topic (n,) [s], and their ages (m,) [s]."""
+    native = ros.load()
+    meter = native.TopicMeter(native.Context(network=network), _OWN)
+    wanted = {name: row for name in names if (row := _wanted(here, name)) is not None}
+    progress(len(wanted))
+    heard: dict[str, tuple[Array, Array]] = {}
+    for k in range(0, len(wanted), AT_ONCE):
+        some = list(wanted)[k : k + AT_ONCE]
+        meter.listen([wanted[name] for name in some])
+        end = time.monotonic() + seconds
+        while (left := end - time.monotonic()) > 0.0:
+            topic.spin(here, min(left, 0.1))
+        heard |= dict(zip(some, meter.take(), strict=True))
+    return heard
+
+
+def _wanted(here: Any, name: str) -> tuple[str, Any, bool, bool] | None:
+    """A topic for the meter; None if nobody publishes it or its type is not known here."""
+    from rclpy.qos import DurabilityPolicy
+    from rclpy.type_support import check_for_type_support
+
     if not here.get_publishers_info_by_topic(name):
         return None
     try:
         kind, quality = topic.publisher_type(here, name)
     except PalpateError:
         return None
+    check_for_type_support(kind)
     first = next(iter(kind.get_fields_and_field_types().values()), "")
-    meter = _Meter(first == "std_msgs/Header")
-    return meter, here.create_subscription(kind, name, meter.take, quality, raw=True)
+    latched = quality.durability == DurabilityPolicy.TRANSIENT_LOCAL
+    return name, kind.__class__._TYPE_SUPPORT, first == "std_msgs/Header", latched
 
 
-def _facts(here: Any, name: str, kind: str, meter: _Meter | None) -> TopicFacts:
+def _facts(here: Any, name: str, kind: str, arrivals: Array, ages: Array) -> TopicFacts:
     def nodes(ends: Any) -> list[str]:
         full = {f"{end.node_namespace.rstrip('/')}/{end.node_name}" for end in ends if end.node_name != _OWN}
         return sorted(full)
 
-    ages = 1e3 * np.array(meter.ages) if meter is not None else np.zeros(0)
+    span = float(arrivals[-1] - arrivals[0]) if len(arrivals) > 1 else 0.0
     return TopicFacts(
         name,
         kind,
         nodes(here.get_publishers_info_by_topic(name)),
         nodes(here.get_subscriptions_info_by_topic(name)),
-        len(meter.arrivals) if meter is not None else 0,
-        meter.rate if meter is not None else None,
-        float(np.median(ages)) if len(ages) else None,
-        float(ages.max()) if len(ages) else None,
+        len(arrivals),
+        (len(arrivals) - 1) / span if span > 0.0 else None,
+        1e3 * float(np.median(ages)) if len(ages) else None,
+        1e3 * float(ages.max()) if len(ages) else None,
     )
 
 

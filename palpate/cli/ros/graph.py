@@ -22,7 +22,7 @@ class Command:
     """
 
     seconds: float = 3.0
-    """Time during which all topics are listened to [s]."""
+    """Time during which each topic is listened to [s]."""
     network: bool = False
     """Look at other machines too; otherwise only at this one."""
     figure: Annotated[Path | None, arg(metavar="FILE.png")] = None
@@ -34,14 +34,20 @@ class Command:
         """Measure and print the graph; the exit code is 1 if two nodes share a name or a topic."""
         from palpate.ros import graph
 
-        if not 0.1 <= self.seconds <= 3600.0:
-            raise PalpateError(f"--seconds {self.seconds:g}: must be 0.1 to 3600 s", mend="e.g. --seconds 3")
+        if not 0.1 <= self.seconds <= 60.0:
+            raise PalpateError(f"--seconds {self.seconds:g}: must be 0.1 to 60 s", mend="e.g. --seconds 3")
         console = console_for(self.json)
         for file in (self.json, self.figure):
             require_writable(file)
-        found = graph.measure(self.seconds, self.network)
+
+        def progress(n: int) -> None:
+            most = min(n, graph.AT_ONCE)
+            wall = self.seconds * -(-n // graph.AT_ONCE)
+            say(console, f"listening to {n} topics, {most} at a time, {self.seconds:g} s each: {wall:.0f} s")
+
+        found = graph.measure(self.seconds, self.network, progress)
         for one in found.topics:
-            rate = "silent" if one.rate_hz is None else f"{one.rate_hz:.1f} Hz"
+            rate = f"{one.messages} messages" if one.rate_hz is None else f"{one.rate_hz:.1f} Hz"
             age = "" if one.age_p50_ms is None else f", {one.age_p50_ms:.2f} ms old"
             ends = f"{', '.join(one.publishers) or 'nobody'} > {', '.join(one.subscribers) or 'nobody'}"
             say(console, f"{one.name}  {rate}{age}  {ends}")
