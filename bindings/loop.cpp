@@ -3,6 +3,7 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "palpate/loop/pace.hpp"
 #include "palpate/loop/realtime.hpp"
 #include "palpate/loop/session_machine.hpp"
 #include "palpate/loop/tick.hpp"
@@ -134,6 +135,17 @@ void bind_session(nb::module_& m) {
           "Name of the present state.");
 }
 
+void bind_pace(nb::module_& m) {
+  using loop::Pace;
+  nb::class_<Pace>(m, "Pace", "Speed along a planned motion relative to the plan, which changes by 1 in stop_time.")
+      .def(nb::init<double>(), "stop_time"_a, "stop_time: time in which a motion at full pace comes to rest [s].")
+      .def("step", &Pace::step, "wanted"_a, "dt"_a,
+           "One period dt [s] towards the wanted pace; returns the progress along the motion [s].")
+      .def("reset", &Pace::reset, "Rests at once.")
+      .def("limit", &Pace::limit, "left"_a, "The largest pace from which the motion rests within `left` [s] along it.")
+      .def_prop_ro("value", &Pace::value, "The present pace, 1: as planned [-].");
+}
+
 void bind_realtime(nb::module_& m) {
   using loop::BareLoop;
   using loop::RealTimeOptions;
@@ -161,6 +173,7 @@ void bind_loop(nb::module_& m) {
   bind_table(m);
   bind_controls(m);
   bind_session(m);
+  bind_pace(m);
   bind_realtime(m);
 }
 

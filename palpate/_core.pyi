@@ -4145,6 +4145,31 @@ class SessionMachine:
     def state(self) -> str:
         """Name of the present state."""
 
+class Pace:
+    """
+    Speed along a planned motion relative to the plan, which changes by 1 in stop_time.
+    """
+
+    def __init__(self, stop_time: float) -> None:
+        """stop_time: time in which a motion at full pace comes to rest [s]."""
+
+    def step(self, wanted: float, dt: float) -> float:
+        """
+        One period dt [s] towards the wanted pace; returns the progress along the motion [s].
+        """
+
+    def reset(self) -> None:
+        """Rests at once."""
+
+    def limit(self, left: float) -> float:
+        """
+        The largest pace from which the motion rests within `left` [s] along it.
+        """
+
+    @property
+    def value(self) -> float:
+        """The present pace, 1: as planned [-]."""
+
 class RealTimeOptions:
     """What the real-time thread may request from the operating system."""
 

@@ -88,16 +88,16 @@ class Command:
         return 0 if found.success else 1
 
     def _found(self, problem: Problem) -> Plan:
-        clearance = _length(self.clearance, "--clearance")
+        from palpate.planning import goals
+
+        clearance = goals.length(self.clearance, "--clearance")
         if self.trajectory is not None:
             from palpate.planning import moveit
 
             return moveit.checked(problem, moveit.read(self.trajectory), clearance)
-        retreat, approach = _length(self.retreat, "--retreat"), _length(self.approach, "--approach")
+        retreat, approach = goals.length(self.retreat, "--retreat"), goals.length(self.approach, "--approach")
         if self.through is None and retreat is None and approach is None:
             return problem.plan(self.from_, self.to, clearance, self.seed, self.timeout, self.planner)
-        from palpate.planning import goals
-
         places = [self.from_, self.to] if self.through is None else goals.read_places(self.through)
         rows = problem.with_trocar_motions(places, retreat or 0.0, approach or 0.0, self.seed)
         return problem.through(rows, clearance, self.seed, self.timeout)
@@ -118,18 +118,3 @@ def _lines(found: Plan) -> list[str]:
             f"{clearance.nearest[0]} and {clearance.nearest[1]} at {clearance.at_t:.2f} s, at ({place}) mm in W"
         )
     return lines
-
-
-def _length(text: str | None, name: str) -> float | None:
-    from palpate.errors import PlanningError
-    from palpate.values.units import convert
-
-    if text is None:
-        return None
-    value = convert(text, "m")
-    if value is None:
-        try:
-            value = float(text)
-        except ValueError:
-            raise PlanningError(f"{name} {text!r} is not a length", mend="write e.g. 3mm") from None
-    return value

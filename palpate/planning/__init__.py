@@ -8,13 +8,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from palpate.planning import changing
 from palpate.planning.execute import Execution
 from palpate.planning.problem import Problem
 from palpate.planning.result import Plan, load
 
 if TYPE_CHECKING:
     import os
+    from collections.abc import Callable
 
+    from palpate.planning.world import World
     from palpate.scene import Scene
 
 __all__ = ["Execution", "Plan", "Problem", "load", "plan"]
@@ -28,6 +31,7 @@ def plan(
     clearance: float | None = None,
     seed: int = 0,
     timeout: float = 5.0,
+    world: Callable[[], World] | None = None,
 ) -> Plan:
     """A motion of the scene's instrument that keeps clear of everything.
 
@@ -39,6 +43,8 @@ def plan(
         clearance: smallest distance from all objects [m]; the scene's when left out.
         seed: seed of the search; the same seed gives the same plan.
         timeout: time after which the search gives up [s].
+        world: returns the present world of a scene that changes meanwhile; the plan is then free in the newest one, or
+            has no success and names what comes too near (`palpate.planning.changing`).
 
     Raises:
         PlanningError: start or goal is invalid or in collision. SceneError: the scene or the arm is invalid.
@@ -46,4 +52,7 @@ def plan(
     from palpate.scene import Scene
 
     loaded = scene if isinstance(scene, Scene) else Scene.load(scene)
-    return Problem.of(loaded, arm).plan(start, goal, clearance, seed, timeout)
+    problem = Problem.of(loaded, arm)
+    if world is None:
+        return problem.plan(start, goal, clearance, seed, timeout)
+    return changing.plan(problem, world, lambda now, left: now.plan(start, goal, clearance, seed, left), timeout)

@@ -45,6 +45,17 @@ class Ahead:
         return ""
 
 
+def require_speed(value: float) -> float:
+    """The pace of a motion, 1: as planned.
+
+    Raises:
+        PlanningError: it lies outside of 0 < speed <= 1.
+    """
+    if not (np.isfinite(value) and 0.0 < value <= 1.0):
+        raise PlanningError(f"the speed must lie in 0 to 1. Got: {value!r}", mend="e.g. 0.5; pause() rests")
+    return float(value)
+
+
 def require_arm(problem: Problem, plan: Plan) -> None:
     """Refuse a plan of another arm.
 

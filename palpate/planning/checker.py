@@ -147,20 +147,25 @@ class Checker:
         """True if the straight motion of the joints from a to b (n,) is proved to keep the clearance [m]."""
         return self.blocked(line(a, b), clearance) is None
 
-    def blocked(self, curve: Curve, clearance: float) -> Blocked | None:
-        """None if the whole motion is proved to keep the clearance [m]; otherwise where it cannot be proved."""
-        bodies, todo = self._active(curve, clearance)
+    def blocked(self, curve: Curve, clearance: float, spread: float = 0.0) -> Blocked | None:
+        """None if the whole motion is proved to keep the clearance [m]; otherwise where it cannot be proved.
+
+        spread: joints need not move in step: each may be ahead of the others or behind them by this part of the curve,
+            q_j(s + e_j) with |e_j| <= spread [-].
+        """
+        bodies, todo = self._active(curve, clearance, spread)
         left = np.broadcast_to(self.pairs[bodies], (len(todo), len(bodies), self.pairs.shape[1]))
         while len(todo):
             middle, half = todo[:, 0], todo[:, 1]
             self.checks += len(middle)
             placed = self.robot.placed(curve.at(middle), bodies)
-            reach = self.robot.reach(placed, curve.rate, half)
+            reach = self.robot.reach(placed, curve.rate, half + spread)
+            least = self.robot.reach(placed, curve.rate, np.full_like(half, spread)) if spread else np.zeros_like(reach)
             uncertain = left & (self._lower_bounds(placed) <= clearance + reach[:, :, None])
             parts: list[Array] = []
             masks: list[Array] = []
             for k in np.argsort(-half, kind="stable"):
-                answer = self._stretch(placed, int(k), reach[k], uncertain[k], clearance)
+                answer = self._stretch(placed, int(k), reach[k], least[k], uncertain[k], clearance)
                 if isinstance(answer, tuple):
                     return Blocked(answer, float(middle[k]))
                 if answer is not None:
@@ -172,11 +177,11 @@ class Checker:
             todo, left = (np.concatenate(parts), np.array(masks)) if parts else (todo[:0], left[:0])
         return None
 
-    def _active(self, curve: Curve, clearance: float) -> tuple[NDArray[np.int64], Array]:
+    def _active(self, curve: Curve, clearance: float, spread: float) -> tuple[NDArray[np.int64], Array]:
         """Bodies that the motion could bring near an obstacle, and the first stretches (k, 2): middle and half."""
         whole = np.array([[0.5, 0.5]])
         placed = self.robot.placed(curve.at(whole[:, 0]))
-        reach = self.robot.reach(placed, curve.rate, whole[:, 1])
+        reach = self.robot.reach(placed, curve.rate, whole[:, 1] + spread)
         near = self.pairs & (self._lower_bounds(placed)[0] <= clearance + reach[0][:, None])
         active = near.any(axis=1)
         for i, j in self.own_pairs:
@@ -185,9 +190,12 @@ class Checker:
         return bodies, _divided(0.5, 0.5, _PIECES) if len(bodies) else whole[:0]
 
     def _stretch(
-        self, placed: Placed, k: int, reach: Array, uncertain: Array, clearance: float
+        self, placed: Placed, k: int, reach: Array, least: Array, uncertain: Array, clearance: float
     ) -> tuple[str, str] | Array | None:
-        """None if a stretch is free, the names of the pair that blocks it, or the pairs that need smaller stretches."""
+        """None if a stretch is free, the names of the pair that blocks it, or the pairs that need smaller stretches.
+
+        least (B,): reach of an infinitely short stretch [m]; a stretch that has little more is not divided again.
+        """
         undecided = np.zeros_like(uncertain)
         for i, o in np.argwhere(uncertain):
             extra = min(float(reach[i]), _FARTHEST)
@@ -195,15 +203,15 @@ class Checker:
             if found is None and extra == reach[i]:
                 continue
             names = (self.robot.bodies[placed.bodies[i]].name, self.world.obstacles[o].name)
-            if found is not None and (found < clearance or reach[i] <= _RESOLUTION):
+            if reach[i] <= max(_RESOLUTION, 1.5 * least[i]) or (found is not None and found < clearance + least[i]):
                 return names
             if found is not None and self._touches(placed, k, int(i), int(o), clearance) is not None:
                 return names
             undecided[i, o] = True
         divide = bool(undecided.any())
         for i, j, apart in self._own(placed, k):
-            both = float(reach[i] + reach[j])
-            if apart <= 0.0 or (apart <= both and both <= _RESOLUTION):
+            both, rest = float(reach[i] + reach[j]), float(least[i] + least[j])
+            if apart <= rest or (apart <= both <= max(_RESOLUTION, 1.5 * rest)):
                 bodies = self.robot.bodies
                 return bodies[placed.bodies[i]].name, bodies[placed.bodies[j]].name
             divide = divide or apart <= both

@@ -11,13 +11,14 @@ takes over afterwards, such as a teleoperation that aligns itself, finds the arm
 from __future__ import annotations
 
 from collections.abc import Callable
-from enum import Enum
 
 import numpy as np
 
+from palpate import _core
 from palpate.arrays import Array
 from palpate.errors import PlanningError
 from palpate.planning.ahead import Ahead, require_arm, require_start
+from palpate.planning.orders import Orders, Phase
 from palpate.planning.problem import Problem
 from palpate.planning.result import Plan
 from palpate.planning.world import World
@@ -25,17 +26,7 @@ from palpate.planning.world import World
 STOP_TIME = 0.04  # time in which a moving execution comes to rest [s]; 10 ms of the 50 are left to the transport
 
 
-class Phase(Enum):
-    """What an execution does."""
-
-    MOVING = "moving"
-    PAUSED = "paused"
-    STOPPED = "stopped"
-    ABORTED = "aborted"
-    DONE = "done"
-
-
-class Execution:
+class Execution(Orders):
     """One run of a plan.
 
     Args:
@@ -58,12 +49,11 @@ class Execution:
         speed: float = 1.0,
         world: Callable[[], World] | None = None,
     ) -> None:
+        super().__init__(speed)
         self._trajectory = plan.trajectory
         self.plan, self._problem, self._world = plan, problem, world or (lambda: problem.world)
-        self.phase, self.reason = Phase.MOVING, ""
         self.time = 0.0  #: time along the plan [s]
-        self._pace = 0.0
-        self.speed = speed
+        self._pace = _core.Pace(STOP_TIME)
         require_arm(problem, plan)
         if q_now is not None:
             require_start(plan, np.asarray(q_now))
@@ -74,40 +64,9 @@ class Execution:
             )
 
     @property
-    def speed(self) -> float:
-        """Pace of the motion, 1: as planned."""
-        return self._speed
-
-    @speed.setter
-    def speed(self, value: float) -> None:
-        if not (np.isfinite(value) and 0.0 < value <= 1.0):
-            raise PlanningError(f"the speed must lie in 0 to 1. Got: {value!r}", mend="e.g. 0.5; pause() rests")
-        self._speed = float(value)
-
-    @property
     def over(self) -> bool:
         """True when the arm rests and the execution will not move it any more."""
-        return self.phase is Phase.DONE or (self.phase in (Phase.STOPPED, Phase.ABORTED) and self._pace == 0.0)
-
-    def pause(self) -> None:
-        """Come to rest within 50 ms; `resume` goes on."""
-        if self.phase is Phase.MOVING:
-            self.phase = Phase.PAUSED
-
-    def resume(self) -> None:
-        """Go on after a pause, if the remaining motion is still free."""
-        if self.phase is Phase.PAUSED:
-            self.phase = Phase.MOVING
-
-    def stop(self) -> None:
-        """Come to rest within 50 ms for good."""
-        if not self.over:
-            self.phase = Phase.STOPPED
-
-    def abort(self, reason: str) -> None:
-        """Come to rest within 50 ms for good, because something is wrong; the first reason is kept."""
-        if not self.over and self.phase is not Phase.ABORTED:
-            self.phase, self.reason = Phase.ABORTED, reason
+        return self.phase is Phase.DONE or (self.phase in (Phase.STOPPED, Phase.ABORTED) and self._pace.value == 0.0)
 
     def step(self, dt: float) -> Array:
         """The next goal of the joints (n,) [rad, m], `dt` [s] after the one before."""
@@ -115,12 +74,10 @@ class Execution:
         if self.phase is Phase.MOVING and not self._is_free(world):
             self.phase = Phase.ABORTED
         wanted = self._speed if self.phase is Phase.MOVING else 0.0
-        change = dt / STOP_TIME
-        pace = float(np.clip(wanted, self._pace - change, self._pace + change))
-        self.time = min(self.time + 0.5 * (self._pace + pace) * dt, self._trajectory.duration)
-        self._pace = pace
+        self.time = min(self.time + self._pace.step(wanted, dt), self._trajectory.duration)
         if self.phase is Phase.MOVING and self.time >= self._trajectory.duration:
-            self.phase, self._pace = Phase.DONE, 0.0
+            self.phase = Phase.DONE
+            self._pace.reset()
         return np.asarray(self._trajectory.at(np.array([self.time]))[0][0])
 
     def _is_free(self, world: World) -> bool:

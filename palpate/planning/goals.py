@@ -16,6 +16,7 @@ from palpate.arrays import Array
 from palpate.arrays.so3 import matrices
 from palpate.errors import PlanningError
 from palpate.planning.kinematics import pose_of
+from palpate.values.units import convert
 
 _RESTARTS = 24  # random starts of the inverse kinematics
 _SAME = 1e-3  # solutions nearer than this in all joints are one [rad, m]
@@ -188,3 +189,20 @@ def _why(arm: Arm, q: Array, result: _core.IkResult) -> str:
                 stops.append(f"{name} is at its {side} limit {limit:g}")
     away = f"{1e3 * result.position_error:.1f} mm and {math.degrees(result.orientation_error):.1f} deg away"
     return f"unreachable: {'; '.join(stops) or 'no joint is at a limit'}; the nearest pose is {away}"
+
+
+def length(text: str | None, name: str) -> float | None:
+    """A length as it is written on the command line, such as 3mm or 0.003 [m]; None if it was left out.
+
+    Raises:
+        PlanningError: the text is no length.
+    """
+    if text is None:
+        return None
+    value = convert(text, "m")
+    if value is None:
+        try:
+            value = float(text)
+        except ValueError:
+            raise PlanningError(f"{name} {text!r} is not a length", mend="write e.g. 3mm") from None
+    return value

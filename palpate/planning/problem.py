@@ -14,8 +14,8 @@ from palpate.arm import NAMES, Arm, models_folder
 from palpate.arrays import Array, rigid
 from palpate.errors import ArmError, PlanningError, SceneError
 from palpate.planning import clearance as clearances
-from palpate.planning import geometry, goals, planners, shorten
-from palpate.planning.checker import Checker, Nearest
+from palpate.planning import geometry, goals, planners, refusals, shorten
+from palpate.planning.checker import Checker
 from palpate.planning.curves import Curve
 from palpate.planning.result import Plan
 from palpate.planning.robot import Attached, Robot
@@ -106,8 +106,8 @@ class Problem:
                 depth, and for a start the nearest free joint positions.
         """
         begin = time.monotonic()
-        clearance = _require_number(self.clearance if clearance is None else clearance, "clearance", 0.0)
-        timeout = _require_number(timeout, "timeout", 1e-3)
+        clearance = refusals.require_number(self.clearance if clearance is None else clearance, "clearance", 0.0)
+        timeout = refusals.require_number(timeout, "timeout", 1e-3)
         deadline = begin + timeout
         arm = self.robot.arm
         checker = checker or Checker(self.robot, self.world)
@@ -226,8 +226,8 @@ class Problem:
         refusal = checker.refusal(q, clearance)
         if refusal is not None:
             raise PlanningError(
-                f"the start is {_words(refusal, clearance)}",
-                mend=_free_words(nearest_free(checker, q, clearance)) + _less(refusal),
+                f"the start is {refusals.words(refusal, clearance)}",
+                mend=refusals.free_words(refusals.nearest_free(checker, q, clearance)) + refusals.less(refusal),
             )
         return q
 
@@ -246,50 +246,9 @@ class Problem:
         if not free:
             assert refusals[0] is not None
             worst = max((r for r in refusals if r is not None), key=lambda r: r.distance)
-            mend = f"move the goal away from {worst.pair[1]}" + _less(worst)
-            raise PlanningError(f"the goal is {_words(worst, clearance)}", mend=mend)
+            mend = f"move the goal away from {worst.pair[1]}" + refusals.less(worst)
+            raise PlanningError(f"the goal is {refusals.words(worst, clearance)}", mend=mend)
         return free
-
-
-def nearest_free(checker: Checker, q: Array, clearance: float, samples: int = 400) -> Array | None:
-    """Free joint positions (n,) near q (n,): the first found in growing regions around q; None if there are none."""
-    arm, rng = checker.robot.arm, np.random.default_rng(0)
-    scale = planners.levers(arm)
-    for k in range(samples):
-        size = 0.08 * (k + 1) / samples  # [m]
-        other = np.clip(q + rng.normal(size=arm.n) * size / scale, arm.q_min, arm.q_max)
-        if checker.refusal(other, clearance) is None:
-            return other
-    return None
-
-
-def _free_words(q: Array | None) -> str:
-    if q is None:
-        return "move the instrument by hand"
-    return f"start from joints:{','.join(f'{x:.4f}' for x in q)}, which is free"
-
-
-def _less(refusal: Nearest) -> str:
-    """The clearance that would be possible, if there is one."""
-    possible = np.floor(1e4 * refusal.distance) / 10.0  # [mm]
-    return f", or give a clearance of {possible:g} mm or less" if possible > 0.0 else ""
-
-
-def _words(refusal: Nearest, clearance: float) -> str:
-    one, two = refusal.pair
-    if refusal.distance < 0.0:
-        return f"in collision: {one} is {-1e3 * refusal.distance:.2f} mm deep in {two}"
-    return f"nearer than the clearance: {one} is {1e3 * refusal.distance:.2f} mm from {two}, not {1e3 * clearance:g} mm"
-
-
-def _require_number(value: float, name: str, least: float) -> float:
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        number = float("nan")
-    if not (np.isfinite(number) and number >= least):
-        raise PlanningError(f"the {name} must be a number of {least:g} or more. Got: {value!r:.60}", mend="e.g. 0.003")
-    return number
 
 
 def _attached(scene: Scene, rig: Rig, robot: Robot, q: Array, index: int) -> Attached:

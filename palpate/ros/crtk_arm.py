@@ -1,4 +1,4 @@
-"""An arm as CRTK shows it: measured joints and operating state; takes joint goals by servo_jp."""
+"""An arm as CRTK shows it: measured joints and operating state; takes joint goals by servo_jp, or by move_jp."""
 
 from __future__ import annotations
 
@@ -24,13 +24,14 @@ class CrtkArm:
     Args:
         here: a node.
         name: name of the arm on the network, such as PSM1.
+        verb: servo_jp or move_jp, by which it takes goals.
     """
 
-    def __init__(self, here: Node, name: str) -> None:
+    def __init__(self, here: Node, name: str, verb: str = "servo_jp") -> None:
         from rclpy.qos import DurabilityPolicy, QoSProfile
         from sensor_msgs.msg import JointState
 
-        self.name, self._here = name, here
+        self.name, self._here, self._verb = name, here, verb
         self.q: Array | None = None  #: newest valid joint positions (n,) [rad, m]
         self.received = 0  #: number of valid joint positions so far
         self._state: Any = None
@@ -39,7 +40,7 @@ class CrtkArm:
         here.create_subscription(JointState, f"/{name}/measured_js", self._measured, 1)
         kind = topic.message_type("crtk_msgs/OperatingState")
         here.create_subscription(kind, f"/{name}/operating_state", self._keep_state, latched)
-        self._goals = here.create_publisher(JointState, f"/{name}/servo_jp", 1)
+        self._goals = here.create_publisher(JointState, f"/{name}/{verb}", 1)
 
     def find(self) -> None:
         """Wait until the arm speaks and takes goals.
@@ -74,7 +75,12 @@ class CrtkArm:
             return f"{self.name} is not homed"
         return f"{self.name} is busy with another motion" if starting and state.is_busy else ""
 
-    def servo_jp(self, q: Array) -> None:
+    @property
+    def is_busy(self) -> bool:
+        """True while the arm executes a move."""
+        return self._state is not None and bool(self._state.is_busy)
+
+    def send(self, q: Array) -> None:
         """Send a goal (n,) [rad, m]."""
         self._message.header.stamp = self._here.get_clock().now().to_msg()
         self._message.position = np.asarray(q, dtype=float).tolist()
@@ -87,7 +93,7 @@ class CrtkArm:
             return ""
         if self.q is None:
             return f"nothing valid on /{self.name}/measured_js"
-        return "" if self._goals.get_subscription_count() else f"nobody listens to /{self.name}/servo_jp"
+        return "" if self._goals.get_subscription_count() else f"nobody listens to /{self.name}/{self._verb}"
 
     def _measured(self, message: Any) -> None:
         stamp = message.header.stamp

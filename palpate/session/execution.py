@@ -69,10 +69,12 @@ class PlanExecution:
     def __init__(
         self, executor: Executor, latest: Callable[[], Ticks], plan: Plan, ahead: Ahead, speed: float, guard: float
     ) -> None:
+        from palpate.planning.ahead import require_speed
+
         self._executor, self._latest, self._ahead, self._guard = executor, latest, ahead, guard
         self.plan = plan
         self._lock = threading.Lock()
-        self._speed, self._paused, self._stop, self._why = _require_speed(speed), False, False, ""
+        self._speed, self._paused, self._stop, self._why = require_speed(speed), False, False, ""
         count = max(2, int(np.ceil(plan.duration_s / _DT)) + 1)
         dt = plan.duration_s / (count - 1)
         q, v, _ = plan.trajectory.at(np.linspace(0.0, plan.duration_s, count))
@@ -124,8 +126,10 @@ class PlanExecution:
 
     @speed.setter
     def speed(self, value: float) -> None:
+        from palpate.planning.ahead import require_speed
+
         with self._lock:
-            self._speed = _require_speed(value)
+            self._speed = require_speed(value)
             self._send()
 
     def pause(self) -> None:
@@ -218,9 +222,3 @@ def begin(
     if why:
         raise PlanningError("the scene has changed and the plan is not free in it", why=why, mend="plan again")
     return PlanExecution(loop, latest, plan, proofs, speed, guard)
-
-
-def _require_speed(value: float) -> float:
-    if not (np.isfinite(value) and 0.0 < value <= 1.0):
-        raise PlanningError(f"the speed must lie in 0 to 1. Got: {value!r}", mend="e.g. 0.5; pause() rests")
-    return float(value)

@@ -6,14 +6,20 @@ import time
 
 import numpy as np
 import pytest
-from dvrk_client import Dvrk
+import yaml
+from dvrk_client import Dvrk, message_type
 
 pytest.importorskip("ompl", reason="motion planning needs the extra planning")
 pytest.importorskip("coal", reason="motion planning needs the extra planning")
 pytest.importorskip("ruckig", reason="motion planning needs the extra planning")
 
+from palpate import surfaces
 from palpate.cli import main
-from palpate.planning import Problem
+from palpate.planning import Problem, load
+from palpate.planning.checker import Checker
+from palpate.planning.world import obstacle
+from palpate.ros import topic
+from palpate.ros.move_goals import GoalMover
 from palpate.scene import Scene
 
 SCENE = """
@@ -52,7 +58,8 @@ def robot(sim, node, until):
     robot.home("PSM1")
     place(robot, until, START)
     robot.goals = []
-    node.create_subscription(JointState, "/PSM1/servo_jp", lambda m: robot.goals.append((time.monotonic(), m)), 1000)
+    for verb in ("servo_jp", "move_jp"):
+        node.create_subscription(JointState, f"/PSM1/{verb}", lambda m: robot.goals.append((time.monotonic(), m)), 1000)
     return robot
 
 
@@ -74,17 +81,17 @@ def begin(start, planned, *more):
     return start("-m", "palpate", "ros", "move", planned / "plan.yaml", "--arm", "PSM1", "--json", out, *more)
 
 
-def run(planned, *more):
+def run(planned, *more, plan="plan.yaml"):
     """Exit code and JSON of the command in this process."""
     out = planned / "moved.json"
     out.unlink(missing_ok=True)
-    code = main(["ros", "move", str(planned / "plan.yaml"), "--arm", "PSM1", "--json", str(out), *map(str, more)])
+    code = main(["ros", "move", str(planned / plan), "--arm", "PSM1", "--json", str(out), *map(str, more)])
     return code, json.loads(out.read_text()) if out.is_file() else None
 
 
-def refused(robot, planned, until, *more):
+def refused(robot, planned, until, *more, **plan):
     """True if the command refuses and nothing arrives."""
-    code, moved = run(planned, *more)
+    code, moved = run(planned, *more, **plan)
     end = time.monotonic() + 0.2
     until(lambda: time.monotonic() > end, "time")
     return (code, moved, robot.goals) == (2, None, [])
@@ -97,9 +104,9 @@ def ended(process, planned, until):
     return process.returncode, json.loads(out.read_text()) if out.is_file() else None
 
 
-def moving(robot, until, process):
-    until(lambda: len(robot.goals) > 50 or process.poll() is not None, "goals", 60.0)
-    assert process.poll() is None, process.stderr.read()
+def moving(robot, until, process, goals=50):
+    until(lambda: len(robot.goals) > goals or process.poll() is not None, "goals", 60.0)
+    assert process.poll() is None, process.stdout.read() + process.stderr.read()
 
 
 def test_the_arm_arrives_at_the_goal(robot, planned, until):
@@ -214,3 +221,95 @@ def test_a_disabled_arm_is_refused_and_nothing_is_sent(robot, planned, until, ca
     until(lambda: robot.state("PSM1") == "DISABLED", "disabled")
     assert refused(robot, planned, until)
     assert "DISABLED, not ENABLED" in capsys.readouterr().err
+
+
+# --- way points, by move_jp -----------------------------------------------------------------------------------------
+
+BY_GOALS = ("--by", "move_jp")
+
+
+def test_way_points_lead_to_the_goal_with_the_clearance(robot, planned, start, until, node):
+    """Every measured position keeps the clearance, less what a servo lags; the arm's speed is set and restored."""
+    rows, ratios = [], []
+    keep = lambda m: rows.append(np.array(m.position))  # noqa: E731
+    node.create_subscription(message_type("sensor_msgs/JointState"), "/PSM1/setpoint_js", keep, 1)
+    keep_ratio = lambda m: ratios.append(m.data)  # noqa: E731
+    node.create_subscription(message_type("std_msgs/Float64"), "/PSM1/trajectory_j/ratio_v", keep_ratio, 10)
+    process = begin(start, planned, *BY_GOALS, "--speed", "0.9")
+    code, moved = ended(process, planned, until)
+    assert (code, moved["success"], moved["phase"], moved["by"]) == (0, True, "done", "move_jp"), moved
+    until(lambda: len(robot.goals) == moved["goals"] and ratios[-1] == 1.0, "all goals and the old ratio")
+    assert 0.9 in ratios
+    until(lambda: np.allclose(q(robot), GOAL, atol=1e-3), "the goal", 5.0)
+    way = np.array([START, *(m.position for _, m in robot.goals)])
+    assert 3 < len(way) < 40
+    problem = Problem.of(Scene.load(planned / "scene.yaml"))
+    checker = Checker(problem.robot, problem.world)
+    assert len(rows) > 300
+    assert all(checker.refusal(one, problem.clearance - 1e-4) is None for one in rows[::5])
+
+
+def test_a_pause_between_way_points_holds_and_a_stop_ends(robot, planned, start, until, node):
+    from std_msgs.msg import Empty
+
+    process = begin(start, planned, *BY_GOALS, "--speed", "0.2")
+    ends = {name: node.create_publisher(Empty, f"/palpate_move_PSM1/{name}", 1) for name in ("pause", "resume", "stop")}
+    moving(robot, until, process, 0)
+    until(lambda: all(end.get_subscription_count() for end in ends.values()), "the node's topics")
+    state = "/PSM1/operating_state"
+    until(lambda: robot.last[state].is_busy and np.abs(q(robot) - START).max() > 0.02, "motion")
+    ends["pause"].publish(Empty())
+    until(lambda: not robot.last[state].is_busy, "a hold")
+    held, count = q(robot), len(robot.goals)
+    end = time.monotonic() + 0.3
+    until(lambda: time.monotonic() > end, "time")
+    assert np.abs(q(robot) - held).max() < 0.02
+    assert len(robot.goals) == count
+    ends["resume"].publish(Empty())
+    until(lambda: robot.last[state].is_busy and len(robot.goals) > count, "it goes on")
+    np.testing.assert_array_equal(robot.goals[-1][1].position, robot.goals[-2][1].position)  # the same way point
+    process.send_signal(signal.SIGINT)
+    code, moved = ended(process, planned, until)
+    assert (code, moved["phase"], moved["success"]) == (130, "stopped", False)
+    assert not robot.last[state].is_busy
+    assert np.abs(np.array(moved["end"]) - GOAL).max() > 0.1
+
+
+def test_a_move_that_another_program_ends_aborts(robot, planned, start, until):
+    process = begin(start, planned, *BY_GOALS, "--speed", "0.2")
+    moving(robot, until, process, 0)
+    until(lambda: np.abs(q(robot) - START).max() > 0.02, "motion")
+    robot.publish("/PSM1/hold")
+    code, moved = ended(process, planned, until)
+    assert (code, moved["phase"]) == (1, "aborted")
+    assert "gave up way point 1" in moved["reason"]
+
+
+def test_way_points_that_the_arm_could_leave_are_refused_and_nothing_is_sent(robot, planned, until, capsys):
+    tight = yaml.safe_load((planned / "plan.yaml").read_text())
+    tight["clearance_asked_m"] = tight["clearance_m"]  # the interpolation has nothing left
+    (planned / "tight.yaml").write_text(yaml.safe_dump(tight))
+    assert refused(robot, planned, until, *BY_GOALS, plan="tight.yaml")
+    assert "cannot be sent as way points" in capsys.readouterr().err
+    assert refused(robot, planned, until, *BY_GOALS, "--clearance", "5mm")
+    assert "--clearance must lie in 0 to 3 mm" in capsys.readouterr().err
+    assert refused(robot, planned, until, *BY_GOALS, "--rate", "100")
+    assert "--rate has no effect" in capsys.readouterr().err
+    assert refused(robot, planned, until, "--clearance", "2mm")
+    assert "--clearance has no effect" in capsys.readouterr().err
+
+
+def test_no_way_point_is_sent_into_a_world_that_has_changed(robot, planned, until, node):
+    """The version of the world is looked at before each leg and on the way: the arm holds before the new obstacle."""
+    problem = Problem.of(Scene.load(planned / "scene.yaml"))
+    plan = load(planned / "plan.yaml")
+    worlds = [problem.world]
+    with topic.node(name="palpate_changed") as here:
+        mover = GoalMover(here, "PSM1", problem, plan, 0.5, world=lambda: worlds[-1])
+        ball = obstacle("ball", surfaces.Sphere(0.01), problem.robot.X_WB @ problem.robot.arm.fk(GOAL))
+
+        here.create_timer(0.5, lambda: worlds.append(problem.world.with_added([ball])))
+        moved = mover.run()
+    assert moved.phase == "aborted"
+    assert "ball" in moved.reason
+    robot.publish("/PSM1/hold")

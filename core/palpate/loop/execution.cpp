@@ -46,12 +46,10 @@ bool Execution::step(const PlannedMotion& motion, const ExecutionOrder& order, b
   if (wanted() && !begun_) wait(motion, q, executing);
   if (!begun_ || !(wanted() || moves())) return false;
 
-  const double end = motion.duration(), change = dt_ / kStopTime;
-  const double pace = std::clamp(wanted_pace(order, end), pace_ - change, pace_ + change);
-  time_ = std::min(time_ + 0.5 * (pace_ + pace) * dt_, end);
-  pace_ = pace;
+  const double end = motion.duration();
+  time_ = std::min(time_ + pace_.step(wanted_pace(order, end), dt_), end);
   if (time_ >= end) {
-    pace_ = 0.0;
+    pace_.reset();
     stop(ExecutionPhase::done);
   }
   motion.at(time_, q);
@@ -65,7 +63,8 @@ void Execution::take(const PlannedMotion& motion) noexcept {
   number_ = motion.number;
   phase_ = ExecutionPhase::moving;
   begun_ = false;
-  time_ = pace_ = waited_ = blend_ = 0.0;
+  pace_.reset();
+  time_ = waited_ = blend_ = 0.0;
 }
 
 // Begins the motion in the state `executing`, if the goal of the joints is at its start.
@@ -85,7 +84,7 @@ double Execution::wanted_pace(const ExecutionOrder& order, double end) const noe
   if (phase_ != ExecutionPhase::moving || order.motion != number_) return 0.0;
   const double pace = std::clamp(order.pace, 0.0, 1.0);
   if (order.until >= end) return pace;  // the plan itself ends at rest
-  return std::min(pace, std::sqrt(2.0 * std::max(order.until - time_ - dt_, 0.0) / kStopTime));
+  return std::min(pace, pace_.limit(order.until - time_ - dt_));
 }
 
 }  // namespace palpate::loop

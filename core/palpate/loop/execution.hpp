@@ -4,6 +4,7 @@
 
 #include <cstdint>
 
+#include "palpate/loop/pace.hpp"
 #include "palpate/types/spatial.hpp"
 
 namespace palpate::loop {
@@ -47,8 +48,8 @@ enum class ExecutionPhase : std::uint8_t {
   elsewhere,  ///< refused: the tool is not at the start of the motion
 };
 
-/// Moves the follower's goal along one motion at a time. The pace changes by 1 within kStopTime at most, so that the
-/// goal never jumps and rests within this time after a stop, on the path.
+/// Moves the follower's goal along one motion at a time, at a Pace: the goal never jumps and rests within kStopTime
+/// after a stop, on the path.
 class Execution {
  public:
   /// Time in which the goal of a motion at full pace comes to rest; the servos of the arm follow after it [s].
@@ -60,7 +61,7 @@ class Execution {
   static constexpr double kPatience = 0.1;
 
   /// dt: period of the cycle [s].
-  explicit Execution(double dt) noexcept : dt_(dt) {}
+  explicit Execution(double dt) : dt_(dt) {}
 
   /// One tick. executing: the session is in the state `executing`. q: present goal of the joints (n,) [rad, m], which
   /// is moved. Returns true if the motion determines the goal in this tick.
@@ -72,7 +73,7 @@ class Execution {
   /// True while a motion waits, moves or pauses.
   [[nodiscard]] bool wanted() const noexcept { return phase_ == ExecutionPhase::moving; }
   /// True while the goal is not at rest.
-  [[nodiscard]] bool moves() const noexcept { return pace_ > 0.0; }
+  [[nodiscard]] bool moves() const noexcept { return pace_.value() > 0.0; }
   [[nodiscard]] ExecutionPhase phase() const noexcept { return phase_; }
   [[nodiscard]] std::uint64_t motion() const noexcept { return number_; }
   [[nodiscard]] double time() const noexcept { return time_; }  ///< time along the motion [s]
@@ -86,7 +87,8 @@ class Execution {
   std::uint64_t number_ = 0;
   ExecutionPhase phase_ = ExecutionPhase::none;
   bool begun_ = false;
-  double time_ = 0.0, pace_ = 0.0;
+  Pace pace_{kStopTime};
+  double time_ = 0.0;
   double waited_ = 0.0;  ///< time since the motion was taken, until it begins [s]
   double blend_ = 0.0;   ///< time since the begin, in which the goal moves onto the path [s]
   JointVector offset_;   ///< of the goal from the start of the motion, when it began [rad, m]
