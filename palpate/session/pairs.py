@@ -242,6 +242,10 @@ class PairsSession:
             keep_scene(self.folder, self.scene.to_yaml())
         return self.folder
 
+    def keeps_shapes(self, name: str) -> bool:
+        """True for the first pair: its record holds the shapes of the soft objects, which all pairs press."""
+        return name == next(iter(self._pairs))
+
     def _require_idle(self) -> None:
         if self.running:
             raise PalpateError("the session runs in real time already", mend="call stop() first")
