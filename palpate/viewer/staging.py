@@ -72,6 +72,7 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
         stable_below=stable_below(rig),
         spheres=tuple(rig.spheres),
         carried=() if scene.graspable is None else tuple(name for name, _ in scene.graspable.spheres()),
+        rod=scene.graspable,
         frames=placed_frames(rig),
         targets=target_marks(rig),
         ecm=rig.ecm,
