@@ -305,6 +305,7 @@ class LiveSession:
             took = time.perf_counter() - self._began if not self._closed else 0.0
             summary = self._totals.summary(
                 timing,
+                instrument=Path(self.scene.arms.follower.model).stem,
                 realtime=self._live,
                 realtime_factor=round(self._totals.ticks / self.rate / took, 3) if took > 0 else 0.0,
                 interrupted=interrupted,
