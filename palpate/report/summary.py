@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import yaml
 from rich.table import Table
@@ -34,10 +34,10 @@ def summary_of(record: Record) -> Summary:
 
 def _instrument(record: Record) -> str:
     """Model of the follower in the scene of a record; empty if the record holds no scene."""
-    found = yaml.safe_load(record.scene) if record.scene else None
     try:
+        found: Any = yaml.safe_load(record.scene)
         return Path(found["arms"]["follower"]["model"]).stem
-    except (TypeError, KeyError):
+    except (yaml.YAMLError, TypeError, KeyError):
         return ""
 
 
