@@ -221,11 +221,33 @@ void bind_own(nb::class_<SoftSurface, scene::Surface>& surface) {
           "(potential [J], kinetic [J], hurried, frozen, late), as in the signal tissue_status.");
 }
 
+/// The mesh of a soft surface at rest.
+template <class Soft>
+void bind_rest(nb::class_<Soft, scene::Surface>& surface) {
+  surface
+      .def_prop_ro(
+          "vertices",
+          [](const Soft& self) {
+            const std::span<const double> x = self.mesh()->vertices();
+            return rows_of({x.begin(), x.end()});
+          },
+          "Vertices of the surface at rest (n, 3), in O [m].")
+      .def_prop_ro(
+          "triangles",
+          [](const Soft& self) {
+            const std::span<const std::int32_t> t = self.mesh()->triangles();
+            return array(std::vector<std::int32_t>(t.begin(), t.end()), {t.size() / 3, 3});
+          },
+          "Triangles of the surface (m, 3), wound outwards.");
+}
+
 void bind_shared(nb::module_& m) {
-  nb::class_<tissue::SharedSurface, scene::Surface>(m, "SharedTissue", "The surface of a soft body that loops share.")
-      .def(
-          "displacements", [](const tissue::SharedSurface& self) { return rows_of(self.shared().displacements()); },
-          "Displacements of the nodes of the body (n, 3) [m].");
+  nb::class_<tissue::SharedSurface, scene::Surface> surface(m, "SharedTissue",
+                                                            "The surface of a soft body that loops share.");
+  bind_rest(surface);
+  surface.def(
+      "displacements", [](const tissue::SharedSurface& self) { return rows_of(self.shared().displacements()); },
+      "Displacements of the nodes of the body (n, 3) [m].");
   m.def(
       "share_bodies",
       [](const scene::Snapshot& given) {
@@ -238,8 +260,7 @@ void bind_shared(nb::module_& m) {
       },
       nb::arg("snapshot"),
       "The snapshot with soft bodies that all its loops share: one body each, which the tools of all loops press in "
-      "the "
-      "cycle.");
+      "the cycle.");
 }
 
 }  // namespace
@@ -262,23 +283,10 @@ void bind_tissue(nb::module_& m) {
           "spread contact force [m], 0: .7 of the mean edge; at least .45 of the largest sphere's radius. period: by "
           "which the body steps beside the cycle [s]; 0: in every tick. like: another surface of the same body, which "
           "fixtures know. Raises ValueError if the body has no surface or the period is not from 0 to 0.05 s.")
-      .def_prop_ro(
-          "vertices",
-          [](const SoftSurface& self) {
-            const std::span<const double> x = self.mesh()->vertices();
-            return rows_of({x.begin(), x.end()});
-          },
-          "Vertices of the surface at rest (n, 3), in O [m].")
-      .def_prop_ro(
-          "triangles",
-          [](const SoftSurface& self) {
-            const std::span<const std::int32_t> t = self.mesh()->triangles();
-            return array(std::vector<std::int32_t>(t.begin(), t.end()), {t.size() / 3, 3});
-          },
-          "Triangles of the surface (m, 3), wound outwards.")
       .def_prop_ro("edge", &SoftSurface::edge, "Mean length of the edges of the surface [m].")
       .def_prop_ro("width", &SoftSurface::width, "Standard deviation of the spread contact force [m].")
       .def_prop_ro("period", &SoftSurface::period, "Period of the steps beside the cycle [s]; 0: in every tick.");
+  bind_rest(surface);
   bind_own(surface);
   bind_shared(m);
 }

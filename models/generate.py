@@ -18,7 +18,7 @@ from pathlib import Path
 
 from ecm import ECM_YAML, ecm
 from mtm import MTM_YAML, mtm
-from psm import PSM_YAML, psm
+from psm import LND, PROGRASP, psm, psm_yaml
 from six_axis import DELTA_YAML, SIX_AXIS_YAML, six_axis
 
 HERE = Path(__file__).parent
@@ -26,7 +26,9 @@ HERE = Path(__file__).parent
 
 def outputs() -> dict[str, str]:
     """Files that this script writes: name -> text."""
-    files = {"psm_lnd.urdf": psm(), "psm_lnd.yaml": PSM_YAML}
+    files = {}
+    for tool in (LND, PROGRASP):
+        files |= {f"psm_{tool.name}.urdf": psm(tool), f"psm_{tool.name}.yaml": psm_yaml(tool)}
     files |= {"ecm.urdf": ecm(), "ecm.yaml": ECM_YAML}
     files |= {"six_axis.urdf": six_axis(), "six_axis.yaml": SIX_AXIS_YAML, "delta.yaml": DELTA_YAML}
     for side in ("left", "right"):

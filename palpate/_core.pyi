@@ -766,14 +766,6 @@ class TissueSurface(Surface):
         """
 
     @property
-    def vertices(self) -> NDArray[numpy.float64]:
-        """Vertices of the surface at rest (n, 3), in O [m]."""
-
-    @property
-    def triangles(self) -> NDArray[numpy.int32]:
-        """Triangles of the surface (m, 3), wound outwards."""
-
-    @property
     def edge(self) -> float:
         """Mean length of the edges of the surface [m]."""
 
@@ -784,6 +776,14 @@ class TissueSurface(Surface):
     @property
     def period(self) -> float:
         """Period of the steps beside the cycle [s]; 0: in every tick."""
+
+    @property
+    def vertices(self) -> NDArray[numpy.float64]:
+        """Vertices of the surface at rest (n, 3), in O [m]."""
+
+    @property
+    def triangles(self) -> NDArray[numpy.int32]:
+        """Triangles of the surface (m, 3), wound outwards."""
 
     def own(self) -> TissueSurface:
         """A copy at rest, as each loop makes one."""
@@ -844,6 +844,14 @@ class TissueSurface(Surface):
 
 class SharedTissue(Surface):
     """The surface of a soft body that loops share."""
+
+    @property
+    def vertices(self) -> NDArray[numpy.float64]:
+        """Vertices of the surface at rest (n, 3), in O [m]."""
+
+    @property
+    def triangles(self) -> NDArray[numpy.int32]:
+        """Triangles of the surface (m, 3), wound outwards."""
 
     def displacements(self) -> NDArray[numpy.float64]:
         """Displacements of the nodes of the body (n, 3) [m]."""

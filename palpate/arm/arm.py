@@ -28,7 +28,7 @@ from palpate.arrays.plain import Content
 from palpate.errors import ArmError
 
 SIDES = ("right", "left")
-INSTRUMENTS = ("lnd",)
+INSTRUMENTS = ("lnd", "prograsp")
 
 #: Models that come with Palpate, `models/NAME.yaml`. Each may be used as a leader or as a follower.
 NAMES = (*(f"mtm_{side}" for side in SIDES), *(f"psm_{tool}" for tool in INSTRUMENTS), "six_axis", "delta")
@@ -196,7 +196,7 @@ class Arm(_core.Arm):
 
     @classmethod
     def psm(cls, instrument: str = "lnd") -> Self:
-        """The da Vinci patient-side arm with an instrument ("lnd" = large needle driver).
+        """The da Vinci patient-side arm with an instrument: "lnd", the large needle driver, or "prograsp".
 
         6 joints and a jaw; base B at the remote centre of motion, tip T on the wrist's yaw axis, z along the jaws.
         """

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+import yaml
 from rich.table import Table
 
 from palpate.session.summary import Summary, summarise
@@ -22,11 +24,21 @@ def summary_of(record: Record) -> Summary:
         record.ticks,
         record.rate,
         timing=record.timing,
+        instrument=_instrument(record),
         realtime=not record.deterministic,
         faults=(*record.faults, *([record.note] if record.note else [])),
         record=str(record.path),
         record_sha256=hashlib.sha256(record.path.read_bytes()).hexdigest(),
     )
+
+
+def _instrument(record: Record) -> str:
+    """Model of the follower in the scene of a record; empty if the record holds no scene."""
+    try:
+        found: Any = yaml.safe_load(record.scene)
+        return Path(found["arms"]["follower"]["model"]).stem
+    except (yaml.YAMLError, TypeError, KeyError):
+        return ""
 
 
 def rows(summary: Summary) -> list[tuple[str, str, str]]:
@@ -49,6 +61,8 @@ def rows(summary: Summary) -> list[tuple[str, str, str]]:
     if s.cycle_max_us > 0:
         cycle = f"{s.cycle_p50_us:.1f} / {s.cycle_p99_us:.1f} / {s.cycle_p999_us:.1f} / {s.cycle_max_us:.0f} us"
         lines.append(("haptic cycle", cycle, "compute time of a cycle: p50 / p99 / p99.9 / longest"))
+    if s.instrument:
+        lines.append(("instrument", s.instrument, "model of the follower with its instrument"))
     if s.realtime:
         lines.append(("missed ticks", f"{s.missed_ticks} of {s.ticks}", "cycles that started a whole period late"))
     elif s.realtime_factor > 0:

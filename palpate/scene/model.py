@@ -34,7 +34,8 @@ class FollowerSection(Section):
     """The simulated, position-controlled patient-side arm: a da Vinci PSM, or your own."""
 
     model: ArmName = "psm_lnd"
-    """arm model: a name (psm_lnd: a PSM with the large needle driver), or the path of a model file"""
+    """arm model: a name (psm_lnd: a PSM with the large needle driver; psm_prograsp: with ProGrasp forceps), or the path
+    of a model file"""
     base: Pose | None = None
     """X_WB: pose of the arm's base in `frame` (for a PSM: of its remote centre of motion); automatic when left out"""
     frame: str = "world"

@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 
-from palpate import tissue
+from palpate import _core, tissue
 from palpate.arrays import Array
 from palpate.errors import MeshError
 from palpate.mesh import Mesh
@@ -22,6 +23,25 @@ def _known(name: str) -> str:
     if name not in PRESETS:
         raise ValueError(f"there is no tissue {name!r} | use one of {', '.join(PRESETS)}")
     return name
+
+
+SOFT = (_core.TissueSurface, _core.SharedTissue)
+"""Surfaces of soft bodies: of one loop, and shared by several pairs."""
+
+
+def is_soft(felt: _core.Object) -> bool:
+    """True if an object deforms as a soft body."""
+    return isinstance(felt.surface, SOFT)
+
+
+def rest_shape(felt: _core.Object) -> tuple[Array, NDArray[np.int32]] | None:
+    """Surface of a soft object at rest, in the order in which a loop publishes it; None for a rigid object.
+
+    Returns:
+        Vertices (n, 3) in the object's frame O [m] and triangles (m, 3), wound outwards.
+    """
+    surface = felt.surface
+    return (surface.vertices, surface.triangles) if isinstance(surface, SOFT) else None
 
 
 PresetName = Annotated[str, AfterValidator(_known), WithJsonSchema({"enum": list(PRESETS)})]

@@ -57,6 +57,7 @@ class Console:
         self._lock = threading.RLock()
         self._down: dict[str, dict[str, bool]] = {name: {} for name in PEDALS}
         self._kept: set[str] = set()  # pedals that a lost source held down
+        self._exchanging = False
         self._followers: list[Callable[[str, bool], None]] = []
 
     # -- pedals ----------------------------------------------------------------------------------------------------
@@ -181,10 +182,19 @@ class Console:
     def begin_tool_exchange(self) -> None:
         """Hold everything while somebody changes an instrument; raises StateError where a hold has no effect."""
         self.request("hold")
+        self._exchanging = True
 
     def end_tool_exchange(self) -> None:
-        """Go on with the instruments that are mounted now: each hand is anchored anew at the pose of its tool."""
-        self.request("resume")
+        """Go on with the instruments that are mounted now: each hand is anchored anew at the pose of its tool.
+
+        Raises:
+            StateError: no exchange was begun, and nothing holds.
+        """
+        if self._exchanging:  # a session that has begun anew with another instrument has not taken a tick yet
+            self._change(**machine.level("resume"))
+        else:
+            self.request("resume")
+        self._exchanging = False
 
     def swap(self) -> None:
         """Exchange the followers of the two hands.

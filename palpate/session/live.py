@@ -305,6 +305,7 @@ class LiveSession:
             took = time.perf_counter() - self._began if not self._closed else 0.0
             summary = self._totals.summary(
                 timing,
+                instrument=Path(self.scene.arms.follower.model).stem,
                 realtime=self._live,
                 realtime_factor=round(self._totals.ticks / self.rate / took, 3) if took > 0 else 0.0,
                 interrupted=interrupted,
@@ -348,7 +349,7 @@ class LiveSession:
         if self.camera is not None:
             found.append(every(PERIOD, self._steer_camera, self._stop_pump, "camera", self._note))
         if self.takes_snapshots:
-            step = partial(self._timed, self._snapshots.take)
+            step = partial(self._timed, self._take_snapshot)
             found.append(every(1.0 / snapshots.RATE, step, self._stop_pump, "snapshots", self._note))
         if sensing is not None:
             step = partial(self._timed, sensing.step)
@@ -365,7 +366,10 @@ class LiveSession:
     def take_snapshot(self) -> None:
         """Take a snapshot of the newest tick, if one is due."""
         if self.takes_snapshots:
-            self._snapshots.take(float(self.latest()["t"]))
+            self._timed(self._take_snapshot)
+
+    def _take_snapshot(self, t: float) -> None:
+        self._snapshots.take(t)
 
     @property
     def camera_arm(self) -> CameraArm | None:

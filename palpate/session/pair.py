@@ -25,6 +25,10 @@ class Run(Protocol):
         """Folder of the run."""
         ...
 
+    def keeps_shapes(self, name: str) -> bool:
+        """True if the record of this pair holds the shapes of the soft objects that all pairs press."""
+        ...
+
     @property
     def camera(self) -> CameraArm | None:
         """The endoscope arm that the hands of all pairs steer."""
@@ -85,6 +89,9 @@ class PairSession(Session):
     def require_own_clock(self) -> None:
         """Refuse a lockstep run with a tracker that sends poses in real time."""
         self._require_own_clock()
+
+    def _take_snapshot(self, t: float) -> None:
+        self._snapshots.take(t, shapes=self._run.keeps_shapes(self.name))
 
     def _new_folder(self) -> Path:
         folder = self._run.run_folder() / self.name

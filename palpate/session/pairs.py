@@ -15,7 +15,7 @@ from palpate.errors import PalpateError, SceneError, StateError
 from palpate.record.ticks import Ticks, as_ticks
 from palpate.scene.scene import Scene
 from palpate.scene.together import build_pairs, capsules
-from palpate.session import signals
+from palpate.session import signals, tool_exchange
 from palpate.session.camera import CameraArm
 from palpate.session.controls import Controls
 from palpate.session.live import DRAIN
@@ -113,12 +113,40 @@ class PairsSession:
         if self.running:
             mend = "call stop() first, then console.swap() and start()"
             raise StateError("the followers cannot be exchanged while the session runs", mend=mend)
+        self._begin_anew(lambda: swapped(self.scene), "the hands do not fit each other's followers")
+
+    def exchange_tool(self, model: str, pair: str) -> None:
+        """Mount another instrument on the follower of a pair (docs/session.md#tool-exchange).
+
+        The pairs then stand at their start and hold, with the present controls, until `Console.end_tool_exchange`;
+        further ticks go into new records.
+
+        Args:
+            model: model of the arm with the new instrument, such as ``psm_prograsp``, or a model file.
+            pair: name of the pair.
+
+        Raises:
+            StateError: the session runs or does not hold, the tool touches something, there is no such instrument, or
+                it does not fit; nothing changes. PalpateError: there is no such pair.
+        """
+        if pair not in self._pairs:
+            raise PalpateError(f"there is no pair {pair!r}", mend=f"the pairs are {', '.join(self._pairs)}")
+        for name, session in self._pairs.items():
+            tool_exchange.require_still(session.latest(), self.running, name)
+        tool_exchange.require_free(self._pairs[pair].latest(), pair)
+        self._begin_anew(lambda: tool_exchange.mounted(self.scene, model, pair), f"{model} does not fit pair {pair}")
+
+    def _begin_anew(self, changed: Callable[[], Scene], why_not: str) -> None:
+        """Close the records and let all pairs begin at their start in a changed scene, with the present controls.
+
+        Raises:
+            StateError: the changed scene cannot run; nothing changes.
+        """
         try:
-            scene = swapped(self.scene)
+            scene = changed()
             rigs = build_pairs(scene)
         except SceneError as error:
-            what = f"the hands do not fit each other's followers: {error.what}"
-            raise StateError(what, where=error.where, why=error.why, mend=error.mend) from None
+            raise StateError(f"{why_not}: {error.what}", where=error.where, why=error.why, mend=error.mend) from None
         self.close()
         kept = [session.controls for session in self._pairs.values()]
         self.scene, self.rigs = scene, rigs
@@ -241,6 +269,10 @@ class PairsSession:
             self.folder = new_folder(self._out, self.scene.title)
             keep_scene(self.folder, self.scene.to_yaml())
         return self.folder
+
+    def keeps_shapes(self, name: str) -> bool:
+        """True for the first pair: its record holds the shapes of the soft objects, which all pairs press."""
+        return name == next(iter(self._pairs))
 
     def _require_idle(self) -> None:
         if self.running:

@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from palpate import _core
-from palpate.errors import PalpateError, SceneError
+from palpate.errors import PalpateError, SceneError, StateError
 from palpate.record.ticks import as_ticks
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.sensing.source import Clouds
-from palpate.session import signals
+from palpate.session import signals, tool_exchange
 from palpate.session.live import DRAIN, LiveSession
 from palpate.session.loop import LockstepLoop, Rows
 from palpate.session.run_folder import require_writable
@@ -64,6 +64,7 @@ class Session(LiveSession):
         if rig.scene.graspable is not None and not self.paired:
             what = f"the object {rig.scene.graspable.name!r} is handed from one instrument to another, and there is one"
             raise SceneError(what, where=rig.scene.where("graspable"), mend="give the scene a section pairs")
+        self._clouds = clouds
         self.simulation = self._simulation(rig, seed)  #: the loop of the session
         self._sim: LockstepLoop = self.simulation
         self._ticks_to_tracking = 0  # of a lockstep run, until the trackers are read
@@ -105,6 +106,38 @@ class Session(LiveSession):
         self._require_own_clock()
         self._take(as_ticks(self._advance(n)))
         return self.state
+
+    def exchange_tool(self, model: str) -> None:
+        """Mount another instrument on the follower (docs/session.md#tool-exchange).
+
+        The session then stands at its start and holds, with the present controls and fixtures, until
+        `Console.end_tool_exchange`; further ticks go into a new record.
+
+        Args:
+            model: model of the arm with the new instrument, such as ``psm_prograsp``, or a model file.
+
+        Raises:
+            StateError: the session runs or does not hold, the tool touches something, there is no such instrument, or
+                it does not fit; nothing changes.
+        """
+        tool_exchange.require_still(self.latest(), self.running)
+        tool_exchange.require_free(self.latest())
+        scene = tool_exchange.mounted(self.scene, model)
+        try:
+            rig = build(scene)
+        except SceneError as error:
+            what = f"{model} does not fit: {error.what}"
+            raise StateError(what, where=error.where, why=error.why, mend=error.mend) from None
+        self.close()
+        console, controls, fixtures, recording = self.console, self.controls, self.fixtures, self.recording
+        camera = None if self.camera is None else self.camera.q
+        for part in (self.tracking, self.sensing):
+            if part is not None:
+                part.close()
+        Session.__init__(self, scene, self._out, self.seed, self._clouds, rig)
+        self.console, self.controls, self.fixtures, self.recording = console, controls, fixtures, recording
+        if camera is not None and self.camera is not None:
+            self.camera.move_to(camera)
 
     def _require_own_clock(self) -> None:
         name = self.tracking.needs_realtime if self.tracking is not None else ""

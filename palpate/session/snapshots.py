@@ -6,21 +6,18 @@ from collections.abc import Callable
 
 import numpy as np
 
-from palpate import _core
 from palpate.arrays import Array
 from palpate.record.snapshots import CAMERA, RATE, Snapshot, joints_message, shape_message, topic_of
 from palpate.scene.rig import Rig
+from palpate.scene.soft import is_soft, rest_shape
 
 ECM_JOINTS = ("yaw", "pitch", "insertion", "roll")
 
 
 def soft_objects(rig: Rig) -> dict[int, str]:
     """Names of the soft objects of a scene by their number."""
-    return {
-        k: section.name
-        for k, (section, felt) in enumerate(zip(rig.scene.objects, rig.snapshot.objects, strict=True))
-        if isinstance(felt.surface, _core.TissueSurface)
-    }
+    objects = zip(rig.scene.objects, rig.snapshot.objects, strict=True)
+    return {k: section.name for k, (section, felt) in enumerate(objects) if is_soft(felt)}
 
 
 class Snapshots:
@@ -34,20 +31,23 @@ class Snapshots:
 
     def __init__(self, rig: Rig, shape: Callable[[int], Array], joints: Callable[[], Array | None]) -> None:
         self._shape, self._joints = shape, joints
-        self._soft = soft_objects(rig)
-        surfaces = [felt.surface for felt in rig.snapshot.objects]
-        self._rest = {k: np.array(s.vertices) for k, s in enumerate(surfaces) if isinstance(s, _core.TissueSurface)}
-        self.needed = bool(self._soft) or rig.ecm is not None  #: False: there is nothing to record
+        self._topics = [topic_of(section.name) for section in rig.scene.objects]
+        shapes = [rest_shape(felt) for felt in rig.snapshot.objects]
+        self._rest = {k: np.array(shape[0]) for k, shape in enumerate(shapes) if shape is not None}
+        self.needed = bool(self._rest) or rig.ecm is not None  #: False: there is nothing to record
         self._due = -np.inf
         self._kept: list[Snapshot] = []
 
-    def take(self, t: float) -> None:
-        """Take a snapshot at the time of the newest tick [s], unless the last one is younger than a period."""
+    def take(self, t: float, shapes: bool = True) -> None:
+        """Take a snapshot at the time of the newest tick [s], unless the last one is younger than a period.
+
+        shapes: False leaves out the soft objects, whose shape another record of the run holds.
+        """
         if t < self._due and t > self._due - 2.0 / RATE:  # a clock that went back begins anew
             return
         self._due = t + 1.0 / RATE - 1e-9
-        for k, name in self._soft.items():
-            self._kept.append(Snapshot(t, topic_of(name), shape_message(self._shape(k) - self._rest[k])))
+        for k, rest in self._rest.items() if shapes else ():
+            self._kept.append(Snapshot(t, self._topics[k], shape_message(self._shape(k) - rest)))
         q = self._joints()
         if q is not None:
             self._kept.append(Snapshot(t, CAMERA, joints_message(t, ECM_JOINTS, q)))

@@ -41,6 +41,7 @@ class Summary:
     cycle_p999_us: float
     cycle_max_us: float
     missed_ticks: int
+    instrument: str = ""  # model of the follower with its instrument
     scheduler: str = ""  # scheduling granted to the real-time thread, in words; empty in lockstep
     faults: tuple[str, ...] = ()  # messages
     record: str | None = None  # path

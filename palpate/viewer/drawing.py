@@ -17,6 +17,7 @@ from palpate.viewer.cue import ForceCue
 from palpate.viewer.fixtures import FixtureDrawing
 from palpate.viewer.frames import FrameDrawing
 from palpate.viewer.organs import OrganDrawing
+from palpate.viewer.rod import RodDrawing
 from palpate.viewer.stage import ArmPlace, Stage, TouchedObject
 from palpate.viewer.targets import TargetDrawing
 from palpate.viewer.tool import Presses, ToolDrawing
@@ -67,7 +68,7 @@ class Drawing:
         Args:
             scene: where to draw.
             stage: what to draw.
-            world: False leaves out light, drape and objects, which another drawing of the same scene shows.
+            world: False leaves out light, drape, objects and rod, which another drawing of the same scene shows.
             tint: colour that is mixed into those of the arms.
         """
         self._stage = stage
@@ -78,6 +79,7 @@ class Drawing:
         self._organs = [OrganDrawing(scene, t, TISSUE[k % len(TISSUE)]) for k, t in enumerate(shared)]
         self._leader, self._follower = ArmDrawing(scene, stage.leader, tint), ArmDrawing(scene, stage.follower, tint)
         self._ecm = None if stage.ecm is None or not world else ArmDrawing(scene, _ecm_place(stage.ecm))
+        self._rod = None if stage.rod is None or not world else RodDrawing(scene, stage.rod)
         self._tool = ToolDrawing(scene, stage)
         self.cue = ForceCue(scene, stage)
         self.fixtures = [FixtureDrawing(scene, mark) for mark in stage.fixtures]
@@ -137,6 +139,8 @@ class Drawing:
         for k, organ in enumerate(self._organs):
             organ.show(tick)
             organ.press([one for each in (presses, *others) for one in each.get(k, [])])
+        if self._rod is not None:
+            self._rod.show(tick)
         for fixture in self.fixtures:
             fixture.show(float(tick["t"]))
         for frame in self._frames:

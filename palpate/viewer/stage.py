@@ -12,6 +12,7 @@ from palpate.arm import Arm
 from palpate.arrays import Array
 from palpate.record.snapshots import Track
 from palpate.record.ticks import Ticks
+from palpate.scene.graspable import GraspableSection
 from palpate.scene.placed_ecm import PlacedEcm
 from palpate.scene.tool import LinkSphere
 
@@ -161,6 +162,8 @@ class Stage:
     """Frames of the scene, without arms and objects."""
     carried: tuple[str, ...] = ()
     """Names of the contact spheres on the object that the jaws can carry."""
+    rod: GraspableSection | None = None
+    """The rod that the instruments can hold."""
     targets: tuple[TargetMark, ...] = ()
     """Targets of the scene's registration."""
 

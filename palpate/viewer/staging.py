@@ -21,15 +21,17 @@ from palpate.mesh.coarse import drawable
 from palpate.mesh.colors import colors_of
 from palpate.record import live
 from palpate.record.reader import Record
-from palpate.record.snapshots import CAMERA, topic_of
+from palpate.record.snapshots import CAMERA, Track, topic_of
 from palpate.record.ticks import Ticks
 from palpate.scene import materials, placing
 from palpate.scene.gains import touched_stiffness
 from palpate.scene.model import ObjectSection
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
+from palpate.scene.soft import is_soft, rest_shape
 from palpate.scene.surface import PlacedSurface
 from palpate.session.recorded import recorded_scene
+from palpate.session.run_folder import SCENE
 from palpate.values.units import FILE_UNITS
 from palpate.viewer.stage import ArmPlace, FixtureMark, PlacedFrame, RegionMark, Stage, TargetMark, TouchedObject
 
@@ -44,7 +46,7 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
         replace(
             _touched_object(each, placed, felt, followers.index(each.name) if felt.is_live else None),
             color=each.color,
-            colors=None if each.color is not None or _is_soft(felt) else file_colors(rig, k),
+            colors=None if each.color is not None or is_soft(felt) else file_colors(rig, k),
             is_cloud=each.cloud is not None,
             holds=any(_lies_in(other, placed) for other in rig.surfaces if other is not placed),
         )
@@ -70,6 +72,7 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
         stable_below=stable_below(rig),
         spheres=tuple(rig.spheres),
         carried=() if scene.graspable is None else tuple(name for name, _ in scene.graspable.spheres()),
+        rod=scene.graspable,
         frames=placed_frames(rig),
         targets=target_marks(rig),
         ecm=rig.ecm,
@@ -217,22 +220,24 @@ def stage_of_record(record: Record) -> Stage:
     shapes = {
         k: track
         for k, obj in enumerate(stage.objects)
-        if obj.soft and (track := record.snapshots(topic_of(obj.name))) is not None
+        if obj.soft and (track := _shape_track(record, topic_of(obj.name))) is not None
         if track.values.shape[1:] == obj.vertices.shape
     }
     camera = None if stage.ecm is None else record.snapshots(CAMERA)
     return replace(stage, shapes=shapes, camera=camera)
 
 
-def _is_soft(felt: _core.Object) -> bool:
-    return isinstance(felt.surface, _core.TissueSurface)
+def _shape_track(record: Record, topic: str) -> Track | None:
+    """Shape of a soft object over time; of several pairs that press it, one record of the run holds it."""
+    folder = record.path.parent
+    others = sorted(folder.parent.glob("*/record.mcap")) if (folder.parent / SCENE).is_file() else []
+    records = (record, *(Record.open(path) for path in others if path.parent != folder))
+    return next((track for one in records if (track := one.snapshots(topic)) is not None), None)
 
 
 def _shape(placed: PlacedSurface, felt: _core.Object) -> tuple[Array, NDArray[np.int32]]:
     """Drawn vertices and triangles; those of a soft object are the loop's, in its order."""
-    if isinstance(felt.surface, _core.TissueSurface):
-        return felt.surface.vertices, felt.surface.triangles
-    return drawable(placed.body.vertices, placed.body.triangles)
+    return rest_shape(felt) or drawable(placed.body.vertices, placed.body.triangles)
 
 
 def _touched_object(
@@ -252,5 +257,5 @@ def _touched_object(
     ]
     moving: Callable[[float], Array] | None = felt.pose if section.motion else None
     return TouchedObject(
-        section.name, vertices, triangles, placed.X_WO, tuple(marks), moving, slot=slot, soft=_is_soft(felt)
+        section.name, vertices, triangles, placed.X_WO, tuple(marks), moving, slot=slot, soft=is_soft(felt)
     )

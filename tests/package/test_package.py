@@ -50,6 +50,6 @@ def test_package_contains_models_and_scenes():
     """CMake installs both folders into the package; the wheel itself is built in test_wheel.py."""
     cmake = (ROOT / "CMakeLists.txt").read_text()
     assert re.search(r"install\(DIRECTORY models scenes DESTINATION palpate\b", cmake)
-    for name in ("mtm_right", "mtm_left", "psm_lnd"):
+    for name in ("mtm_right", "mtm_left", "psm_lnd", "psm_prograsp"):
         assert (ROOT / "models" / f"{name}.urdf").is_file()
         assert (ROOT / "models" / f"{name}.yaml").is_file()

@@ -165,9 +165,22 @@ def test_two_hands_feel_opposite_forces_below_the_cap(client, pairs):
     client.push(0.99 * CAP)
     forces = np.concatenate([np.linalg.norm(np.array(f), axis=1) for f in client.forces.values()])
     assert CAP * 0.98 < forces.max() <= CAP + 1e-9
+    check_tool(client, pairs)
     summaries = pairs.close()
     client.wait(lambda: not client.now().any(), "zero last")
     assert all(os.path.isfile(one.record) for one in summaries.values())
+
+
+def check_tool(client, pairs):
+    """Another instrument on one arm makes its pair hold, until the first one is mounted again and somebody resumes."""
+    from std_msgs.msg import String
+
+    right, left = pairs.sessions.values()
+    arm = right.devices.follower
+    client.publish(f"/{arm}/set_tool_type", String(data="PROGRASP_FORCEPS_400093"))
+    client.wait(lambda: right.state.session == "hold", "a hold")
+    assert left.state.session != "hold"
+    assert f"{arm} has another instrument, PROGRASP_FORCEPS_400093 instead of" in right.events[-1]
 
 
 def check_console(client, pairs):

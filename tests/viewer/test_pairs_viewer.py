@@ -132,3 +132,42 @@ def test_a_pause_keeps_the_pedals_and_the_drag_of_each_hand(shown):
         assert one.controls.paused
         assert one.controls.clutch
         assert one.controls.p_hand_offset_W[2] == (0.01 if name == "left" else 0.0)
+
+
+def test_the_rod_is_drawn_where_it_is_live_and_in_a_replay(tmp_path):
+    from palpate.record import Record
+    from palpate.report.pairs import pair_records
+    from palpate.viewer.pairs_replay import PairsReplayViewer
+
+    scene = Scene.load(Path(__file__).resolve().parents[2] / "scenes" / "hand_over.yaml")
+    session = PairsSession(scene, out=tmp_path)
+    stages = {name: stage_of(rig, name) for name, rig in session.rigs.items()}
+    live = PairsViewer(session.pairs, stages, "rod", session, session, port=0)
+    live._stop.set()
+    live._thread.join()
+    rod = live.drawings["right"]._rod
+    assert live.drawings["left"]._rod is None, "the rod is drawn once"
+    np.testing.assert_allclose(rod._mesh.position, scene.graspable.pose.matrix()[:3, 3])
+    session.step(3000)
+    tick = session.states["right"].tick
+    assert tick["holding"] == 1
+    assert np.linalg.norm(tick["p_WO"]) > 0.004, "it was carried away"
+    live._frame()
+    summary = session.close()
+    replay = PairsReplayViewer(
+        {n: Record.open(p) for n, p in pair_records(Path(summary.record)).items()}, "rod", port=0
+    )
+    try:
+        replay._stop.set()
+        replay._thread.join()
+        replay.show(float(tick["t"]))
+        (again,) = (one._rod for one in replay.drawings.values() if one._rod is not None)
+        for one in (rod, again):
+            np.testing.assert_allclose(one._mesh.position, tick["p_WO"], atol=1e-9)
+            np.testing.assert_allclose(one._mesh.wxyz, tick["quat_WO"], atol=1e-9)
+        low, high = rod._mesh.vertices.min(axis=0), rod._mesh.vertices.max(axis=0)
+        np.testing.assert_allclose(high, [0.001, 0.001, 0.016], atol=2e-5)
+        np.testing.assert_allclose(low, -high, atol=2e-5)
+    finally:
+        live.close()
+        replay.close()

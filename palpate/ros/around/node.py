@@ -34,9 +34,11 @@ class Around(BackgroundNode):
         from palpate.ros.around.frames import Frames
         from palpate.ros.around.markers import Markers
         from palpate.ros.around.swap import Swap
+        from palpate.ros.around.tool import Tool
 
         frames, markers = Frames(self.node, session, pair, draws_objects), Markers(self.node, session)
         Swap(self.node, session, on_swap=markers.draw_objects)
+        self.tool = Tool(self.node, session)
 
         def show() -> None:
             tick = session.latest()
