@@ -35,12 +35,11 @@ void refresh_normals(Mesh::Impl& m) noexcept {
     const Vec3 a = m.corner(3 * t), b = m.corner(3 * t + 1), c = m.corner(3 * t + 2);
     const Vec3 area = (b - a).cross(c - a);
     const double ab = (b - a).squaredNorm(), bc = (c - b).squaredNorm(), ca = (a - c).squaredNorm();
-    const double weight[3] = {ab * ca, bc * ab, ca * bc};
-    for (std::int32_t k = 0; k < 3; ++k) {
-      if (!(weight[k] > 0.0)) continue;
-      double* const row = &topology.normals[3 * to_index(topology.normal[to_index(3 * t + k)])];
-      Eigen::Map<Vec3>(row) += area / weight[k];
-    }
+    const double all = ab * bc * ca;
+    if (!(all > 0.0)) continue;
+    const double share[3] = {bc / all, ca / all, ab / all};
+    for (std::int32_t k = 0; k < 3; ++k)
+      Eigen::Map<Vec3>(&topology.normals[3 * to_index(topology.normal[to_index(3 * t + k)])]) += share[k] * area;
   }
   for (std::size_t i = 0; i < topology.normals.size(); i += 3) {
     Eigen::Map<Vec3> n(&topology.normals[i]);
@@ -48,9 +47,14 @@ void refresh_normals(Mesh::Impl& m) noexcept {
     n = length > 0.0 ? Vec3(n / length) : Vec3(Vec3::UnitZ());
   }
   topology.height = 0.0;
-  for (std::int32_t he = 0; he < 3 * triangles; ++he) {
-    const Vec3 e = m.corner(next_half_edge(he)) - m.corner(he), n0 = m.normal(he), n1 = m.normal(next_half_edge(he));
-    topology.height = std::max(topology.height, std::abs(e.dot(n1 - n0)) / 4.0 + std::abs(e.dot(n1 + n0)) / 8.0);
+  for (std::int32_t t = 0; t < triangles; ++t) {
+    const Vec3 x[3] = {m.corner(3 * t), m.corner(3 * t + 1), m.corner(3 * t + 2)};
+    const Vec3 n[3] = {m.normal(3 * t), m.normal(3 * t + 1), m.normal(3 * t + 2)};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 e = x[(k + 1) % 3] - x[k];
+      const double from = e.dot(n[k]), to = e.dot(n[(k + 1) % 3]);
+      topology.height = std::max(topology.height, std::abs(to - from) / 4.0 + std::abs(to + from) / 8.0);
+    }
   }
 }
 

@@ -21,6 +21,7 @@ void Body::reset() noexcept {
   std::fill(u_.begin(), u_.end(), 0.0);
   std::fill(v_.begin(), v_.end(), 0.0);
   std::fill(u32_.begin(), u32_.end(), Four{});
+  std::fill(v32_.begin(), v32_.end(), Four{});
   std::fill(history_.begin(), history_.end(), HistoryBlock{});
   clear_loads();
   elements_.shear_energy = node_energy_ = fastest_ = 0.0;
@@ -46,7 +47,10 @@ void Body::clear_loads() noexcept {
 void Body::set_state(std::span<const double> displacements, std::span<const double> velocities) noexcept {
   std::copy(displacements.begin(), displacements.end(), u_.begin());
   std::copy(velocities.begin(), velocities.end(), v_.begin());
-  for (std::size_t i = 0; i < u_.size(); ++i) u32_[i / 3].x[i % 3] = static_cast<float>(u_[i]);
+  for (std::size_t i = 0; i < u_.size(); ++i) {
+    u32_[i / 3].x[i % 3] = static_cast<float>(u_[i]);
+    v32_[i / 3].x[i % 3] = static_cast<float>(v_[i]);
+  }
 }
 
 // Pressures of the nodes from the volumes around them.
@@ -54,9 +58,12 @@ void Body::find_pressures() noexcept {
   kernel_.find_dilatation(elements_);
   node_energy_ = 0.0;
   for (std::size_t i = 0; i < node_bulk_.size(); ++i) {
-    float sum = 0.0F;
-    for (std::int32_t k = first_[i]; k < first_[i + 1]; ++k) sum += dilatation_[to_index(around_[to_index(k)])];
-    const double change = static_cast<double>(sum), p = node_bulk_[i] * change;
+    float sum[4]{};
+    std::int32_t k = first_[i];
+    for (; k + 4 <= first_[i + 1]; k += 4)
+      for (std::int32_t l = 0; l < 4; ++l) sum[l] += dilatation_[to_index(around_[to_index(k + l)])];
+    for (; k < first_[i + 1]; ++k) sum[0] += dilatation_[to_index(around_[to_index(k)])];
+    const double change = static_cast<double>((sum[0] + sum[1]) + (sum[2] + sum[3])), p = node_bulk_[i] * change;
     u32_[i].x[3] = static_cast<float>(p);
     node_energy_ += 0.5 * p * change;
   }
@@ -90,6 +97,7 @@ void Body::integrate(double dt) noexcept {
       const double move = dt * v_[j];
       u_[j] += move;
       u32_[i].x[k] = static_cast<float>(u_[j]);
+      v32_[i].x[k] = static_cast<float>(v_[j]);
       moved2 += move * move;
     }
     fastest2 = moved2 <= fastest2 ? fastest2 : moved2;  // keeps a NaN

@@ -76,6 +76,13 @@ class Body {
   /// Displacements [m] and velocities [m/s] of all nodes, 3n.
   [[nodiscard]] std::span<const double> displacements() const noexcept { return u_; }
   [[nodiscard]] std::span<const double> velocities() const noexcept { return v_; }
+  /// Four numbers in single precision, aligned for vector instructions.
+  struct alignas(16) Four {
+    float x[4];
+  };
+  /// Displacements [m] and velocities [m/s] of all nodes in single precision; the fourth number has no meaning here.
+  [[nodiscard]] std::span<const Four> displacements32() const noexcept { return u32_; }
+  [[nodiscard]] std::span<const Four> velocities32() const noexcept { return v32_; }
   /// Masses of the nodes, added mass included (n) [kg].
   [[nodiscard]] std::span<const double> masses() const noexcept { return mass_; }
   /// Sets the displacements and velocities, 3n each; for tests and for a return to an earlier state.
@@ -105,10 +112,8 @@ class Body {
   BodyData data_;
   std::vector<ElementBlock> blocks_;
   std::vector<HistoryBlock> history_;
-  struct alignas(16) Four {
-    float x[4];
-  };
   std::vector<Four> u32_, force_;             ///< as the kernels want them; one more than nodes
+  std::vector<Four> v32_;                     ///< velocities of the nodes; one more than nodes
   std::vector<float> dilatation_;             ///< (m) and of unused lanes [m^3]
   std::vector<std::int32_t> first_, around_;  ///< tetrahedra around node i: around_[first_[i]] and so on
   std::vector<double> u_, v_;                 ///< (3n)

@@ -106,7 +106,7 @@ Body::Body(BodyData data)
   v_ = load_ = u_;
   loaded_.assign(n, 0);
   u32_.assign(n + 1, Four{});
-  force_ = u32_;
+  v32_ = force_ = u32_;
   make_blocks();
   list_around();
   for (int parts = 1; parts <= 2; ++parts)
@@ -167,7 +167,8 @@ void Body::make_blocks() {
     ElementBlock& block = blocks_[t % count];
     const std::size_t lane = t / count;
     for (std::size_t c = 0; c < 4; ++c) {
-      const std::size_t node = to_index(block.node[c][lane] = data_.tets[4 * t + c]);
+      const std::size_t node = to_index(data_.tets[4 * t + c]);
+      block.row[c][lane] = static_cast<std::uint32_t>(4 * node);
       node_volume[node] += volume / 4.0;
       node_bulk_[node] += (1.0 - kOwnShare) * k * volume / 4.0;
     }
@@ -210,7 +211,8 @@ void Body::list_around() {
   around_.resize(data_.tets.size());
   std::vector<std::int32_t> next(first_.begin(), first_.end() - 1);
   for (std::size_t k = 0; k < data_.tets.size(); ++k)
-    around_[to_index(next[to_index(data_.tets[k])]++)] = static_cast<std::int32_t>(k / 4);
+    around_[to_index(next[to_index(data_.tets[k])]++)] =
+        static_cast<std::int32_t>(kWide * (k / 4 % blocks_.size()) + k / 4 / blocks_.size());
 }
 
 // Chooses the time step and adds mass where a tetrahedron is too stiff for it: the largest frequency of a mesh is at

@@ -27,7 +27,7 @@ inline constexpr int kMaxProny = 4;  ///< largest number of Prony terms
 
 /// Eight tetrahedra. Unused ones have zero stiffness.
 struct alignas(32) ElementBlock {
-  std::int32_t node[4][kWide];  ///< corners
+  std::uint32_t row[4][kWide];  ///< index of the first of the four numbers of each corner: 4 times the node
   float slope[9][kWide];        ///< gradients of the shape functions of corners 1 to 3, at rest [1/m]
   float shear[kWide];           ///< shear modulus times volume [N m]
   float bulk[kWide];            ///< k of the tetrahedron itself times volume, of its share of the pressure [N m]

@@ -13,7 +13,7 @@ struct Strain {
 /// pressure: of the nodes, mean of the four corners [Pa].
 PALPATE_TARGET inline Strain strain_of(const ElementBlock& block, const float* u, F8& pressure) {
   F8 first[4], d[3][4], g[9];
-  gather(u, block.node, first, d);
+  gather(u, block.row, first, d);
   pressure = mad(d[0][3] + d[1][3] + d[2][3], F8::all(0.25F), first[3]);
   for (int k = 0; k < 9; ++k) g[k] = F8::load(block.slope[k]);
   Strain s;
@@ -37,9 +37,8 @@ PALPATE_TARGET inline void dilatation_in(ElementArrays& a) {
   F8 unused;
   for (std::size_t b = 0; b < a.count; ++b) {
     const ElementBlock& block = a.blocks[b];
-    float lanes[kWide];
-    (strain_of(block, a.u, unused).volume_change() * (F8::load(block.volume) * quarter)).store(lanes);
-    for (std::size_t i = 0; i < kWide; ++i) a.dilatation[i * a.count + b] = lanes[i];
+    const F8 change = strain_of(block, a.u, unused).volume_change();
+    (change * (F8::load(block.volume) * quarter)).store(a.dilatation + b * kWide);
   }
 }
 
@@ -141,7 +140,7 @@ PALPATE_TARGET inline void forces_in(ElementArrays& a) {
                g2 = F8::load(block.slope[3 * k + 2]);
       for (int i = 0; i < 3; ++i) f[k][i] = mad(P[i][0], g0, mad(P[i][1], g1, P[i][2] * g2));
     }
-    scatter(f, block.node, a.force);
+    scatter(f, block.row, a.force);
   }
   float lanes[kWide];
   energy.store(lanes);

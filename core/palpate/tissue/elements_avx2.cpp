@@ -31,19 +31,18 @@ PALPATE_TARGET inline void transpose(__m256 r[4]) {
 }
 
 /// Rows of four numbers of eight nodes: those of nodes i and i + 4 in the halves of row i.
-PALPATE_TARGET inline void load_rows(const float* u, const std::int32_t node[kWide], __m256 r[4]) {
+PALPATE_TARGET inline void load_rows(const float* u, const std::uint32_t row[kWide], __m256 r[4]) {
   for (int i = 0; i < 4; ++i)
-    r[i] =
-        _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(u + 4 * node[i])), _mm_load_ps(u + 4 * node[i + 4]), 1);
+    r[i] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(u + row[i])), _mm_load_ps(u + row[i + 4]), 1);
 }
 
 /// The four numbers of the first corners, and the differences of those of the other corners from them, by component.
-PALPATE_TARGET inline void gather(const float* u, const std::int32_t node[4][kWide], F8 first[4], F8 other[3][4]) {
+PALPATE_TARGET inline void gather(const float* u, const std::uint32_t row[4][kWide], F8 first[4], F8 other[3][4]) {
   __m256 r0[4];
-  load_rows(u, node[0], r0);
+  load_rows(u, row[0], r0);
   for (int k = 0; k < 3; ++k) {
     __m256 r[4];
-    load_rows(u, node[k + 1], r);
+    load_rows(u, row[k + 1], r);
     for (int i = 0; i < 4; ++i) r[i] = _mm256_sub_ps(r[i], r0[i]);
     transpose(r);
     for (int i = 0; i < 4; ++i) other[k][i].x = r[i];
@@ -58,20 +57,20 @@ PALPATE_TARGET inline void take_from(float* to, __m128 x) { _mm_store_ps(to, _mm
 
 /// Takes forces from the corners 1 to 3 and adds their sum to the first, one node after the other, because a node may
 /// occur more than once.
-PALPATE_TARGET inline void scatter(const F8 f[3][3], const std::int32_t node[4][kWide], float* force) {
+PALPATE_TARGET inline void scatter(const F8 f[3][3], const std::uint32_t row[4][kWide], float* force) {
   __m256 sum[4] = {_mm256_setzero_ps(), _mm256_setzero_ps(), _mm256_setzero_ps(), _mm256_setzero_ps()};
   for (int k = 0; k < 3; ++k) {
     __m256 r[4] = {f[k][0].x, f[k][1].x, f[k][2].x, _mm256_setzero_ps()};
     transpose(r);
     for (int i = 0; i < 4; ++i) {
       sum[i] = _mm256_add_ps(sum[i], r[i]);
-      take_from(force + 4 * node[k + 1][i], _mm256_castps256_ps128(r[i]));
-      take_from(force + 4 * node[k + 1][i + 4], _mm256_extractf128_ps(r[i], 1));
+      take_from(force + row[k + 1][i], _mm256_castps256_ps128(r[i]));
+      take_from(force + row[k + 1][i + 4], _mm256_extractf128_ps(r[i], 1));
     }
   }
   for (int i = 0; i < 4; ++i) {
-    add_to(force + 4 * node[0][i], _mm256_castps256_ps128(sum[i]));
-    add_to(force + 4 * node[0][i + 4], _mm256_extractf128_ps(sum[i], 1));
+    add_to(force + row[0][i], _mm256_castps256_ps128(sum[i]));
+    add_to(force + row[0][i + 4], _mm256_extractf128_ps(sum[i], 1));
   }
 }
 

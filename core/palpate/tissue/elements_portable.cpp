@@ -23,23 +23,23 @@ F8 reciprocal(const F8& a) {
   return lanes(F8::all(1.0F), a, [](float x, float y) { return x / y; });
 }
 
-void gather(const float* u, const std::int32_t node[4][kWide], F8 first[4], F8 other[3][4]) {
+void gather(const float* u, const std::uint32_t row[4][kWide], F8 first[4], F8 other[3][4]) {
   for (int c = 0; c < 4; ++c)
     for (int i = 0; i < kWide; ++i) {
-      first[c].x[i] = u[4 * node[0][i] + c];
-      for (int k = 0; k < 3; ++k) other[k][c].x[i] = u[4 * node[k + 1][i] + c] - first[c].x[i];
+      first[c].x[i] = u[row[0][i] + c];
+      for (int k = 0; k < 3; ++k) other[k][c].x[i] = u[row[k + 1][i] + c] - first[c].x[i];
     }
 }
 
-void scatter(const F8 f[3][3], const std::int32_t node[4][kWide], float* force) {
+void scatter(const F8 f[3][3], const std::uint32_t row[4][kWide], float* force) {
   for (int i = 0; i < kWide; ++i)
     for (int c = 0; c < 3; ++c) {
       float sum = 0.0F;
       for (int k = 0; k < 3; ++k) {
-        force[4 * node[k + 1][i] + c] -= f[k][c].x[i];
+        force[row[k + 1][i] + c] -= f[k][c].x[i];
         sum += f[k][c].x[i];
       }
-      force[4 * node[0][i] + c] += sum;
+      force[row[0][i] + c] += sum;
     }
 }
 

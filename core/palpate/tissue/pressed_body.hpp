@@ -75,6 +75,7 @@ class PressedBody {
   [[nodiscard]] double depth_of(const Touch& touch, const Vec3& moved, double since) const noexcept;
   void guard(double dt) noexcept;
   void describe(const Press& press, Shape& out) const noexcept;
+  void describe_surface(Shape& out) const noexcept;
 
   Body body_;
   std::shared_ptr<const SoftTables> tables_;

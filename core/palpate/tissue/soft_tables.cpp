@@ -55,6 +55,12 @@ SoftTables::SoftTables(const BodyData& data, double width)
     : rest(mesh_of(data)), node(nodes_of(*rest, data)), edge(mean_edge(*rest)) {
   spreading = Spreading(rest->vertices(), rest->triangles(), width > 0.0 ? width : kWidth * edge);
   moduli = DepthModuli(*rest, data, edge, spreading.width());
+  first.push_back(0);
+  for (std::size_t i = 0; i < node.size(); ++i) {
+    for (const Spreading::Entry& e : spreading.row(static_cast<std::int32_t>(i)))
+      weights.push_back({node[to_index(e.vertex)], static_cast<float>(e.weight)});
+    first.push_back(weights.size());
+  }
 }
 
 Vec3 mean_under(const SoftTables& tables, const scene::SurfacePoint& at, std::span<const double> nodal) noexcept {

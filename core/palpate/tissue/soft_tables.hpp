@@ -21,6 +21,13 @@ struct SoftTables {
   std::vector<std::int32_t> node;  ///< node of the body for each vertex of the mesh
   double edge = 0.0;               ///< mean length of the edges [m]
   DepthModuli moduli;
+  /// Rows of `spreading` as nodes with weights in single precision, for the mean under each vertex of the mesh.
+  struct NodeWeight {
+    std::int32_t node;
+    float weight;
+  };
+  std::vector<NodeWeight> weights;
+  std::vector<std::size_t> first;  ///< weights of vertex i: weights[first[i]] up to weights[first[i + 1]]
 
   /// width: of the spreading [m]; 0: chosen from the mean edge. Throws std::invalid_argument without a surface.
   SoftTables(const BodyData& data, double width);
