@@ -23,6 +23,8 @@ RUNS: dict[str, tuple[str, tuple[str, ...]]] = {
     "passivity": ("study passivity", ()),
     "registration": ("study registration", ("layouts",)),
     "planning": ("bench planning", ()),
+    "execution": ("bench execution --stops 50", ()),
+    "execution_ros": ("bench execution --ros --stops 20", ()),
     "tissue": ("bench tissue", ("tick_ms", "control_ms", "viscosity")),
     "tissue_times": ("bench tissue --only ticks --only mujoco", ()),  # on an idle machine
 }

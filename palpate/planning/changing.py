@@ -35,7 +35,8 @@ def plan(
         PlanningError: as for `Problem.plan`, also when start or goal is not free in the newest world.
     """
     begin = time.monotonic()
-    now, notes = problem.with_world(world()), []
+    now = problem.with_world(world())
+    notes: list[str] = []
     found = search(now, timeout)
     while found.success and (newest := world()).version != now.world.version:
         now = problem.with_world(newest)

@@ -23,7 +23,7 @@ from palpate.planning.problem import Problem
 from palpate.planning.result import Plan
 from palpate.planning.world import World
 
-STOP_TIME = 0.04  # time in which a moving execution comes to rest [s]; 10 ms of the 50 are left to the transport
+STOP_TIME = 0.02  # time in which the goals come to rest, as in a session [s]; the rest of 50 ms: transport and servos
 
 
 class Execution(Orders):

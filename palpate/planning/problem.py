@@ -241,11 +241,11 @@ class Problem:
             if isinstance(found, goals.Unreachable):
                 return found
             candidates = found
-        refusals = [checker.refusal(one, clearance) for one in candidates]
-        free = [one for one, refusal in zip(candidates, refusals, strict=True) if refusal is None]
+        refused = [checker.refusal(one, clearance) for one in candidates]
+        free = [one for one, refusal in zip(candidates, refused, strict=True) if refusal is None]
         if not free:
-            assert refusals[0] is not None
-            worst = max((r for r in refusals if r is not None), key=lambda r: r.distance)
+            assert refused[0] is not None
+            worst = max((r for r in refused if r is not None), key=lambda r: r.distance)
             mend = f"move the goal away from {worst.pair[1]}" + refusals.less(worst)
             raise PlanningError(f"the goal is {refusals.words(worst, clearance)}", mend=mend)
         return free

@@ -14,12 +14,14 @@ from numpy.typing import NDArray
 from palpate.arm import Arm, models_folder
 from palpate.arm.shapes import Visual
 from palpate.arrays import Array
+from palpate.errors import PlanningError
 from palpate.planning import geometry, shapes
 from palpate.planning.kinematics import Kinematics, pose_of
 from palpate.planning.shapes import Capsule
 
 _SLACK = 1e-3  # primitives of one link share a capsule if it is thicker by no more than this [m]
 _SMALL = 0.025  # a link of less than this is one capsule [m]
+_SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}  # attributes in a URDF
 _CHUNK = 0.02  # length of the pieces whose bounding spheres cull far objects [m]
 
 
@@ -222,33 +224,53 @@ def _capsules(parts: list[Visual], X: Array) -> list[Capsule]:
 def link_meshes(arm: Arm, folder: Path | None = None) -> dict[str, tuple[Array, Array]]:
     """Vertices (v, 3) [m] and triangles (t, 3) of the links whose URDF names mesh files, in the frames of the links.
 
-    A <collision> mesh is preferred to a <visual> one. Files are looked for relative to `folder`, then to the models.
+    A <collision> mesh is preferred to a <visual> one; boxes, cylinders and spheres beside a mesh belong to it. Files
+    are looked for relative to `folder`, then to the models.
+
+    Raises:
+        PlanningError: a mesh file is not found.
     """
     found: dict[str, tuple[Array, Array]] = {}
     if "<mesh" not in arm.urdf:
         return found
-    import trimesh
-
     for link in ElementTree.fromstring(arm.urdf).findall("link"):
-        parts = [x for x in link.findall("collision") if x.find("geometry/mesh") is not None]
-        parts = parts or [x for x in link.findall("visual") if x.find("geometry/mesh") is not None]
+        name = link.get("name", "")
+        kinds = [link.findall(kind) for kind in ("collision", "visual")]
+        parts = next((parts for parts in kinds if any(x.find("geometry/mesh") is not None for x in parts)), [])
         vertices: list[Array] = []
         triangles: list[Array] = []
         for part in parts:
-            mesh = part.find("geometry/mesh")
-            assert mesh is not None
-            file = _mesh_file(mesh.get("filename", ""), folder)
-            if file is None:
+            read: Any = _read(part, name, folder)
+            if read is None:
                 continue
-            read: Any = trimesh.load(str(file), force="mesh")
-            scale = _numbers(mesh, "scale", "1 1 1")
             origin = part.find("origin")
             X = pose_of(_numbers(origin, "xyz", "0 0 0"), _numbers(origin, "rpy", "0 0 0"))
             triangles.append(np.asarray(read.faces) + sum(map(len, vertices)))
-            vertices.append(np.asarray(read.vertices) * scale @ X[:3, :3].T + X[:3, 3])
+            vertices.append(np.asarray(read.vertices) @ X[:3, :3].T + X[:3, 3])
         if vertices:
-            found[link.get("name", "")] = (np.concatenate(vertices), np.concatenate(triangles))
+            found[name] = (np.concatenate(vertices), np.concatenate(triangles))
     return found
+
+
+def _read(part: ElementTree.Element, link: str, folder: Path | None) -> Any:
+    """A part of a link as a mesh: its file, or a solid around its primitive; None if it has neither."""
+    import trimesh
+
+    mesh = part.find("geometry/mesh")
+    if mesh is None:
+        shape = next((one for one in part.findall("geometry/*") if one.tag in _SIZES), None)
+        if shape is None:
+            return None
+        size = np.concatenate([_numbers(shape, key, "0") for key in _SIZES[shape.tag]])
+        return trimesh.convex.convex_hull(shapes.outline(shape.tag, tuple(size.tolist()), np.eye(4)))
+    name = mesh.get("filename", "")
+    file = _mesh_file(name, folder)
+    if file is None:
+        raise PlanningError(f"the mesh {name} of link {link} is not found", why="motions cannot be checked without it",
+                            mend="give its full path in the URDF")  # fmt: skip
+    read: Any = trimesh.load(str(file), force="mesh")
+    read.vertices = np.asarray(read.vertices) * _numbers(mesh, "scale", "1 1 1")
+    return read
 
 
 def _mesh_file(name: str, folder: Path | None) -> Path | None:

@@ -32,6 +32,8 @@ def node(network: bool = False, name: str = "palpate_topic") -> Iterator[Any]:
     try:
         yield made
     finally:
+        if hasattr(made, "palpate_executor"):
+            made.palpate_executor.shutdown()
         made.destroy_node()
         rclpy.shutdown(context=context)
 
