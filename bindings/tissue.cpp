@@ -15,6 +15,7 @@
 #include "bindings.hpp"
 #include "palpate/scene/snapshot.hpp"
 #include "palpate/tissue/body.hpp"
+#include "palpate/tissue/depth_moduli.hpp"
 #include "palpate/tissue/shared_surface.hpp"
 #include "palpate/tissue/soft_surface.hpp"
 #include "types.hpp"
@@ -98,7 +99,8 @@ nb::class_<Body> bind_body(nb::module_& m) {
       "A soft body of linear tetrahedra, stepped explicitly; all in the object's frame O. Energy per volume: "
       "mu/2 (w + c max(w, 0)^2) + k/2 (J - 1)^2 with w = I1 - 3 - 2 (J - 1), I1 = tr F^T F, J = det F and "
       "k = bulk + mu/3: a stable Neo-Hookean solid (after Smith, de Goes and Kim 2018) with the stiffening of Yeoh "
-      "(1993). Prony terms are quasi-linear on the second Piola-Kirchhoff stress of the terms with mu.");
+      "(1993), and a barrier 4 k/2 min(J - .3, 0)^2 against inversion. Prony terms are quasi-linear on the second "
+      "Piola-Kirchhoff stress of the terms with mu.");
   body.def("__init__", &make_body, nb::kw_only(), nb::arg("nodes"), nb::arg("tets"), nb::arg("surface"), nb::arg("mu"),
            nb::arg("bulk"), nb::arg("density"), nb::arg("yeoh"), nb::arg("prony"), nb::arg("fixed"), nb::arg("spring"),
            nb::arg("step") = 0.0, nb::arg("tick") = 1e-3, nb::arg("damping") = BodyData{}.damping,
@@ -266,6 +268,7 @@ void bind_shared(nb::module_& m) {
 }  // namespace
 
 void bind_tissue(nb::module_& m) {
+  m.attr("YEOH_GROWTH") = tissue::kYeoh;
   nb::class_<Body> body = bind_body(m);
   bind_motion(body);
   bind_readings(body);

@@ -653,12 +653,15 @@ class Snapshot:
     def objects(self) -> list[Object]:
         """The objects, in order."""
 
+YEOH_GROWTH: float = 0.18
+
 class TissueBody:
     """
     A soft body of linear tetrahedra, stepped explicitly; all in the object's frame O. Energy per volume: mu/2 (w + c
     max(w, 0)^2) + k/2 (J - 1)^2 with w = I1 - 3 - 2 (J - 1), I1 = tr F^T F, J = det F and k = bulk + mu/3: a stable
-    Neo-Hookean solid (after Smith, de Goes and Kim 2018) with the stiffening of Yeoh (1993). Prony terms are
-    quasi-linear on the second Piola-Kirchhoff stress of the terms with mu.
+    Neo-Hookean solid (after Smith, de Goes and Kim 2018) with the stiffening of Yeoh (1993), and a barrier 4 k/2 min(J
+    - .3, 0)^2 against inversion. Prony terms are quasi-linear on the second Piola-Kirchhoff stress of the terms with
+    mu.
     """
 
     def __init__(

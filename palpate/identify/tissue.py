@@ -21,13 +21,12 @@ from functools import cached_property
 
 import numpy as np
 
+from palpate import _core
 from palpate.arrays import Array
 from palpate.errors import RecordingError
 from palpate.identify.press_recording import Press
 from palpate.tissue import indentation, viscosity
 
-YEOH_OF_BETA = 0.18
-"""beta of a half-space with Yeoh's coefficient c = 1 at nu = .45, up to d = .75 R, by the axisymmetric reference."""
 MOST_TERMS = 4
 _MOST_ROWS = 1500
 _SHALLOW = 0.15  # depth over the radius below which stiffening has no effect on the force
@@ -61,7 +60,7 @@ class TissueFit:
     @property
     def yeoh(self) -> float:
         """Yeoh's coefficient of a half-space with this stiffening [-]; 0 for softening."""
-        return max(self.beta, 0.0) / YEOH_OF_BETA
+        return max(self.beta, 0.0) / _core.YEOH_GROWTH
 
     def force(self, t: Array, depth: Array) -> Array:
         """Force (n,) [N] of the identified tissue at times [s] and depths from the first touch [m], (n,)."""

@@ -12,10 +12,10 @@ from palpate.errors import PalpateWarning
 from palpate.tissue.blocks import block
 
 
-def words_of(soft):
+def words_of(soft, radius=0.0):
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        warn_of_tissue(inspect_tissue(soft), "object 'liver'")
+        warn_of_tissue(inspect_tissue(soft, radius), "object 'liver'")
     return [str(one.message) for one in caught if issubclass(one.category, PalpateWarning)]
 
 
@@ -30,3 +30,12 @@ def test_flat_tetrahedra_are_told():
     nodes, tets = block((3, 3, 2), (0.06, 0.06, 0.001))
     found = words_of(Tissue((nodes, tets), young=500.0))
     assert any("tetrahedra are poor (quality below 0.1)" in one for one in found)
+
+
+@pytest.mark.parametrize(
+    ("through", "radius", "told"), [(4, 0.010, True), (5, 0.010, False), (4, 0.005, False), (2, 0.005, False)]
+)
+def test_layer_as_thin_as_the_tip_needs_five_cells(through, radius, told):
+    cells = (through, through, through)
+    found = words_of(Tissue(block(cells, (0.010, 0.010, 0.010)), young=5e3), radius)
+    assert any("less than the tip's diameter" in one for one in found) == told

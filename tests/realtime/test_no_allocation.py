@@ -61,6 +61,13 @@ def test_real_time_loop_allocates_nothing_while_scenes_are_replaced(guard, metho
     assert any(found["last_gravity"]), "gravity stays compensated"
 
 
+def test_soft_body_on_a_thread_of_its_own_allocates_nothing(guard):
+    found = watched(guard, "beside", "proxy", "1000")
+    assert found["contact_ticks"] > 100
+    assert found["nothing"] == [[0, 0, 0]] * 2, "the threads of the loop and of the body"
+    assert min(thread[0] for thread in found["allocation"]) > 5, "control: planted calls are found in both threads"
+
+
 def test_loop_makes_no_system_call_but_its_sleep_and_planted_calls_are_found(guard, watch):
     found = watched(guard, "planted", "proxy", "1000", SYSCALL_WATCH=str(watch))
     assert found["nothing"] == [0, 0, 0]

@@ -112,11 +112,11 @@ def cloud_scene() -> _core.Snapshot:
     return _core.Snapshot([_core.Object("cloud", surface, np.eye(4), material, live=_core.LiveOptions(gain=60.0))])
 
 
-def soft_scene() -> _core.Snapshot:
-    """A soft block whose top is at the origin."""
+def soft_scene(thread: str = "cycle") -> _core.Snapshot:
+    """A soft block whose top is at the origin, stepped in the cycle or on a thread of its own."""
     nodes, tets = block((5, 5, 3), (0.05, 0.05, 0.03))
     nodes = nodes - [0.025, 0.025, 0.03]
-    soft = Tissue((nodes, tets), young=8e3, prony=[(0.3, 0.05)], fixed=nodes[:, 2] < -0.0299)
+    soft = Tissue((nodes, tets), young=8e3, prony=[(0.3, 0.05)], fixed=nodes[:, 2] < -0.0299, thread=thread)
     material = _core.Material(K=np.zeros(3), mu=0.3)
     return _core.Snapshot([_core.Object("soft", soft.core_for(0.005), np.eye(4), material)])
 
@@ -221,6 +221,25 @@ def planted(method: str, rate: float) -> dict[str, object]:
         found[name] = system_calls(thread, 0.3)
     guard.heap_guard_plant_in_loop(0)
     sim.stop()
+    return found
+
+
+def beside(method: str, rate: float) -> dict[str, object]:
+    """Counts of the threads of the loop and of a soft body that steps beside it, without and with a planted call."""
+    sim = simulation(method, rate, soft_scene("own"))
+    before = threads()
+    sim.start()
+    new = sorted(threads() - before)
+    time.sleep(0.2)  # start-up time
+    found: dict[str, object] = {"contact_ticks": 0}
+    for kind, name in enumerate(("nothing", "allocation")):
+        guard.heap_guard_plant_in_loop(kind)
+        start = [counts(thread) for thread in new]
+        time.sleep(0.6)
+        found[name] = [(counts(thread) - old).tolist() for thread, old in zip(new, start, strict=True)]
+    guard.heap_guard_plant_in_loop(0)
+    sim.stop()
+    found["contact_ticks"] = contacts(sim.drain())
     return found
 
 
@@ -458,6 +477,8 @@ if __name__ == "__main__":
         found = {case: robot(case) for case in (method, *rest)}
     elif mode == "planted":
         found = planted(method, *map(float, rest))
+    elif mode == "beside":
+        found = beside(method, *map(float, rest))
     elif mode == "crtk":
         found = crtk()
     elif mode == "device":

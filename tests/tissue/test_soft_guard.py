@@ -5,7 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from soft_bodies import soft_cube
+
+import palpate
 from palpate.contact import render
+from palpate.record.ticks import as_ticks
 from palpate.tissue.blocks import block
 from palpate.verify.bench.tissue import threads as bench
 
@@ -82,3 +86,27 @@ def test_a_body_with_an_inverted_tetrahedron_returns_to_rest_instead_of_standing
     _, told = press(surface, 1, depth=0.0)
     assert told[0][3]
     assert (np.abs(surface.vertices - rest).max() > 0.1 * pushed) == kept
+
+
+SCENE = """
+objects:
+  - name: cube
+    box: {size: [0.06, 0.06, 0.04]}
+    unit: m
+    tissue: {volume: cube.vtk, springs: 1.0e+12}
+contact: {radius: 0.006}
+operator: {palpate: {approach: 0.3, press: 1.0, force: 0.25}}
+"""
+FROZEN = 1 << 32  # bit soft_frozen of the status
+
+
+def test_divergence_is_in_the_status_of_a_tick(tmp_path):
+    """Springs that are too stiff for the time step make the body diverge at the first touch."""
+    ticks = as_ticks(palpate.Session(soft_cube(tmp_path, SCENE))._advance(800))
+    frozen = ticks["status"] & FROZEN != 0
+    assert not frozen[:200].any(), "control: not before the touch"
+    assert frozen.any()
+    force = np.linalg.norm(ticks["F_T_W"], axis=1)
+    assert np.isfinite(force).all()
+    long = np.convolve(frozen, np.ones(120), "valid") == 120
+    assert (force[119:][long] < 1e-9).any(), "the force goes to zero"

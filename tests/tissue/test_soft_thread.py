@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 import numpy as np
 import pytest
 from soft_bodies import soft_cube
@@ -19,7 +21,7 @@ R, UP = bench.RADIUS, np.array([0.0, 0.0, 1.0])
 
 @pytest.mark.parametrize("young", [5e3, 60e3])
 def test_body_on_a_thread_feels_as_in_the_cycle_and_gives_no_energy(young):
-    found = bench.apart(young, rates=[2.0])
+    found = bench.apart(young, rates=[4.0])
     assert found["rms"] < 0.015
     assert found["peak"] < 0.1
     assert found["taken"] > -1e-6
@@ -119,6 +121,17 @@ def test_session_with_a_thread_has_the_energies_of_the_cycle(tmp_path):
     assert np.sqrt((apart**2).mean()) < 0.03 * np.sqrt((force["cycle"] ** 2).mean())
     assert (ticks["own"]["status"] & bench.LATE == 0).all()
     assert potential["own"].tobytes() != potential["cycle"].tobytes(), "control: it has a thread"
+
+
+def test_late_shapes_are_in_the_status_of_a_tick(tmp_path):
+    """A thread that makes 10,000 steps in a period of 10 ms never keeps it."""
+    scene = soft_cube(tmp_path, SCENE.format(thread="own").replace("10 ms", "10 ms, step: 1e-6"))
+    with palpate.Session(scene) as session:
+        session.start()
+        end = time.monotonic() + 20.0
+        while not (late := int(session.latest()["status"]) & bench.LATE) and time.monotonic() < end:
+            time.sleep(0.02)
+    assert late
 
 
 def test_scene_refuses_a_thread_that_does_not_exist(tmp_path):

@@ -11,12 +11,9 @@
 namespace palpate::tissue {
 namespace {
 
-constexpr std::size_t kLayers = 24;  // below the surface, thinner above
-constexpr double kDeepest = 8.0;     // [width] where the last one ends
-constexpr double kNarrowest = 0.2;   // [width] smallest radius of contact
-// Of the force of a Yeoh solid, F = F of a Neo-Hookean one times 1 + .18 c d / R up to d = .75 R, by finite elements
-// (palpate.verify.tissue).
-constexpr double kYeoh = 0.18;
+constexpr std::size_t kLayers = 24;        // below the surface, thinner above
+constexpr double kDeepest = 8.0;           // [width] where the last one ends
+constexpr double kNarrowest = 0.2;         // [width] smallest radius of contact
 constexpr int kPoints = 200;               // of the integrals over a pressure
 constexpr double kLow = 0.1, kHigh = 0.5;  // [radius] depths between which the modulus is taken to be linear
 constexpr double kMiddle = 0.25;           // [radius] where this line is exact if its slope is limited

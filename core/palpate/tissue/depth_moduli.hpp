@@ -17,6 +17,10 @@
 
 namespace palpate::tissue {
 
+/// Of the force of a Yeoh solid, F = F of a Neo-Hookean one times 1 + kYeoh c d / R up to d = .75 R, by finite elements
+/// (palpate.verify.tissue).
+inline constexpr double kYeoh = 0.18;
+
 /// Moduli E* and stiffening of each vertex of a surface, as contacts of several sizes and the spread load feel them.
 class DepthModuli {
  public:

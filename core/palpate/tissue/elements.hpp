@@ -11,6 +11,9 @@
 // tetrahedra. Viscosity is quasi-linear: each Prony term adds g (S - q) with q' = (S - q) / tau, where S is the second
 // Piola-Kirchhoff stress of the terms with mu (Taylor and others 2009).
 //
+// The averaged pressures let a tetrahedron invert beside others that grow. A barrier 4 k/2 min(J - .3, 0)^2 of its own
+// prevents this; it is zero at the strains of palpation.
+//
 // The volume term uses the mean of the pressures of the four corners, which are averages over the tetrahedra around a
 // node (Bonet and Burton 1998), and a share of the tetrahedron's own: linear tetrahedra would lock near nu = .5.
 //

@@ -2,6 +2,9 @@
 // elements_portable.cpp, each inside its own namespace and after the definitions of F8, its functions and
 // PALPATE_TARGET.
 
+constexpr float kFolded = 0.3F;    // J below which the barrier against inversion acts
+constexpr float kBarrier = 40.0F;  // its modulus over that of the tetrahedron's own share: 4 k
+
 /// Displacement gradient of eight tetrahedra with its invariants.
 struct Strain {
   F8 H[3][3], cofactor[3][3];
@@ -117,16 +120,18 @@ PALPATE_TARGET inline void forces_in(ElementArrays& a) {
       for (int j = 0; j < 3; ++j) square = mad(s.H[i][j], s.H[i][j], square);
     const F8 w = square - two * (s.second + s.det), stretch = max(w, zero);
     const F8 stiffening = mad(two * c, stretch, one);
-    const F8 own = F8::load(block.bulk) * change;
-    const F8 pressure = mad(F8::load(block.volume), corners, own);
-    energy = mad(half * shear, mad(c * stretch, stretch, w), mad(half * own, change, energy));
+    const F8 bulk = F8::load(block.bulk), below = min(change + F8::all(1.0F - kFolded), zero);
+    const F8 barrier = F8::all(kBarrier) * below;
+    const F8 pressure = mad(F8::load(block.volume), corners, bulk * (change + barrier));
+    const F8 compressed = bulk * mad(barrier, below, change * change);
+    energy = mad(half * shear, mad(c * stretch, stretch, w), mad(half, compressed, energy));
     least = min(least, one + change);
 
     F8 P[3][3];
     if (a.viscosity.terms > 0) {
       F8 sum[6], quarters = zero;
-      viscous_stress(s, change, stiffening, a.viscosity,
-                     a.history + b * static_cast<std::size_t>(a.viscosity.terms), sum, quarters);
+      viscous_stress(s, change, stiffening, a.viscosity, a.history + b * static_cast<std::size_t>(a.viscosity.terms),
+                     sum, quarters);
       for (F8& x : sum) x = x * shear;
       energy = mad(F8::all(0.25F) * shear, quarters, energy);
       full_stress(s, shear * stiffening, pressure, sum, P);

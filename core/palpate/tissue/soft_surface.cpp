@@ -18,6 +18,7 @@ constexpr double kPublish = 0.016;          // [s] shortest time between two pub
 constexpr double kMotion = 3e-3;            // [s] time constant of the velocity of a sphere
 constexpr double kFastest = 0.5;            // [m/s] largest velocity that a sphere is taken to keep for a period
 constexpr double kStalled = 0.05;           // [s] delay of the thread beside after which the force fades
+constexpr double kSettle = 3e-3;            // [s] time constant of the share of the force that gives no energy
 constexpr double kLongest = 0.05;           // [s] longest period
 
 double checked_period(double period) {
@@ -105,11 +106,12 @@ scene::Response SoftSurface::respond(const scene::SpherePlace& at) const noexcep
   const Site site = locate(at);
   if (site.at.triangle < 0) return out;
   const LocalLaw::Value value = value_at(site, law_at(site.at, at.radius), at.sphere);
-  const double force = share_ * std::max(value.force + viscous_force(at.sphere, value.force), 0.0);
+  const double share = share_ * passive_;
+  const double force = share * std::max(value.force + viscous_force(at.sphere, value.force), 0.0);
   out.force = force;
   out.stiffness = force / at.depth;
-  out.tangent = share_ * instantaneous_ * value.tangent;
-  out.stored = share_ * value.stored;
+  out.tangent = share * instantaneous_ * value.tangent;
+  out.stored = share * value.stored;
   const double b[3] = {site.at.u(), site.at.v, site.at.w};
   for (int k = 0; k < 3; ++k)
     out.velocity += b[k] * Vec3(&shape_.velocity[3 * to_index(mesh_->triangles()[to_index(3 * site.at.triangle + k)])]);
@@ -122,6 +124,7 @@ void SoftSurface::advance(std::span<const scene::SurfaceLoad> loads, double dt) 
   take(loads);
   relax(dt);
   if (period_ > 0.0) {
+    withhold(dt);
     exchange(dt);
   } else {
     pressed_.advance(press_, shape_);
@@ -160,9 +163,30 @@ double SoftSurface::approach(const scene::SpherePlace& at, double dt) noexcept {
   return std::clamp(m.rate, -kFastest, kFastest);
 }
 
+/// Adds up the energy that a sphere puts in, by the trapezoidal rule over the last tick.
+void SoftSurface::observe(const scene::SurfaceLoad& load) noexcept {
+  if (load.at.sphere >= kSpheres) return;
+  Motion& m = motion_[to_index(load.at.sphere)];
+  const Vec3 centre = load.at.p_OC + (load.at.radius - load.at.depth) * load.at.normal;
+  if (m.known) given_ += 0.5 * (m.force + load.force).dot(centre - m.centre);
+  m.centre = centre;
+  m.force = load.force;
+}
+
+/// Chooses the share of the force of the next tick from the energies of this one.
+void SoftSurface::withhold(double dt) noexcept {
+  const double body = shape_.energy.potential, all = body + stored_;
+  put_in_ -= given_;
+  if (press_.touches == 0) put_in_ = std::min(put_in_, body + shape_.energy.kinetic);  // what was lost is not kept
+  const bool limited = given_ > 0.0 && all > 0.0;
+  const double goal = limited ? std::clamp(put_in_ / all, 0.0, 1.0) : 1.0;
+  passive_ += dt / (kSettle + dt) * (goal - passive_);
+}
+
 /// Turns loads into touches.
 void SoftSurface::take(std::span<const scene::SurfaceLoad> loads) noexcept {
   press_.touches = 0;
+  given_ = stored_ = 0.0;
   std::array<bool, kSpheres> seen{};
   for (const scene::SurfaceLoad& load : loads) {
     const Site site = locate(load.at);
@@ -172,9 +196,12 @@ void SoftSurface::take(std::span<const scene::SurfaceLoad> loads) noexcept {
     touch.law = law_at(site.at, load.at.radius);
     touch.sphere = load.at.sphere;
     touch.depth = site.depth;
+    if (period_ > 0.0) observe(load);
     touch.approach = approach(load.at, press_.dt);
     if (touch.sphere < kSpheres) seen[to_index(touch.sphere)] = true;
-    elastic_[to_index(press_.touches++)] = value_at(site, touch.law, touch.sphere).force;
+    const LocalLaw::Value value = value_at(site, touch.law, touch.sphere);
+    stored_ += value.stored;
+    elastic_[to_index(press_.touches++)] = value.force;
     const double elastic = touch.law.at(touch.depth).force;
     touch.viscous = viscous_force(load.at.sphere, elastic) - elastic * (instantaneous_ - 1.0);
     touch.secant = touch.depth > 0.0 ? std::max(load.force.dot(load.at.normal), 0.0) / touch.depth : 0.0;
@@ -236,7 +263,7 @@ void SoftSurface::show() noexcept { mesh_->move(shape_.vertices); }
 void SoftSurface::ramp(double dt) noexcept {
   const bool stalled = late_ && overdue_ > kStalled;
   share_ = shape_.still || stalled ? std::max(share_ - dt / kFade, 0.0) : std::min(share_ + dt / kRamp, 1.0);
-  press_.share = share_;
+  press_.share = share_ * passive_;
   frozen_ = shape_.still || (frozen_ && share_ < 1.0);
 }
 

@@ -5,6 +5,11 @@
 // hands over the contacts and their velocities at the beginning of a period, and takes the shape at its end. Between
 // two shapes the surface stands still, and the local law follows the tool alone. Without another thread the body steps
 // at the beginning of the period, and its shape is taken at the end all the same.
+//
+// Such an exchange can give energy to the tool. The surface therefore observes the energy that the tools have put in,
+// and compares it with what body and contacts store. While the tools move out, the force is scaled by the ratio of both
+// if it is below 1: along the law dW = -(W / U) F dx with dU = -F dx, the ratio W / U stays constant, so that W reaches
+// zero together with U, and not before (an observer and controller of passivity, after Hannaford and Ryu 2002).
 #pragma once
 
 #include <array>
@@ -74,7 +79,8 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   /// Motion of a sphere that touches.
   struct Motion {
     Vec3 p_OS = Vec3::Zero();
-    double rate = 0.0;  ///< against the normal [m/s]
+    double rate = 0.0;                                 ///< against the normal [m/s]
+    Vec3 centre = Vec3::Zero(), force = Vec3::Zero();  ///< of the sphere [m], on it [N]
     bool known = false;
   };
 
@@ -85,6 +91,8 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   [[nodiscard]] double viscous_force(int sphere, double elastic) const noexcept;
   void take(std::span<const scene::SurfaceLoad> loads) noexcept;
   double approach(const scene::SpherePlace& at, double dt) noexcept;
+  void observe(const scene::SurfaceLoad& load) noexcept;
+  void withhold(double dt) noexcept;
   void relax(double dt) noexcept;
   void exchange(double dt) noexcept;
   void show() noexcept;
@@ -107,7 +115,11 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   std::atomic<bool> working_{false};
   bool waiting_ = false, late_ = false, frozen_ = false;  // waiting_: for the shape of the last press
   double overdue_ = 0.0;                                  // time since this shape was due [s]
-  double share_ = 1.0;                                    // of the force that acts
+  double share_ = 1.0;                                    // of the force that acts, after a divergence
+  double put_in_ = 0.0;                                   // energy that the tools have put in [J]
+  double given_ = 0.0;                                    // energy that the tools get in this tick [J]
+  double stored_ = 0.0;                                   // near the contacts of this tick [J]
+  double passive_ = 1.0;                                  // share of the force that gives no energy
 
   Mailbox<std::vector<double>> published_;
   double unpublished_ = 0.0;  // time since the vertices were published [s]

@@ -127,7 +127,7 @@ def _objects(rig: Rig, console: Console) -> list[ObjectFindings]:
     for i, (obj, surface) in enumerate(zip(rig.scene.objects, rig.surfaces, strict=True)):
         felt, body = felt_stiffness(rig.scene, i), surface.body
         mesh = body if isinstance(body, Mesh) else None
-        soft = inspect_tissue(body) if isinstance(body, Tissue) else None
+        soft = inspect_tissue(body, rig.scene.contact.radius) if isinstance(body, Tissue) else None
         extents = " x ".join(f"{1e3 * e:.0f}" for e in np.ptp(body.vertices, axis=0))
         kind = f"{mesh.report.triangles:,} triangles" if mesh else f"{soft.tets:,} tetrahedra" if soft else obj.source
         K, B = (" ".join(f"{x:g}" for x in dict.fromkeys(v)) for v in (obj.stiffness, obj.damping))

@@ -14,6 +14,14 @@ from palpate.tissue.quality import POOR
 MUCH_MASS = 20.0
 """Added mass above which the motion of a body is visibly slower [%]."""
 
+THIN = 2.0
+"""Thickness over the radius of the tip below which a body needs `THROUGH` [-]: `palpate bench tissue --only layers` meets
+its limits with four cells through a layer as thick as 2 radii, but not with four through one as thick as a radius."""
+
+THROUGH = 3.5
+"""Thickness over the median edge that such a body needs [-]: five cells of a layer, whose median edge is their diagonal.
+The force then errs by 4.4 % and ripples by 0.7 %, with four cells by 5.5 % and 1.4 %."""
+
 
 @dataclass(frozen=True)
 class TissueFindings:
@@ -29,11 +37,14 @@ class TissueFindings:
     step_ms: float  # time step
     added_mass_percent: float  # mass added for this time step
     thread_period_ms: float  # of a thread of its own; 0: it steps in the haptic cycle
+    thickness_mm: float  # smallest extent at rest, in the axes of the object
+    longest_edge_for_tip_mm: float | None  # median edge that the largest tip needs; None: the body is not thin
 
 
-def inspect_tissue(soft: Tissue) -> TissueFindings:
-    """Judge the tetrahedra and the time step of a soft body."""
+def inspect_tissue(soft: Tissue, radius: float = 0.0) -> TissueFindings:
+    """Judge the tetrahedra and the time step of a soft body. radius: of the largest sphere that touches it [m]."""
     quality, edges = shapes(soft), edge_lengths(soft)
+    thickness = float(np.ptp(soft.nodes, axis=0).min())
     return TissueFindings(
         tets=len(soft.tets),
         nodes=len(soft.nodes),
@@ -45,6 +56,8 @@ def inspect_tissue(soft: Tissue) -> TissueFindings:
         step_ms=1e3 * soft.body.time_step,
         added_mass_percent=100.0 * soft.body.added_mass(),
         thread_period_ms=1e3 * soft.period,
+        thickness_mm=1e3 * thickness,
+        longest_edge_for_tip_mm=1e3 * thickness / THROUGH if thickness < THIN * radius else None,
     )
 
 
@@ -56,6 +69,13 @@ def warn_of_tissue(found: TissueFindings, where: str) -> None:
             "it swings more slowly than it should: a coarser resolution, a lower modulus or a smaller step needs less"
         )
         warnings.warn(PalpateWarning(what, mend=mend), stacklevel=2)
+    needed = found.longest_edge_for_tip_mm
+    if needed is not None and found.edge_mm > 1.01 * needed:
+        what = (
+            f"{where}: {found.thickness_mm:.3g} mm thick, less than the tip's diameter, with edges of "
+            f"{found.edge_mm:.3g} mm: the force on the tip errs by more than 5 %"
+        )
+        warnings.warn(PalpateWarning(what, mend=f"edges of {needed:.2g} mm, or a smaller tip"), stacklevel=2)
     if found.poor_tets:
         what = f"{where}: {found.poor_tets:,} tetrahedra are poor (quality below {POOR:g})"
         mend = "they shorten the time step: mesh the volume again, or leave out volume: and let resolution: fill it"

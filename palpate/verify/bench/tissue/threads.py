@@ -22,7 +22,7 @@ from palpate.verify.bench.tissue.ticks import SIZES
 RADIUS, DEPTH = 5e-3, 3e-3  # of the sphere, of its press [m]
 PERIOD = 10e-3  # of the thread [s]
 YOUNG = (5e3, 20e3, 60e3)  # [Pa]
-RATES = (1.0, 2.0, 4.0)  # of the oscillation that is to take energy [Hz]
+RATES = (1.0, 2.0, 4.0, 8.0)  # of the oscillation that is to take energy [Hz]
 PRONY = ((0.3, 0.02), (0.2, 0.2), (0.1, 2.0))
 LATE = 1 << 33  # bit soft_late of the status
 
