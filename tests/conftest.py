@@ -6,6 +6,7 @@ Tests run beside each other, and waiting threads of BLAS would take their cores.
 import faulthandler
 import os
 
+import pytest
 from hypothesis import settings
 
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
@@ -27,3 +28,9 @@ def pytest_sessionfinish(session):
 
 settings.register_profile("palpate", derandomize=True, deadline=None)
 settings.load_profile("palpate")
+
+
+@pytest.fixture
+def without_figures(monkeypatch):
+    """Reports hold the descriptions of their figures, whose drawing tests/report checks: it takes seconds a page."""
+    monkeypatch.setattr("palpate.plotting.style.picture", lambda draw, alt: f"<p>{alt}</p>")

@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from copy import copy
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -115,7 +116,7 @@ class _Arms:
     def __init__(self, rig: Rig) -> None:
         self.rig, self.o = rig, rig.options()
         self.leaders = {pose: HeldLeader(rig.arms.leader, q, self.o, self.o.hand) for pose, q in _poses(rig)}
-        self.tools = postures(rig, PATH_FRACTIONS)
+        self.tools = cache(lambda: postures(rig, PATH_FRACTIONS))  # variants share them; most scenes need none
         self._worst_cases: dict[tuple[float, int | None], tuple[str, Array]] = {}
         self.fixture = False
 
@@ -187,7 +188,7 @@ class _Arms:
     def _contacts(self, surface: Touched, K: float) -> list[PlaneContact]:
         slope = self.o.mapping.force_scale * K
         depth = self.o.stability.force_cap / slope if slope > 0.0 else np.inf
-        return plane_contacts(self.tools, depth, self._normal(surface))
+        return plane_contacts(self.tools(), depth, self._normal(surface))
 
     def _normal(self, surface: Touched) -> Array | None:
         """The normal (3,) in W of a surface that is one plane; otherwise None."""

@@ -72,15 +72,20 @@ class Spheres:
     @property
     def length(self) -> float:
         """Largest distance of two points on the spheres [m]."""
-        apart = np.linalg.norm(self.centres[:, None] - self.centres, axis=-1)
-        return float((apart + self.radii + self.radii[:, None]).max())
+        return _extent(self.centres, self.radii)
 
 
 def postures(rig: Rig, fractions: tuple[float, ...]) -> list[tuple[Spheres, ...]]:
     """The tool with closed and with open jaws, at the start and at fractions of the operator's path."""
-    mapping = rig.options().mapping
-    jaws = (mapping.jaw_min, mapping.jaw_max)
-    return [tuple(_spheres(rig, X, q, jaw) for jaw in jaws) for X, q in _tools(rig, fractions)]
+    return [_with_both_jaws(rig, X, q) for X, q in _tools(rig, fractions)]
+
+
+def longest(rig: Rig, fractions: tuple[float, ...]) -> float:
+    """The largest `Spheres.length` [m] of these postures, which needs no motion of the spheres."""
+    if not rig.spheres:
+        return 2.0 * rig.scene.contact.radius
+    tools = ((X, q, jaw) for X, q in _tools(rig, fractions) for jaw in _jaws(rig))
+    return max(_extent(_centres(rig, *tool), _radii(rig)) for tool in tools)
 
 
 @dataclass(frozen=True)
@@ -130,16 +135,37 @@ def _tools(rig: Rig, fractions: tuple[float, ...]) -> Iterator[tuple[Array, Arra
         yield X, arms.follower.ik_nearest(np.linalg.solve(arms.X_WB, X), q, restarts=0)[0]
 
 
-def _spheres(rig: Rig, X_WT: Array, q: Array, jaw: float) -> Spheres:
-    arms = rig.arms
-    here, motion = _centres(rig, X_WT, q, jaw), np.zeros((1 + len(rig.spheres), 3, 6))
-    for k, e in enumerate(_STEP * np.eye(6)):
-        moved = X_WT.copy()
-        moved[:3, 3] += e[:3]
-        moved[:3, :3] = rigid.exp(e[3:]) @ X_WT[:3, :3]
-        q_moved, _ = arms.follower.ik_nearest(np.linalg.solve(arms.X_WB, moved), q, restarts=0)
-        motion[:, :, k] = (_centres(rig, moved, q_moved, jaw) - here) / _STEP
-    return Spheres(here, np.array([rig.scene.contact.radius, *(s.core.radius for s in rig.spheres)]), motion)
+def _with_both_jaws(rig: Rig, X_WT: Array, q: Array) -> tuple[Spheres, ...]:
+    """The spheres of one posture, with closed and with open jaws; the follower's joints do not depend on the jaws."""
+    moved = []
+    for e in _STEP * np.eye(6):
+        X = X_WT.copy()
+        X[:3, 3] += e[:3]
+        X[:3, :3] = rigid.exp(e[3:]) @ X_WT[:3, :3]
+        moved.append((X, rig.arms.follower.ik_nearest(np.linalg.solve(rig.arms.X_WB, X), q, restarts=0)[0]))
+    found = []
+    for jaw in _jaws(rig):
+        here = _centres(rig, X_WT, q, jaw)
+        motion = np.stack([(_centres(rig, *tool, jaw) - here) / _STEP for tool in moved], axis=-1)
+        found.append(Spheres(here, _radii(rig), motion))
+    return tuple(found)
+
+
+def _jaws(rig: Rig) -> tuple[float, float]:
+    """Angles of the closed and of the open jaws [rad]."""
+    mapping = rig.options().mapping
+    return mapping.jaw_min, mapping.jaw_max
+
+
+def _radii(rig: Rig) -> Array:
+    """Radii (m,) of all spheres [m], the tip's first."""
+    return np.array([rig.scene.contact.radius, *(s.core.radius for s in rig.spheres)])
+
+
+def _extent(centres: Array, radii: Array) -> float:
+    """Largest distance of two points on spheres with centres (m, 3) and radii (m,) [m]."""
+    apart = np.linalg.norm(centres[:, None] - centres, axis=-1)
+    return float((apart + radii + radii[:, None]).max())
 
 
 def _centres(rig: Rig, X_WT: Array, q: Array, jaw: float) -> Array:

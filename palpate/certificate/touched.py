@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 from palpate.certificate.at_once import groups
 from palpate.certificate.guidance import NO_OBJECT, fixture_springs
-from palpate.certificate.spheres import postures
+from palpate.certificate.spheres import longest
 from palpate.scene.gains import touched_stiffness
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
@@ -42,8 +42,7 @@ def touched(rig: Rig) -> list[Touched]:
     """
     each = [_alone(rig.scene, i) for i in range(len(rig.scene.objects))]
     found = [one for parts in each for one in parts]
-    tools = postures(rig, PATH_FRACTIONS)
-    for group in groups(rig, max((tool.length for jaws in tools for tool in jaws), default=0.0)):
+    for group in groups(rig, longest(rig, PATH_FRACTIONS)):
         stiffest = [max(each[i], key=lambda part: part.K) for i in group]
         K, B = sum(one.K for one in stiffest), sum(min(part.B for part in each[i]) for i in group)
         most = sum(max(part.B_most for part in each[i]) for i in group)

@@ -1,5 +1,6 @@
 import json
 
+import pytest
 from json_contract import keys
 
 SCENE = """
@@ -22,6 +23,7 @@ def test_certify_writes_report_and_figure(palpate, tmp_path):
     assert picture.stat().st_size > 5000
 
 
+@pytest.mark.usefixtures("without_figures")
 def test_run_warns_of_an_unstable_scene(palpate, tmp_path):
     scene = tmp_path / "wall.yaml"
     scene.write_text(SCENE + "loop_delay: 0.04\n")

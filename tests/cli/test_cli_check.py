@@ -64,6 +64,7 @@ def test_valid_scene_is_ready_to_run(palpate, scene, tmp_path):
     assert set(result) == json_contract.keys("check") - {"mesh", "grid", "fineness", "radius", "repair"}
 
 
+@pytest.mark.usefixtures("without_figures")
 def test_own_stl_in_a_scene_of_five_lines(palpate, tmp_path):
     write_cube(tmp_path / "organ.stl")
     (tmp_path / "own.yaml").write_text(

@@ -100,6 +100,7 @@ def test_a_driver_that_cannot_be_found_is_told_by_check_with_its_line(folder, ca
     assert "mend:" in told
 
 
+@pytest.mark.usefixtures("without_figures")
 @pytest.mark.parametrize("driver", ["my_omega_driver:Omega", "./my_omega_driver.py:Omega"])
 def test_a_record_runs_and_replays_from_another_folder(folder, tmp_path, capsys, monkeypatch, driver):
     (folder / "scene.yaml").write_text(SCENE.replace("DRIVER", driver))

@@ -25,6 +25,7 @@ def ran(arguments, out):
     return json.loads(out.read_text())
 
 
+@pytest.mark.usefixtures("without_figures")
 def test_run_report_check_and_certify_speak_of_every_pair(scene, tmp_path, capsys):
     out = tmp_path / "out.json"
     run = ran(["run", scene, "--headless", "--duration", "0.3", "--out", tmp_path / "runs"], out)
@@ -48,6 +49,7 @@ def test_options_of_one_pair_are_refused(scene, arguments, capsys):
     assert "the scene has several" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("without_figures")
 def test_pedals_press_those_of_all_pairs(scene, tmp_path, capsys):
     """A foot switch, as a pipe with events of the kernel, holds the camera pedal during the run."""
     pipe = tmp_path / "pedals"

@@ -33,6 +33,7 @@ def scene(tmp_path):
     return path
 
 
+@pytest.mark.usefixtures("without_figures")
 def test_session_then_check_then_run(palpate, scene, tmp_path):
     written = tmp_path / "registered" / "liver.yaml"
     before = palpate("run", scene, "--headless", "--duration", "0.1")

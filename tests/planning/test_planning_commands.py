@@ -105,6 +105,7 @@ def test_queries_of_the_hooks_need_the_search() -> None:
     assert (row["success_rate"], row["straight"], row["retracted"], row["violations"]) == (1.0, 0, 0, 0)
 
 
+@pytest.mark.usefixtures("without_figures")
 def test_run_executes_a_plan_and_says_what_became_of_it(
     scene: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +13,7 @@ from palpate.errors import RecordingError
 from palpate.studies.drift import plant as drift_plant
 from palpate.studies.drift import work as drift
 from palpate.studies.drift.command import Command
+from palpate.sweep import sweep
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "identify"))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
@@ -70,7 +72,8 @@ def test_samples_of_the_plant_are_torques_with_friction_and_noise():
     assert both.start.all()
 
 
-def test_study_reports_every_model_on_every_plant(tmp_path, capsys):
+def test_study_reports_every_model_on_every_plant(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(Command, "sweeper", lambda self, console: partial(sweep, executor="serial"))  # one process
     synthetic.write(tmp_path / "poses.csv", synthetic.recording(60, 1))
     files = {"json": tmp_path / "d.json", "figures": tmp_path / "figures"}
     Command(recordings=(tmp_path / "poses.csv",), arm="mtmr", releases=2, **files)()

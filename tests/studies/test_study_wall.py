@@ -133,7 +133,7 @@ def test_search_stays_within_its_bounds_and_keeps_the_best(monkeypatch):
 def test_json_has_the_documented_keys(tmp_path, monkeypatch):
     monkeypatch.setattr(wall, "CURVE", wall.KDS)
     monkeypatch.setattr(figures, "CURVE", wall.KDS)
-    monkeypatch.setattr(wall, "press", lambda setting, hand: press(setting, hand, seconds=1.5))  # short runs
+    monkeypatch.setattr(wall, "press", lambda setting, hand: press(setting, hand, seconds=1.2))  # short runs
     monkeypatch.setattr(command.Command, "sweeper", lambda self, console: partial(sweep, executor="serial"))
     assert command.Command(hands=2, json=tmp_path / "wall.json", figures=tmp_path)() == 0
     report = json.loads((tmp_path / "wall.json").read_text())

@@ -24,7 +24,7 @@ from palpate.errors import PalpateError
 
 RATE = 250.0
 """Rate of the leader's states and of the haptic cycle where nothing else is said [Hz]."""
-STALE, RELEASE = 0.03, 0.03
+STALE = 0.03
 MOST = 0.05
 """Longest time from the detectability of a fault to zero force [s]."""
 RATE_CAP = 50.0
