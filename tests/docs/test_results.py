@@ -97,6 +97,30 @@ def planning_rows(found: Result) -> list[str]:
     ]
 
 
+def planning_again(found: Result) -> list[str]:
+    return [
+        f"| {name} | {1e3 * r['replan_wall_p50_s']:.0f} and {1e3 * r['replan_wall_p95_s']:.0f} ms | "
+        f"{round(r['replan_success_rate'] * r['replans'])} of {r['replans']} |"
+        for name, r in zip(SCENES, found["rows"], strict=True)
+    ]
+
+
+def execution_rows(found: Result) -> list[str]:
+    return [
+        f"| {row['mode']} | {row['stops']} at {1e3 * row['speed_m_s']:.0f} mm/s | "
+        + " | ".join(
+            f"{1e3 * row[f'{what}_median_s']:.0f} / {1e3 * row[f'{what}_worst_s']:.0f} ms"
+            for what in ("goal", "tool", "slow")
+        )
+        + " |"
+        for row in found["rows"]
+    ]
+
+
+def execution_load(found: Result) -> list[str]:
+    return [f"under a load of {max(row['load'] for row in found['rows']):.0f}"]
+
+
 def tissue_ticks(found: Result) -> list[str]:
     return [f"| {int(n):,} | {t['p50']:.2f} / {t['p99']:.2f} ms |" for n, t in found["tick_ms"].items()]
 
@@ -216,7 +240,9 @@ PHRASES: dict[str, tuple[str, list[Callable[[Result], list[str]]]]] = {
     "certificate": ("certificate.md", [certificate_devices, certificate_arms]),
     "passivity": ("stability-study.md", [passivity_rows, passivity_changes]),
     "registration": ("registration.md", [registration_markers, registration_surfaces, registration_chain]),
-    "planning": ("planning.md", [planning_rows]),
+    "planning": ("planning.md", [planning_rows, planning_again]),
+    "execution": ("planning-execution.md", [execution_rows]),
+    "execution_ros": ("planning-execution.md", [execution_rows, execution_load]),
     "tissue": ("tissue-figures.md", [tissue_rows, tissue_text]),
     "tissue_times": ("tissue-figures.md", [tissue_ticks, tissue_mujoco]),
 }

@@ -136,3 +136,15 @@ def test_the_worst_try_after_a_fault_is_told_and_late_ones_are_counted():
     console = Console(width=120, record=True, file=io.StringIO())
     console.print(ros_faults.table(result))
     assert "51.0 ms" in console.export_text()
+
+
+@pytest.mark.long
+def test_stops_of_planned_motions_are_measured_on_the_simulated_arm(built):
+    pytest.importorskip("ompl", reason="motion planning needs the extra planning")
+    from palpate.verify.bench import execution_ros
+
+    rows = execution_ros.run(1)
+    assert [row["mode"] for row in rows] == ["ROS 2, servo_jp", "ROS 2, move_jp"]
+    for row in rows:
+        assert row["speed_m_s"] > 0.08
+        assert row["goal_worst_s"] <= row["slow_worst_s"]

@@ -366,11 +366,12 @@ def test_the_bench_measures_stops_in_lockstep_and_in_real_time():
     rows = execution.run(1)
     assert [row["mode"] for row in rows] == ["lockstep", "real time"]
     assert 0.015 <= rows[0]["goal_worst_s"] <= 0.022
-    assert rows[0]["goal_worst_s"] < rows[0]["tool_worst_s"] <= rows[0]["slow_worst_s"] <= 0.05
+    assert rows[0]["goal_worst_s"] < rows[0]["tool_worst_s"] <= 0.05
+    assert rows[0]["tool_worst_s"] < rows[0]["slow_worst_s"] <= 0.06
     ticks = np.zeros(200, dtype=[("t", float), ("q_follower_goal", float, 7), ("p_WT", float, 3)])
     ticks["t"] = 1.0 + 1e-3 * np.arange(200)
     ticks["p_WT"][:, 0] = 0.1 * np.minimum(ticks["t"] - 1.0, 0.08)  # a tool that rests after 80 ms
-    assert execution._rested(ticks, 1.0) == pytest.approx((0.0, 0.08, 0.08), abs=2e-3)
+    assert execution._rested(ticks, 1.0) == pytest.approx((0.0, 0.08, 0.085), abs=2e-3)
     ticks["p_WT"][:, 0] = 2e-3 * (ticks["t"] - 1.0)  # a tool that creeps at 2 mm/s
     with pytest.raises(PalpateError, match="does not rest"):
         execution.rested(ticks["t"], ticks["q_follower_goal"], ticks["p_WT"], np.full(200, 2e-3))

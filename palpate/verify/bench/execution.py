@@ -27,6 +27,7 @@ SLOW = 1e-3
 """Speed of the tip below which the tool rests [m/s]."""
 RESTS = {"goal": "goal rests", "tool": "tool within 0.1 mm", "slow": "tool below 1 mm/s"}
 """What rests, by the keys of the rows."""
+_WINDOW = 5  # ticks before and after, over which the speed is a mean: one encoder count in 1 ms would be 1.3 mm/s
 _AFTER = 0.15  # time that is looked at after a request [s]
 
 
@@ -125,7 +126,8 @@ def rested(t: Array, goal: Array, p: Array, speed: Array) -> tuple[float, float,
 
 def _rested(ticks: Ticks, asked: float) -> tuple[float, float, float]:
     t, p = ticks["t"] - asked, ticks["p_WT"]
-    speed = np.linalg.norm(np.diff(p, axis=0, append=p[-1:]), axis=1) / float(t[1] - t[0])
+    before, after = (np.clip(np.arange(len(t)) + k, 0, len(t) - 1) for k in (-_WINDOW, _WINDOW))
+    speed = np.linalg.norm(p[after] - p[before], axis=1) / (t[after] - t[before])
     return rested(t, ticks["q_follower_goal"], p, speed)
 
 

@@ -230,9 +230,12 @@ def table(rows: list[dict[str, Any]]) -> Table:
     """The rows as a table."""
     from rich.table import Table
 
-    made = Table("scene", "planner", "found", "median [s]", "p95 [s]", "CPU [s]", "violations", "samples", "of limits")
+    made = Table("scene", "planner", "found", "median [s]", "p95 [s]", "CPU [s]", "violations", "samples", "of limits",
+                 "again: p50, p95 [ms]")  # fmt: skip
     for row in rows:
         found, times = f"{100 * row['success_rate']:.0f} %", (row["median_s"], row["p95_s"], row["median_cpu_s"])
         checked = (str(row["violations"]), f"{row['checked_samples']:,}", f"{row['worst_rate']:.3f}")
-        made.add_row(row["scene"], row["planner"], found, *(f"{x:.3f}" for x in times), *checked)
+        again = (row.get(f"replan_wall_{p}_s") for p in ("p50", "p95"))
+        words = ", ".join("-" if x is None else f"{1e3 * x:.0f}" for x in again)
+        made.add_row(row["scene"], row["planner"], found, *(f"{x:.3f}" for x in times), *checked, words)
     return made
