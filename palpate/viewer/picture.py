@@ -23,7 +23,7 @@ ENOUGH = 0.75
 """Share of the updates that a browser draws if it is fast enough [-]."""
 STILL = 5
 """Updates of one tick after which the scene stands still."""
-FEWEST = 10.0
+FEWEST = 15.0
 """Fewest updates [1/s]."""
 _LONGEST = 2000
 """Longest report that is read [characters]."""
@@ -103,11 +103,12 @@ class Picture:
     def rate(self, most: float) -> float:
         """Updates per second that the browsers can draw, at most `most`: others would only cost them time.
 
-        A browser that draws fewer than `ENOUGH` of them gets a fifth more than it drew, so that it can become faster.
+        A browser that draws fewer than `ENOUGH` of them gets half as many more as it drew, so that it can become faster
+        even if it leaves some out by chance.
         """
         drawn = [one.fps for one in self.browsers.values() if one.fps > 0.0]
         fastest = max(drawn, default=most)
-        return most if fastest >= ENOUGH * most else min(max(1.2 * fastest, FEWEST), most)
+        return most if fastest >= ENOUGH * most else min(max(1.5 * fastest, FEWEST), most)
 
     def take(self, node: Any) -> None:
         """Lets a new node follow the quality."""
