@@ -126,12 +126,13 @@ class LiveViewer:
         while not self._stop.is_set():
             self._frame(self.frames)
             self.frames += 1
-            due = max(due + 1.0 / FRAME_RATE, time.perf_counter())
+            due = max(due + 1.0 / self.picture.rate(FRAME_RATE), time.perf_counter())
             self._stop.wait(due - time.perf_counter())
 
     def _frame(self, frame: int) -> None:
         tick = self._source.latest()
         with self._server.atomic():
+            self.picture.at(float(tick["t"]))
             self._drawing.set_light(self.picture.light)
             self._drawing.show(tick)
             if self._camera is not None:

@@ -194,12 +194,13 @@ class PairsViewer:
         due = time.perf_counter()
         while not self._stop.is_set():
             self._frame()
-            due = max(due + 1.0 / FRAME_RATE, time.perf_counter())
+            due = max(due + 1.0 / self.picture.rate(FRAME_RATE), time.perf_counter())
             self._stop.wait(due - time.perf_counter())
 
     def _frame(self) -> None:
         ticks = {name: source.latest() for name, source in self._sources.items()}
         with self._server.atomic():
+            self.picture.at(float(next(iter(ticks.values()))["t"]))
             next(iter(self.drawings.values())).set_light(self.picture.light)
             presses: list[Any] = []
             for name in reversed(ticks):  # the first pair draws the objects, dented by all tools

@@ -113,6 +113,7 @@ class PairsReplayViewer:
         """Draws all pairs at t [s]."""
         found, self._now = self._found(t), t
         with self._server.atomic():
+            self.picture.at(t)
             next(iter(self.drawings.values())).set_light(self.picture.light)
             presses: list[Any] = []
             for name in reversed(found):

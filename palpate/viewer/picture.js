@@ -1,13 +1,14 @@
 // Runs before the scripts of the page: makes the picture light where the browser renders without a graphics card.
 //
 // A light picture has no multisampling, at most 30 frames/s, and a resolution that is adapted to the measured frame
-// rate. Materials and lights are the server's: the page reports what it found through a hidden text field.
+// rate; once the scene rests it is drawn again in full resolution. Materials and lights are the server's: the page reports what it found through a hidden text field.
 (() => {
   const LEVELS = [1, 0.8, 0.64, 0.5, 0.4, 0.32]; // drawn pixels per pixel of the page
   const START = 3; // first level
   const ENOUGH = 26, AMPLE = 29, SLOW = 12; // frames/s: below, less resolution; above, more; too slow for a full picture
   const WINDOW = 2000; // ms of a measurement
   const AGAIN = 60000; // ms before a level that was too slow is tried again
+  const REST = 400; // ms without a motion of the camera after which a scene that stands still is drawn sharp
   const CAP = 30; // ms between two frames of a light picture: every second one of a 60 Hz screen
 
   const context = document.createElement("canvas").getContext("webgl2");
@@ -16,7 +17,7 @@
   if (context && context.getExtension("WEBGL_lose_context")) context.getExtension("WEBGL_lose_context").loseContext();
   const software = /swiftshader|llvmpipe|softpipe|software|basic render/i.test(renderer);
   const state = { renderer, software, slow: false, light: software, fps: 0, scale: 1, width: 0, height: 0, antialias: !software };
-  let field = "", mode = "automatic", level = START, ample = 0;
+  let field = "", mode = "automatic", level = START, ample = 0, still = false, resting = false;
   const blocked = LEVELS.map(() => 0);
   const fixed = parseFloat(new URLSearchParams(location.search).get("scale")); // of the address: no adaptation
   const light = () => (mode === "automatic" ? state.software || state.slow : mode === "light");
@@ -66,26 +67,37 @@
     for (const note of document.querySelectorAll(".mantine-Notification-root"))
       if (note.textContent.includes("Software WebGL")) note.querySelector("button")?.click();
   };
+  const resolve = () => {
+    const scale = fixed || (light() ? (resting ? 1 : LEVELS[level]) : null);
+    state.scale = scale || window.devicePixelRatio;
+    points().devSettings.set({ fixedDpr: scale });
+  };
   const report = () => {
     dismiss();
     const canvas = document.querySelector("canvas[data-engine]");
     if (canvas) [state.width, state.height] = [canvas.width, canvas.height];
-    const scale = fixed || (light() ? LEVELS[level] : null);
     state.light = light();
-    state.scale = scale || window.devicePixelRatio;
-    points().devSettings.set({ fixedDpr: scale });
+    resolve();
     const send = window.__viserMutable && window.__viserMutable.sendMessage;
     if (send && field) send({ type: "GuiUpdateMessage", uuid: field, updates: { value: JSON.stringify(state) } });
   };
 
+  const eye = () => window.__viserMutable?.camera?.matrixWorld.elements.join(); // pose of the camera
+  let seen = "", moved = 0;
   let began = 0, before = 0, frame = -1, frames = 0, busy = 0, idle = 9;
   const watch = (t) => {
     request(watch);
     if (!points()) return;
     idle += 1;
     if (points().rendererInfo.render.frame !== frame) {
-      if (idle <= 3) [frames, busy] = [frames + 1, busy + t - before]; // after a pause the scene was still, not slow
+      if (idle <= 3 && !resting) [frames, busy] = [frames + 1, busy + t - before]; // a scene at rest is still, not slow
       [frame, before, idle] = [points().rendererInfo.render.frame, t, 0];
+    }
+    const now = eye();
+    if (now !== seen) [seen, moved] = [now, t];
+    if (resting !== (still && t - moved > REST)) {
+      resting = !resting;
+      resolve();
     }
     if (t - began < WINDOW) return;
     if (frames >= 5) {
@@ -99,8 +111,8 @@
 
   window.palpatePicture = {
     state,
-    follow: (uuid, wanted) => {
-      [field, mode] = [uuid, wanted];
+    follow: (uuid, wanted, stands) => {
+      [field, mode, still] = [uuid, wanted, stands];
       if (points()) report();
     },
   };

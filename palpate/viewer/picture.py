@@ -19,6 +19,12 @@ from palpate.viewer.controls import set_value
 MODES = ("automatic", "full", "light")
 FULL, LIGHT = "standard", "toon5"
 """Materials of the library: physically based, and with five shades, which costs a tenth in software."""
+ENOUGH = 0.75
+"""Share of the updates that a browser draws if it is fast enough [-]."""
+STILL = 5
+"""Updates of one tick after which the scene stands still."""
+FEWEST = 15.0
+"""Fewest updates [1/s]."""
 _LONGEST = 2000
 """Longest report that is read [characters]."""
 _PIXEL = "data:image/gif;base64,R0lGODlhAQABAAAAACH5BAEKAAEALAAAAAABAAEAAAICTAEAOw=="
@@ -63,6 +69,7 @@ class Picture:
         self._server = server
         self.browsers: dict[int, Browser] = {}
         self.light = True
+        self._t, self._same = -1.0, 0  # time of the drawn tick [s], and number of updates since it changed
         self.scene = cast("viser.SceneApi", Recorder(server.scene, self))
         """Where to draw: the nodes made here follow the quality."""
         with server.gui.add_folder("Picture"):
@@ -80,6 +87,28 @@ class Picture:
         """Sets the mode: automatic, full or light."""
         set_value(self.mode, mode)
         self._follow()
+
+    def at(self, t: float) -> None:
+        """Takes the time of the drawn tick [s]; while it stands still, the light picture is drawn sharp."""
+        before = self.still
+        self._t, self._same = t, self._same + 1 if t == self._t else 0
+        if self.still != before:
+            self._follow()
+
+    @property
+    def still(self) -> bool:
+        """True if nothing moves but the camera."""
+        return self._same >= STILL
+
+    def rate(self, most: float) -> float:
+        """Updates per second that the browsers can draw, at most `most`: others would only cost them time.
+
+        A browser that draws fewer than `ENOUGH` of them gets half as many more as it drew, so that it can become faster
+        even if it leaves some out by chance.
+        """
+        drawn = [one.fps for one in self.browsers.values() if one.fps > 0.0]
+        fastest = max(drawn, default=most)
+        return most if fastest >= ENOUGH * most else min(max(1.5 * fastest, FEWEST), most)
 
     def take(self, node: Any) -> None:
         """Lets a new node follow the quality."""
@@ -102,7 +131,8 @@ class Picture:
 
     def _follow(self) -> None:
         """Tells the browsers the chosen mode, and applies it."""
-        call = f"window.palpatePicture&&palpatePicture.follow('{self._field._impl.uuid}','{self.mode.value}')"
+        values = f"'{self._field._impl.uuid}','{self.mode.value}',{'true' if self.still else 'false'}"
+        call = f"window.palpatePicture&&palpatePicture.follow({values})"
         self._bridge.content = f'<img src="{_PIXEL}" style="display:none" onload="{call}" alt="">'
         self._decide()
 

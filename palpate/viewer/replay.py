@@ -94,6 +94,7 @@ class ReplayViewer:
 
     def _show(self, k: int) -> None:
         k = max(k, 0)
+        self.picture.at(float(self._times[k]))
         if k == self._shown and (self._snapshots.soft is None or self._snapshots.soft.is_drawn):
             return
         self._shown = k

@@ -32,8 +32,7 @@ _STYLE = (  # the panels' contents follow their width: by default they keep 220 
     # a slider beside its label and its number would have no length
     ".mantine-Flex-root:has(>div>.mantine-Flex-root>.mantine-Slider-root){flex-direction:column;align-items:stretch!important}"
     "}"
-    # behind the light picture, which has no background of its own
-    "canvas[data-engine]{background:linear-gradient(rgb(226,233,238),rgb(250,251,252))}</style>"
+    "</style>"
 )
 _ONE_PIXEL = "data:image/gif;base64,R0lGODlhAQABAAAAACH5BAEKAAEALAAAAAABAAEAAAICTAEAOw=="
 

@@ -70,6 +70,34 @@ def test_a_slow_browser_gets_the_light_picture_and_a_choice_wins(picture):
     assert picture.light
 
 
+def test_a_slow_browser_gets_as_many_updates_as_it_draws_and_can_become_faster(picture):
+    from palpate.viewer.picture import Browser
+
+    assert picture.rate(30.0) == 30.0, "no browser has reported"
+    rates = []
+    for fps in (4.0, 12.0, 20.0, 24.0, 30.0):
+        picture.browsers[1] = Browser(fps=fps)
+        rates.append(picture.rate(30.0))
+    assert rates == [15.0, 18.0, 30.0, 30.0, 30.0]
+    picture.browsers[2] = Browser(fps=10.0)
+    assert picture.rate(30.0) == 30.0, "the fastest browser decides"
+
+
+def test_a_scene_that_stands_still_is_drawn_sharp_until_it_moves(picture):
+    from palpate.viewer.picture import STILL
+
+    for k in range(2 * STILL):
+        picture.at(0.001 * k)
+    assert "'automatic',false)" in picture._bridge.content
+    for _ in range(STILL):
+        picture.at(1.0)
+    assert "'automatic',false)" in picture._bridge.content
+    picture.at(1.0)
+    assert "'automatic',true)" in picture._bridge.content
+    picture.at(1.001)
+    assert "'automatic',false)" in picture._bridge.content
+
+
 def test_new_nodes_have_the_material_of_the_moment(picture):
     assert picture.scene.add_mesh_simple("/a").material == LIGHT
     report(picture, 1, GPU)

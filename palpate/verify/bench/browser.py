@@ -114,7 +114,9 @@ def open_browser() -> Iterator[Page]:
             [program, f"--user-data-dir={profile}", *FLAGS], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
         )
         try:
-            with connect(_address(process, Path(profile)), max_size=None, compression=None) as connection:
+            with connect(
+                _address(process, Path(profile)), max_size=None, compression=None, open_timeout=_START
+            ) as connection:
                 yield Page(connection)
         finally:
             process.terminate()
