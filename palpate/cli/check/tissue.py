@@ -16,7 +16,7 @@ MUCH_MASS = 20.0
 
 THIN = 2.0
 """Thickness over the radius of the tip below which a body needs `THROUGH` [-]. The figure `layers` of `palpate bench
-tissue` meets its limits with four cells through a layer as thick as 2 radii, but not with four through one as thick as a radius."""
+tissue` meets its limits with four cells through a layer as thick as 2 radii, not through one as thick as a radius."""
 
 THROUGH = 3.5
 """Thickness over the median edge that such a body needs [-]: five cells of a layer, whose median edge is a diagonal.
