@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
 from soft_bodies import soft_cube
 
 import palpate

@@ -15,12 +15,12 @@ MUCH_MASS = 20.0
 """Added mass above which the motion of a body is visibly slower [%]."""
 
 THIN = 2.0
-"""Thickness over the radius of the tip below which a body needs `THROUGH` [-]: `palpate bench tissue --only layers` meets
-its limits with four cells through a layer as thick as 2 radii, but not with four through one as thick as a radius."""
+"""Thickness over the radius of the tip below which a body needs `THROUGH` [-]. The figure `layers` of `palpate bench
+tissue` meets its limits with four cells through a layer as thick as 2 radii, not through one as thick as a radius."""
 
 THROUGH = 3.5
-"""Thickness over the median edge that such a body needs [-]: five cells of a layer, whose median edge is their diagonal.
-The force then errs by 4.4 % and ripples by 0.7 %, with four cells by 5.5 % and 1.4 %."""
+"""Thickness over the median edge that such a body needs [-]: five cells of a layer, whose median edge is a diagonal.
+The force then errs by 4.4 % and ripples by 0.7 %; with four cells it errs by 5.5 % and ripples by 1.4 %."""
 
 
 @dataclass(frozen=True)

@@ -138,3 +138,11 @@ def test_an_operator_reports_a_lump_only_near_it():
     assert report.finds(np.array([0.004, 0.0]))
     assert not report.finds(np.array([0.02, 0.0]))
     assert not replace(report, contrast=0.1).finds(np.zeros(2)), "a difference that nobody notices"
+
+
+def test_an_operator_compares_with_the_softer_places_and_not_with_a_wide_lump():
+    places = np.stack([np.linspace(-0.018, 0.018, 10), np.zeros(10)], axis=1)
+    wide = 60.0 * np.r_[np.ones(4), np.full(6, 1.4)]
+    assert finding.judge(wide, places).contrast == pytest.approx(0.4)
+    even = 60.0 * (1.0 + 0.08 * np.sin(np.arange(10)))
+    assert finding.judge(even, places).contrast < finding.NOTICED, "control: errors of touch are no lump"
