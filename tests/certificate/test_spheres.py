@@ -8,7 +8,7 @@ import pytest
 import palpate
 from palpate.certificate import certify_all
 from palpate.certificate.arms import HeldLeader
-from palpate.certificate.spheres import Spheres, plane_contacts, postures
+from palpate.certificate.spheres import Spheres, longest, plane_contacts, postures
 from palpate.certificate.touched import touched
 from palpate.scene.rig import build
 from palpate.studies.certificate import arms as certificate_arms
@@ -125,3 +125,12 @@ def test_more_spheres_touch_a_softer_surface(depth, count):
     tool = (balls(*itertools.product((0, 0.004, 0.008), (0, 0.005), (0, 0.001))),)
     assert [one.count for one in plane_contacts([tool], depth, Z)] == [count]
     assert max(one.count for one in plane_contacts([tool], depth, None)) >= count
+
+
+def test_length_of_the_tool_is_the_largest_of_its_postures(two):
+    """The postures have the motion of the spheres too, which the length does not need."""
+    expected = max(tool.length for jaws in postures(two, (0.3, 0.6)) for tool in jaws)
+    assert longest(two, (0.3, 0.6)) == expected == pytest.approx(0.008, abs=1e-9)
+    alone = build(palpate.Scene.parse(SCENE.format(K=1400, B=0, spheres="")))
+    assert longest(alone, ()) == pytest.approx(0.004)
+    assert postures(alone, ())[0][0].length == pytest.approx(0.004)

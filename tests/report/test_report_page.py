@@ -14,6 +14,7 @@ from palpate.report.energy import words as ledger_words
 from palpate.report.run import Run
 
 pytest.importorskip("matplotlib", reason="the report extra is not installed")
+from palpate.plotting import style
 
 SCENE = """\
 name: floor <&>
@@ -78,17 +79,32 @@ def test_page_names_every_signal_with_its_unit_and_states_that_it_is_simulated(p
     assert "not available any more" in page
 
 
-def test_lockstep_page_is_reproducible_and_has_no_computing_times(tmp_path):
+@pytest.fixture
+def one_width(monkeypatch):
+    """Figures of one width alone, because a page with both takes seconds; gives the choice of the width."""
+
+    def choose(k):
+        canvas = style.CANVASES[k]
+        monkeypatch.setattr(style, "picture", lambda draw, alt: style._data_uri(draw(canvas)))
+
+    with style.style():
+        yield choose
+
+
+def test_lockstep_page_is_reproducible_and_has_no_computing_times(tmp_path, one_width):
+    one_width(0)
     record = record_of(tmp_path, synthetic_run.run(0.6))
     assert write_report(record.path) == tmp_path / "report.html"
     page = (tmp_path / "report.html").read_text(encoding="utf-8")
     assert page == report(record)
+    assert "data:image/svg" in page
     assert "<h2>Time</h2>" not in page
     assert "haptic cycle</td>" not in page
 
 
 @pytest.mark.parametrize("case", ["one tick", "no contact", "no scene, not finite"])
-def test_unusual_runs_have_a_page_too(tmp_path, case):
+def test_unusual_runs_have_a_page_too(tmp_path, one_width, case):
+    one_width(1)
     ticks = synthetic_run.run(1.0)
     if case == "one tick":
         ticks = ticks[:1]
@@ -99,6 +115,7 @@ def test_unusual_runs_have_a_page_too(tmp_path, case):
         ticks["F_cell_L"][300:400] = np.nan
     page = report(record_of(tmp_path, ticks, scene="" if "no scene" in case else SCENE))
     assert "Energy ledger" in page
+    assert "data:image/svg" in page
 
 
 def test_unwritable_page_is_reported(tmp_path, monkeypatch):
@@ -112,22 +129,23 @@ CHROMIUM = "/usr/bin/chromium"
 
 
 @pytest.mark.skipif(not os.path.exists(CHROMIUM), reason="Chromium is not installed")
-@pytest.mark.parametrize("width", [1280, 420])
-def test_page_fits_the_width_of_a_browser(page, tmp_path, width):
+def test_page_fits_the_width_of_a_browser(page, tmp_path):
     playwright = pytest.importorskip("playwright.sync_api", reason="playwright (test group) is not installed")
     (tmp_path / "page.html").write_text(page, encoding="utf-8")
     with playwright.sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox"])
-        view = browser.new_page(viewport={"width": width, "height": 900})
         errors: list[str] = []
-        view.on("pageerror", lambda error: errors.append(str(error)))
-        view.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
-        view.goto((tmp_path / "page.html").as_uri())
-        view.evaluate("document.querySelectorAll('img').forEach(image => image.loading = 'eager')")
-        view.wait_for_function("[...document.images].every(image => image.complete)")
-        assert view.evaluate("[...document.images].every(image => image.naturalWidth > 100)")
-        assert view.evaluate("document.documentElement.scrollWidth") <= width
-        assert errors == []
+        for width in (1280, 420):
+            view = browser.new_page(viewport={"width": width, "height": 900})
+            view.on("pageerror", lambda error: errors.append(str(error)))
+            view.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
+            view.goto((tmp_path / "page.html").as_uri())
+            view.evaluate("document.querySelectorAll('img').forEach(image => image.loading = 'eager')")
+            view.wait_for_function("[...document.images].every(image => image.complete)")
+            assert view.evaluate("[...document.images].every(image => image.naturalWidth > 100)")
+            assert view.evaluate("document.documentElement.scrollWidth") <= width
+            assert errors == []
+            view.close()
         browser.close()
 
 

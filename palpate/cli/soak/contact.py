@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import arg
 
-from palpate.console.output import console_for, require_writable, say, write_json
+from palpate.cli.soak._lines import lines
+from palpate.console.output import console_for, require_writable, write_json
 from palpate.errors import PalpateError
 
 if TYPE_CHECKING:
@@ -44,14 +45,11 @@ class Command:
 
         console = console_for(self.json)
         require_writable(self.json)
-        lines = 0
 
-        def progress(so_far: Soak) -> None:
-            nonlocal lines
-            if so_far.passes * LINES >= lines * self.passes:
-                lines += 1
-                say(console, f"{so_far.passes:,} passes, {so_far.popped:,} popped through, {so_far.seconds:.0f} s")
+        def words(so_far: Soak) -> str:
+            return f"{so_far.passes:,} passes, {so_far.popped:,} popped through, {so_far.seconds:.0f} s"
 
+        progress = lines(console, LINES, self.passes, lambda so_far: so_far.passes, words)
         try:
             done = run(self.passes, self.method, self.seed, progress)
         except ValueError as error:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import arg
 
-from palpate.console.output import console_for, require_writable, say, write_json
+from palpate.cli.soak._lines import lines
+from palpate.console.output import console_for, require_writable, write_json
 from palpate.errors import PalpateError
 
 if TYPE_CHECKING:
@@ -41,14 +42,11 @@ class Command:
 
         console = console_for(self.json)
         require_writable(self.json)
-        lines = 0
 
-        def progress(so_far: TissueSoak) -> None:
-            nonlocal lines
-            if so_far.actions * LINES >= lines * self.pokes:
-                lines += 1
-                say(console, f"{so_far.actions:,} actions, {so_far.failures:,} failures, {so_far.seconds:.0f} s")
+        def words(so_far: TissueSoak) -> str:
+            return f"{so_far.actions:,} actions, {so_far.failures:,} failures, {so_far.seconds:.0f} s"
 
+        progress = lines(console, LINES, self.pokes, lambda so_far: so_far.actions, words)
         try:
             done = run(self.pokes, self.seed, progress)
         except ValueError as error:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from palpate.errors import MissingExtraError, PalpateError
+from palpate.verify.processes import end as end_process
 
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 FLAGS = (
@@ -119,12 +120,7 @@ def open_browser() -> Iterator[Page]:
             ) as connection:
                 yield Page(connection)
         finally:
-            process.terminate()
-            try:
-                process.wait(10.0)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
+            end_process(process)
 
 
 def _address(process: subprocess.Popen[bytes], profile: Path) -> str:

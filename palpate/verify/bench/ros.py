@@ -22,6 +22,7 @@ from rich.table import Table
 
 from palpate.arrays import Array
 from palpate.errors import PalpateError
+from palpate.verify.processes import end as end_process
 
 Figures = dict[str, float | str]
 """By the keys of `palpate bench ros` in docs/json.md."""
@@ -201,13 +202,7 @@ def _process(*arguments: str) -> Iterator[subprocess.Popen[str]]:
             raise PalpateError(f"{' '.join(arguments[:2])} does not start", mend="see its output above")
         yield process
     finally:
-        if process.poll() is None:
-            process.terminate()
-            try:
-                process.wait(10.0)
-            except subprocess.TimeoutExpired:
-                process.kill()
-                process.wait()
+        end_process(process)
 
 
 def _touch(mock_leader: Any) -> None:

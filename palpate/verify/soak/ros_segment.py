@@ -15,6 +15,7 @@ from typing import Any, Self
 import numpy as np
 
 from palpate.errors import PalpateError
+from palpate.verify.processes import end as end_process
 from palpate.verify.soak.ros_row import RATE, Row
 
 _SCENE = f"""
@@ -66,13 +67,8 @@ class Segment:
         """End the node first, then the robot."""
         for name in ("haptics", "robot"):
             process = self._processes.get(name)
-            if process is not None and process.poll() is None:
-                process.terminate()
-                try:
-                    process.wait(20.0)
-                except subprocess.TimeoutExpired:
-                    process.kill()
-                    process.wait()
+            if process is not None:
+                end_process(process, 20.0)
         if self._here is not None:
             self._stack.__exit__(None, None, None)
         self._work.cleanup()

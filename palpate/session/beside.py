@@ -1,0 +1,114 @@
+"""What runs beside a loop: tracked frames, sensors, the endoscope, snapshots, and the watch over a planned motion."""
+
+from __future__ import annotations
+
+import os
+import threading
+import weakref
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+
+from palpate.arrays import Array
+from palpate.record import snapshots
+from palpate.record.ticks import as_ticks
+from palpate.scene.rig import Rig
+from palpate.sensing import sensing as sensing_module
+from palpate.sensing.source import Clouds, as_sources
+from palpate.session import execution as plan_execution
+from palpate.session.camera import CameraArm
+from palpate.session.console import Console
+from palpate.session.execution import PlanExecution
+from palpate.session.loop import Loop
+from palpate.session.periodic import every
+from palpate.session.recording import RecordedLoop
+from palpate.trackers.tracking import PERIOD, Tracking
+
+
+class AttendedLoop(RecordedLoop):
+    """A recorded loop with the work beside it; arguments and errors as those of `LiveSession`."""
+
+    def __init__(
+        self,
+        rig: Rig,
+        loop: Loop,
+        rate: float,
+        seed: int,
+        out: str | os.PathLike[str] | None,
+        clouds: Clouds | None,
+    ) -> None:
+        super().__init__(rig, loop, rate, seed, out)
+        self._stop_pump = threading.Event()
+        self.console = Console([weakref.proxy(self)])  #: pedals, presence, locks and scale
+        self.camera = self._own_camera()  #: the endoscope arm of the scene; None if the scene has none
+        self.tracking = Tracking(rig, loop) if rig.scene.trackers else None  #: moves the tracked frames
+        if self.tracking is not None:
+            weakref.finalize(self, self.tracking.close)
+        self.sensing = _sensing(rig, loop, clouds)  #: turns the frames of sensors into surfaces
+        if self.sensing is not None:
+            weakref.finalize(self, self.sensing.close)
+        self.execution: PlanExecution | None = None  #: the newest plan that moves, or moved, the follower
+        self._beside: list[threading.Thread] = []  # work beside the loop, in the order in which it ends
+
+    @property
+    def camera_arm(self) -> CameraArm | None:
+        """The endoscope arm, also one that several sessions share; None if the scene has none."""
+        return self.camera
+
+    def _own_camera(self) -> CameraArm | None:
+        """The endoscope arm that this loop steers; none by itself."""
+        return None
+
+    def _camera_joints(self) -> Array | None:
+        return None if self.camera_arm is None else self.camera_arm.q
+
+    def _work_beside(self) -> list[threading.Thread]:
+        """Start what runs beside the loop; the loop stops objects without targets or frames by itself."""
+        found, tracking, sensing = [], self.tracking, self.sensing
+        if tracking is not None:
+            step, last = partial(self._timed, tracking.step), partial(self._timed, tracking.hold)
+            found.append(every(PERIOD, step, self._stop_pump, "tracking", self._note, last))
+        if self.camera is not None:
+            found.append(every(PERIOD, self._steer_camera, self._stop_pump, "camera", self._note))
+        if self.takes_snapshots:
+            step = partial(self._timed, self._take_snapshot)
+            found.append(every(1.0 / snapshots.RATE, step, self._stop_pump, "snapshots", self._note))
+        if sensing is not None:
+            step = partial(self._timed, sensing.step)
+            found.append(every(sensing_module.PERIOD, step, self._stop_pump, "sensing", self._note, sensing.hold))
+        if self.execution is not None and not self.execution.over:
+            found.append(self._watch_execution())
+        return found
+
+    def _watch_execution(self) -> threading.Thread:
+        return every(plan_execution.PERIOD, self._look_ahead, self._stop_pump, "execution", self._note)
+
+    def _look_ahead(self) -> None:
+        """Let the execution of a plan look at the world ahead."""
+        if self.execution is not None and not self.execution.over:
+            self.execution.look()
+
+    def _timed(self, step: Callable[[float], object]) -> None:
+        step(float(self.latest()["t"]))
+
+    def _note(self, words: str) -> None:
+        self.notes.append(words)
+
+    def _steer_camera(self) -> None:
+        """Let the hand move the camera for one `PERIOD` while the camera pedal is pressed."""
+        if self.camera is not None:
+            self.camera.steer([self.latest()], PERIOD)
+
+
+def _sensing(rig: Rig, loop: Loop, clouds: Clouds | None) -> sensing_module.Sensing | None:
+    """The sensing of a rig: sources as given, and for other sensors those of the scene's section `sensors`."""
+    from palpate.sensing.make import make
+
+    objects = [obj for obj in rig.scene.objects if obj.cloud is not None and obj.cloud.sensor is not None]
+    sources = as_sources(clouds)
+    for obj in objects:
+        name = "" if obj.cloud is None else obj.cloud.sensor or ""
+        if name in rig.scene.sensors and not {name, obj.name} & set(sources):
+            sources[name] = make(rig, name, lambda: as_ticks(np.asarray(loop.latest()).reshape(1, -1))[0])
+    return sensing_module.Sensing(rig, loop, sources) if objects or clouds else None

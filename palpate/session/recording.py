@@ -1,0 +1,173 @@
+"""A loop with its record: ticks, totals, problems and the files of a run."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+import weakref
+from datetime import datetime, timedelta
+from pathlib import Path
+
+from palpate.arrays import Array
+from palpate.record.ticks import Ticks, Timing, as_ticks
+from palpate.record.writer import Recorder
+from palpate.scene.rig import Rig
+from palpate.session.loop import Loop
+from palpate.session.recorded_frames import RecordedFrames
+from palpate.session.run_folder import keep_scene, new_folder, require_writable
+from palpate.session.snapshots import Snapshots
+from palpate.session.summary import Summary, Totals
+
+
+class RecordedLoop:
+    """A loop whose ticks are counted and recorded; arguments and errors as those of `LiveSession`."""
+
+    paired = False
+    """True if the record holds the signals of contact with other pairs."""
+
+    def __init__(self, rig: Rig, loop: Loop, rate: float, seed: int, out: str | os.PathLike[str] | None) -> None:
+        self.scene, self.rig, self.seed = rig.scene, rig, seed
+        self.rate = rate  #: ticks per second [Hz]
+        self._out = Path(out) if out is not None else None
+        if self._out is not None:
+            require_writable(self._out)
+        self._loop = loop
+        weakref.finalize(self, loop.stop)  # ramps the force to zero when the session is collected or Python ends
+        self._recorder: Recorder | None = None
+        self._closed = True
+        self._totals = Totals(self.rate)
+        self._live = False
+        self._began = 0.0
+        self._dropped = 0
+        self._taken = 0  # ticks of all records
+        self._lock = threading.RLock()  # only one thread at a time writes to the recorder
+        self.recording = self._out is not None  #: False: no new record is begun after the present one
+        self.record: Path | None = None  #: file of the newest record
+        me = weakref.proxy(self)  # what the session holds must not hold the session: it ends when it is collected
+        self._snapshots = Snapshots(rig, lambda index: me.soft_vertices(index), lambda: me._camera_joints())
+        self.notes: list[str] = []  #: problems outside of the loop, e.g. a full disk
+
+    def latest(self) -> Ticks:
+        """The newest tick as one row of `TICK`; never waits for the loop."""
+        tick: Ticks = as_ticks(self._loop.latest().reshape(1, -1))[0]
+        return tick
+
+    def soft_vertices(self, index: int) -> Array:
+        """Deformed surface of a soft object, at most 16 ms old; never waits for the loop.
+
+        Args:
+            index: number of the object in the scene.
+
+        Returns:
+            Vertices (n, 3) in the object's frame O [m], in the order of ``_core.TissueSurface.vertices``.
+
+        Raises:
+            ValueError: the object does not exist or is not soft.
+        """
+        return self._loop.soft_vertices(index)
+
+    @property
+    def timing(self) -> Timing:
+        """Compute time, lateness, slack and missed ticks of the loop (`Simulation.timing`)."""
+        return self._loop.timing()
+
+    def set_recording(self, on: bool) -> None:
+        """End the present record, also while the session runs; True begins a new one with the next tick."""
+        with self._lock:
+            if self._recorder is not None and not self._closed:
+                self._recorder.close(self._faults(), self.timing)
+            self.recording, self._closed = on, True
+
+    @property
+    def takes_snapshots(self) -> bool:
+        """True if the record needs snapshots of soft objects or of the camera."""
+        return self._out is not None and self.recording and self.scene.record.frames and self._snapshots.needed
+
+    def take_snapshot(self) -> None:
+        """Take a snapshot of the newest tick, if one is due."""
+        if self.takes_snapshots:
+            self._take_snapshot(float(self.latest()["t"]))
+
+    def _take_snapshot(self, t: float) -> None:
+        self._snapshots.take(t)
+
+    def _camera_joints(self) -> Array | None:
+        """Joints of the endoscope arm, for snapshots; None if there is none."""
+        return None
+
+    def _take(self, ticks: Ticks, realtime: bool = False) -> None:
+        with self._lock:
+            self._begin(realtime)
+            self._totals.add(ticks)
+            self._taken += len(ticks)
+            if self._recorder is not None:
+                self._recorder.append(ticks, self._snapshots.collect())
+                if self._recorder.failure and self._recorder.failure not in self.notes:
+                    self.notes.append(self._recorder.failure)
+
+    def _begin(self, realtime: bool) -> None:
+        with self._lock:
+            if not self._closed:
+                return
+            self._closed = False
+            self._totals = Totals(self.rate)
+            self._live = realtime
+            self._began = time.perf_counter()
+            self._dropped = self._loop.dropped
+            self.notes = []
+            self._recorder, self.record = None, None
+            if self._out is not None and self.recording:
+                folder = self._new_folder()
+                self.record = folder / "record.mcap"
+                self.notes += keep_scene(folder, self.rig.resolved_yaml(absolute=True))
+                now = datetime.now().astimezone()
+                self._recorder = Recorder(
+                    self.record,
+                    self.rig.resolved_yaml(),
+                    self.seed,
+                    self.rate,
+                    not realtime,
+                    bag=True,
+                    started=now - timedelta(seconds=float(self.latest()["t"])),
+                    every=self.scene.record.every(self.rate),
+                    tracked=bool(self.scene.trackers),
+                    paired=self.paired,
+                    extra=RecordedFrames(self.rig) if self.scene.record.frames else None,
+                )
+
+    def _finish(self, interrupted: bool) -> Summary:
+        """Close the record and return the summary."""
+        with self._lock:
+            faults = self._faults()
+            timing = self.timing
+            sha256 = None
+            if self._recorder is not None and not self._closed:
+                self._recorder.close(faults, timing)
+                if self._recorder.failure and self._recorder.failure not in self.notes:
+                    self.notes.append(self._recorder.failure)
+                sha256 = self._recorder.sha256
+            took = time.perf_counter() - self._began if not self._closed else 0.0
+            summary = self._totals.summary(
+                timing,
+                instrument=Path(self.scene.arms.follower.model).stem,
+                realtime=self._live,
+                realtime_factor=round(self._totals.ticks / self.rate / took, 3) if took > 0 else 0.0,
+                interrupted=interrupted,
+                faults=(*faults, *self.notes),
+                record=str(self.record) if self.record else None,
+                record_sha256=sha256,
+            )
+            self._closed = True
+            return summary
+
+    def _new_folder(self) -> Path:
+        """Make the folder of a run."""
+        assert self._out is not None
+        return new_folder(self._out, self.scene.title)
+
+    def _faults(self) -> list[str]:
+        fault = self._loop.fault()
+        lost = self._loop.dropped - self._dropped
+        faults = [fault] if fault else []
+        return [*faults, f"{lost} ticks are missing in the record: the disk was too slow"] if lost > 0 else faults
