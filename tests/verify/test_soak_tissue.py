@@ -45,3 +45,11 @@ def test_command_writes_its_contract(tmp_path, capsys):
 def test_invalid_number_is_reported():
     with pytest.raises(ValueError, match="pokes must be at least 1, got 0"):
         soak.run(0)
+
+
+def test_small_cells_do_not_fold_under_the_tool():
+    """Without the barrier against inversion the guard stops four of these actions below 3 N, with det F down to -1."""
+    report = soak._at_one_body("liver", 25, 81, (8, 8, 4), None)
+    assert report.touched > 20
+    assert report.guarded == 0
+    assert report.least_volume > 0.0
