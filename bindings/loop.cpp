@@ -3,6 +3,7 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "palpate/loop/execution.hpp"
 #include "palpate/loop/pace.hpp"
 #include "palpate/loop/realtime.hpp"
 #include "palpate/loop/session_machine.hpp"
@@ -144,6 +145,7 @@ void bind_pace(nb::module_& m) {
       .def("reset", &Pace::reset, "Rests at once.")
       .def("limit", &Pace::limit, "left"_a, "The largest pace from which the motion rests within `left` [s] along it.")
       .def_prop_ro("value", &Pace::value, "The present pace, 1: as planned [-].");
+  m.attr("STOP_TIME") = loop::Execution::kStopTime;
 }
 
 void bind_realtime(nb::module_& m) {

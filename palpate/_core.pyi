@@ -4181,6 +4181,8 @@ class Pace:
     def value(self) -> float:
         """The present pace, 1: as planned [-]."""
 
+STOP_TIME: float = 0.02
+
 class RealTimeOptions:
     """What the real-time thread may request from the operating system."""
 

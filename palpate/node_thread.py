@@ -15,7 +15,7 @@ class NodeThread:
 
     Args:
         node: an rclpy node.
-        context: its rclpy context, which the thread shuts down at its end.
+        context: its rclpy context, which `stop` shuts down.
         name: name of the thread.
     """
 

@@ -4,8 +4,8 @@
     while not execution.over:
         follower.servo_jp(execution.step(0.001))       # CRTK; simulated, or over ROS 2
 
-The goals never jump: the execution moves along the plan's own path, only its pace changes, and within 50 ms. Whoever
-takes over afterwards, such as a teleoperation that aligns itself, finds the arm at rest at the last goal.
+The goals never jump: the execution moves along the plan's own path, only its pace changes, and within STOP_TIME.
+Whoever takes over afterwards, such as a teleoperation that aligns itself, finds the arm at rest at the last goal.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from palpate.planning.problem import Problem
 from palpate.planning.result import Plan
 from palpate.planning.world import World
 
-STOP_TIME = 0.02  # time in which the goals come to rest, as in a session [s]; the rest of 50 ms: transport and servos
+STOP_TIME = _core.STOP_TIME  # time in which the goals come to rest, as in a session [s]
 
 
 class Execution(Orders):

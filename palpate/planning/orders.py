@@ -17,6 +17,9 @@ class Phase(Enum):
     DONE = "done"
 
 
+_OPEN = (Phase.MOVING, Phase.PAUSED)  # the motion has neither ended nor begun to end
+
+
 class Orders:
     """The phase of one motion, and the orders that change it.
 
@@ -57,10 +60,10 @@ class Orders:
 
     def stop(self) -> None:
         """Come to rest for good."""
-        if not self.over:
+        if self.phase in _OPEN:
             self.phase = Phase.STOPPED
 
     def abort(self, reason: str) -> None:
         """Come to rest for good, because something is wrong; the first reason is kept."""
-        if not self.over and self.phase is not Phase.ABORTED:
+        if self.phase in _OPEN:
             self.phase, self.reason = Phase.ABORTED, reason

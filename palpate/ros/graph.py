@@ -49,6 +49,12 @@ class TopicFacts:
     age_p50_ms: float | None  # arrival after the header's stamp; None: no header, or no stamp
     age_max_ms: float | None
 
+    @property
+    def measured(self) -> str:
+        """Rate and age in words; the number of messages where they are too few for a rate."""
+        rate = f"{self.messages} messages" if self.rate_hz is None else f"{self.rate_hz:.1f} Hz"
+        return rate if self.age_p50_ms is None else f"{rate}, {self.age_p50_ms:.2f} ms old"
+
 
 @dataclass(frozen=True)
 class NodeFacts:
@@ -211,9 +217,7 @@ def _drawing(shown: list[TopicFacts], canvas: Canvas) -> Figure:
             axes.plot([0.0, 0.8], [place["l"][node], y], color=color, lw=0.8)
         for node in one.subscribers:
             axes.plot([2.2, 3.0], [y, place["r"][node]], color=color, lw=0.8)
-        rate = "silent" if one.rate_hz is None else f"{one.rate_hz:.0f} Hz"
-        age = "" if one.age_p50_ms is None or one.rate_hz is None else f", {one.age_p50_ms:.2f} ms old"
-        axes.text(1.5, y, f"{one.name}   {rate}{age}", ha="center", va="center", fontsize=7)
+        axes.text(1.5, y, f"{one.name}   {one.measured}", ha="center", va="center", fontsize=7)
     for x, key, side in ((0.0, "l", "right"), (3.0, "r", "left")):
         for node, y in place[key].items():
             axes.text(x, y, f" {node} ", ha=side, va="center", fontsize=7.5, weight="bold")

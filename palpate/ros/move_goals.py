@@ -10,7 +10,7 @@ import numpy as np
 
 from palpate.arrays import Array
 from palpate.errors import PlanningError
-from palpate.planning.ahead import require_arm, require_start
+from palpate.planning.ahead import require_start
 from palpate.planning.checker import Checker
 from palpate.planning.execute import Execution
 from palpate.planning.orders import Orders, Phase
@@ -62,7 +62,6 @@ class GoalMover(Moving):
     ) -> None:  # fmt: skip
         self._world = world or (lambda: problem.world)
         Execution(problem, plan, speed=speed, world=self._world)  # refuses stale plans before the network is asked
-        require_arm(problem, plan)
         self.orders = Orders(speed)
         self._checker = Checker(problem.robot, self._world())
         self._clearance = _require_clearance(plan, clearance)
@@ -125,7 +124,7 @@ class GoalMover(Moving):
 
     def _travel(self, here: Array, goal: Array, name: str) -> bool:
         """Wait for the arm at a way point (n,); at an order, an abort or a wrong answer the move ends with hold."""
-        orders, last, before = self.orders, time.monotonic(), self._q
+        last, before = time.monotonic(), self._q
         moved_at = last
         while not self._barred():
             topic.spin(self._here, _PERIOD)
@@ -137,16 +136,22 @@ class GoalMover(Moving):
                 before, moved_at = self._q, now
             if self._world().version != self._checker.world.version:
                 self._is_free(here, goal)
-            if orders.phase is Phase.MOVING and self._moves.ended and np.abs(self._q - goal).max() < ARRIVED:
+            if self.orders.phase is Phase.MOVING and self._arrived(goal, now - moved_at, name):
                 return True
-            if orders.phase is Phase.MOVING and now - moved_at > _STILL:
-                gave_up = self._moves.reached is False
-                orders.abort(f"{self._arm.name} {'gave up' if gave_up else 'does not move to'} {name}")
-            if orders.phase is not Phase.MOVING:
+            if self.orders.phase is not Phase.MOVING:
                 self._moves.hold()
                 self.moved.stop_s = now - self._stopped_at if self._stopped_at else None
                 break
         self._report()
+        return False
+
+    def _arrived(self, goal: Array, still: float, name: str) -> bool:
+        """True at a way point (n,); aborts if the arm stands still elsewhere for too long. still: [s]."""
+        if self._moves.ended and np.abs(self._q - goal).max() < ARRIVED:
+            return True
+        if still > _STILL:
+            gave_up = self._moves.reached is False
+            self.orders.abort(f"{self._arm.name} {'gave up' if gave_up else 'does not move to'} {name}")
         return False
 
     def _resumed(self) -> bool:

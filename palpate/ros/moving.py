@@ -72,7 +72,7 @@ class Moving(ABC):
         self.moved = Moved(arm.name, duration_s=plan.duration_s)
 
     def stop(self) -> None:
-        """Come to rest within 50 ms for good."""
+        """Come to rest for good."""
         self._stopped_at = self._stopped_at or time.monotonic()
         self.orders.stop()
 

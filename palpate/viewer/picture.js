@@ -1,7 +1,8 @@
 // Runs before the scripts of the page: makes the picture light where the browser renders without a graphics card.
 //
 // A light picture has no multisampling, at most 30 frames/s, and a resolution that is adapted to the measured frame
-// rate; once the scene rests it is drawn again in full resolution. Materials and lights are the server's: the page reports what it found through a hidden text field.
+// rate; once the scene rests it is drawn again in full resolution. Materials and lights are the server's: the page
+// reports what it found through a hidden text field.
 (() => {
   const LEVELS = [1, 0.8, 0.64, 0.5, 0.4, 0.32]; // drawn pixels per pixel of the page
   const START = 3; // first level

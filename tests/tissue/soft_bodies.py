@@ -10,6 +10,16 @@ from palpate import _core
 from palpate.tissue import TetMesh, save
 from palpate.tissue.blocks import block
 
+CUBE = """
+objects:
+  - name: soft cube
+    box: {size: [0.06, 0.06, 0.04]}
+    unit: m
+    tissue: {volume: cube.vtk, preset: liver, fixed: [{at: [0, 0, -0.02], box: [0.2, 0.2, 0.002]}]}
+contact: {radius: 0.006}
+"""
+"""A soft liver cube for `soft_cube`, to which a test adds operators or pairs."""
+
 
 def box(cells, size):
     """Nodes (n, 3), tetrahedra (m, 4) and boundary triangles (k, 3) of a box."""

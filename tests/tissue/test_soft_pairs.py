@@ -2,20 +2,15 @@
 
 import numpy as np
 import pytest
-from soft_bodies import soft_cube
+from soft_bodies import CUBE, soft_cube
 
 from palpate.record import Record
 from palpate.record.snapshots import QUANTUM, topic_of
 from palpate.session import PairsSession
 
-SCENE = """
-objects:
-  - name: soft cube
-    box: {size: [0.06, 0.06, 0.04]}
-    unit: m
-    tissue: {volume: cube.vtk, preset: liver, fixed: [{at: [0, 0, -0.02], box: [0.2, 0.2, 0.002]}]}
-contact: {radius: 0.006}
-pairs:
+SCENE = (
+    CUBE
+    + """pairs:
   right:
     arms:
       leader: {base: {xyz: [0.345, 0.243, 0.219], rpy_deg: [0, 0, -20]}}
@@ -27,6 +22,7 @@ pairs:
       follower: {base: {xyz: [-0.120, -0.060, 0.155], rpy_deg: [0, 0, 205]}}
     operator: {palpate: {at: [-0.015, 0, 0.1], length: 0.002, force: 0.25, approach: 0.3, press: 0.2}}
 """
+)
 TOPIC = topic_of("soft cube")
 
 

@@ -2,22 +2,18 @@
 
 import numpy as np
 import pytest
-from soft_bodies import soft_cube
+from soft_bodies import CUBE, soft_cube
 
 import palpate
 from palpate.record import Record
 from palpate.record.snapshots import QUANTUM, RATE, Track, joints_message, joints_of, shape_message, shape_of, topic_of
 from palpate.report.rates import rates_of
 
-SCENE = """
-objects:
-  - name: soft cube
-    box: {size: [0.06, 0.06, 0.04]}
-    unit: m
-    tissue: {volume: cube.vtk, preset: liver, fixed: [{at: [0, 0, -0.02], box: [0.2, 0.2, 0.002]}]}
-contact: {radius: 0.006}
-operator: {palpate: {object: soft cube, approach: 0.3, press: 0.5, force: 0.25}}
+SCENE = (
+    CUBE
+    + """operator: {palpate: {object: soft cube, approach: 0.3, press: 0.5, force: 0.25}}
 """
+)
 DURATION = 1.0
 
 

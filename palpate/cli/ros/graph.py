@@ -47,10 +47,8 @@ class Command:
 
         found = graph.measure(self.seconds, self.network, progress)
         for one in found.topics:
-            rate = f"{one.messages} messages" if one.rate_hz is None else f"{one.rate_hz:.1f} Hz"
-            age = "" if one.age_p50_ms is None else f", {one.age_p50_ms:.2f} ms old"
             ends = f"{', '.join(one.publishers) or 'nobody'} > {', '.join(one.subscribers) or 'nobody'}"
-            say(console, f"{one.name}  {rate}{age}  {ends}")
+            say(console, f"{one.name}  {one.measured}  {ends}")
         say(console, f"{len(found.nodes)} nodes, {len(found.topics)} topics, {self.seconds:g} s")
         for name in found.duplicate_nodes:
             say(console, f"several nodes are named {name}", "fault:", "red")
