@@ -19,6 +19,7 @@ from palpate.errors import PalpateError
 from palpate.record.ticks import STATUS, Ticks
 from palpate.renamed import RenamedMethod
 from palpate.ros import jitter
+from palpate.ros.ended_node import EndedNode
 from palpate.ros.guardian import Guardian
 from palpate.ros.reports import ForceReports
 from palpate.scene.rig import Rig, build
@@ -86,13 +87,13 @@ class HapticLoop:
             options = self.native.HapticNodeOptions(
                 self.names, cycle, writer, self.guardian.name, self.guardian.beat_fd
             )
-            self.node = self.native.HapticNode(self.context, options, rig.arms.follower, rig.snapshot)
+            self.node: Any = self.native.HapticNode(self.context, options, rig.arms.follower, rig.snapshot)
             self.node.set_fixtures(rig.fixtures)
             self.guardian.await_watching()
         except BaseException:
             self.guardian.kill()
             raise
-        self._ended = False
+        self._soft = [k for k, obj in enumerate(rig.scene.objects) if obj.tissue is not None]
 
     def _names(self, devices: Devices) -> Any:
         names = self.native.HapticNames()
@@ -132,11 +133,11 @@ class HapticLoop:
         self.node.start()
 
     def stop(self) -> None:
-        """Set the force to zero and end the node. It cannot start again, as a guardian works only once."""
-        if not self._ended:
-            self._ended = True
+        """Set the force to zero, end the node and remove it from the network: its guardian works only once."""
+        if not isinstance(self.node, EndedNode):
             self.node.stop()
             self.guardian.end()
+            self.node = EndedNode(self.node, self._soft)
 
     def drain(self) -> Any:
         """Ticks since the last call."""

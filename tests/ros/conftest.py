@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from palpate.errors import RosMissingError
-from palpate.ros import where
+from palpate.ros import build, where
 
 try:
     where.find()
@@ -72,8 +72,10 @@ def native(built):
 
 @pytest.fixture(scope="session")
 def rclpy(built):
-    """The module rclpy, initialised in this process."""
+    """The module rclpy, initialised in this process, which announces itself as often as Palpate's own processes."""
     import rclpy
+
+    build.announce_often(where.find())
 
     rclpy.init()
     yield rclpy
@@ -102,6 +104,11 @@ def until(rclpy, node):
     return wait
 
 
+def plain_environment():
+    """The variables of this process without the profile of Fast DDS that Palpate has set for it."""
+    return {k: v for k, v in os.environ.items() if k not in build.PROFILES or Path(v).parent != build.HERE}
+
+
 class Processes:
     """Python processes of a test, which are ended after it by their id."""
 
@@ -112,7 +119,7 @@ class Processes:
         """Start Python with these arguments."""
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
         command = [sys.executable, *map(str, arguments)]
-        process = subprocess.Popen(command, cwd=self._folder, **(pipes | more))
+        process = subprocess.Popen(command, cwd=self._folder, **(pipes | {"env": plain_environment()} | more))
         self._running.append(process)
         return process
 
@@ -150,8 +157,8 @@ def start_once(built, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def sim(start_once):
-    """`palpate ros sim` with a pair of arms at 500 Hz, shared by the tests of a file."""
-    process = start_once("-m", "palpate", "ros", "sim", "--arms", "MTMR", "PSM1", "--rate", "500")
+    """`palpate ros sim` with a pair of arms at 250 Hz, shared by the tests of a file."""
+    process = start_once("-m", "palpate", "ros", "sim", "--arms", "MTMR", "PSM1", "--rate", "250")
     lines = []
     for line in process.stdout:
         lines.append(line)

@@ -105,11 +105,13 @@ def client(sim, node, until):
         dvrk.home(arm)
     until(lambda: dvrk.last["/PSM1/measured_cp"].header.stamp.sec, "a valid pose of the PSM")
     for arm, q in (("MTMR", [0.0] * 7), ("PSM1", [0.0, 0.0, 0.12, 0.0, 0.0, 0.0])):
+        dvrk.last.pop(f"/{arm}/goal_reached", None)
         dvrk.publish(f"/{arm}/move_jp", joint_state(q))
         topic = f"/{arm}/measured_js"
         until(lambda topic=topic, q=q: np.abs(np.subtract(dvrk.last[topic].position, q)).max() < 0.06, f"{arm} at home")
         state = f"/{arm}/operating_state"
         until(lambda state=state: not dvrk.last[state].is_busy, f"{arm} at rest")
+        until(lambda arm=arm: f"/{arm}/goal_reached" in dvrk.last, f"the end of the move of {arm}")
     return Client(dvrk, until)
 
 

@@ -158,7 +158,7 @@ def ended(process):
     return out
 
 
-@pytest.mark.parametrize("frame", ["absolute", "tip"])
+@pytest.mark.parametrize("frame", ["absolute", pytest.param("tip", marks=pytest.mark.long)])
 def test_force_with_the_teleoperation_of_the_dvrk(robot, start_haptics, frame):
     process = start_haptics(*(["--tip-frame"] * (frame == "tip")))
     hook = "/MTMR_PSM1/following/mtm/body/servo_cf"

@@ -168,6 +168,8 @@ def test_two_hands_feel_opposite_forces_below_the_cap(client, pairs):
     check_tool(client, pairs)
     summaries = pairs.close()
     client.wait(lambda: not client.now().any(), "zero last")
+    client.wait(lambda: not any("writer" in name for name in client.node.get_node_names()), "the writers are gone")
+    assert all(one.timing["published"] > 0 and one.latest()["t"] > 0.0 for one in pairs.sessions.values())
     assert all(os.path.isfile(one.record) for one in summaries.values())
 
 
