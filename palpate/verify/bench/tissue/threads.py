@@ -21,6 +21,7 @@ from palpate.verify.bench.tissue.ticks import SIZES
 
 RADIUS, DEPTH = 5e-3, 3e-3  # of the sphere, of its press [m]
 PERIOD = 10e-3  # of the thread [s]
+SLOWER = (20e-3, 50e-3)  # periods of threads that are told beside it, for the stiffest body [s]
 YOUNG = (5e3, 20e3, 60e3)  # [Pa]
 RATES = (1.0, 2.0, 4.0, 8.0)  # of the oscillation that is to take energy [Hz]
 PRONY = ((0.3, 0.02), (0.2, 0.2), (0.1, 2.0))
@@ -142,16 +143,17 @@ def real_time(cells: tuple[int, int, int], thread: str, seconds: float = 8.0, tu
 
 
 def measure(lab: Lab, short: bool = False) -> Found:
-    """Bodies on a thread beside the same in the cycle, for each modulus."""
+    """Bodies on a thread beside the same in the cycle, for each modulus; slower threads for the stiffest one."""
     del lab  # each body is made twice, with a thread and without
     table = [apart(young, rates=RATES[-1:] if short else RATES) for young in (YOUNG[1:2] if short else YOUNG)]
+    slower = [apart(YOUNG[-1], period, RATES[-1:]) for period in (SLOWER[-1:] if short else SLOWER)]
     on = f"on a thread of {1e3 * PERIOD:g} ms"
     rows = (
         at_most(f"force {on}, rms difference", 100 * max(row["rms"] for row in table), 1.5),
         at_most(f"force {on}, largest difference", 100 * max(row["peak"] for row in table), 10.0),
         at_least(f"energy {on}, least balance", 1e3 * min(row["taken"] for row in table), -0.5, "mJ"),
     )
-    return Found(rows, {"threads": table})
+    return Found(rows, {"threads": [*table, *slower]})
 
 
 def measure_real_time(lab: Lab, short: bool = False) -> Found:
