@@ -23,6 +23,7 @@ def dvrk(start, node, until):
     return client
 
 
+@pytest.mark.long  # test_topic.py presses the hand of a simulated robot into a wall, too
 def test_wall_is_rendered_on_the_simulated_master(dvrk, node, until, start, tmp_path):
     from geometry_msgs.msg import PoseStamped, WrenchStamped
     from sensor_msgs.msg import Joy
