@@ -49,10 +49,11 @@ setup: .venv/.ready
 	@cd .venv/lib/python3*/site-packages && cat ros_*.dist-info/RECORD 2>/dev/null | grep -o '^[^/,]*\.egg-info' | sort -u | xargs -r rm -rf
 	@touch $@
 
-# Installs uv from the package index into a small environment, or into a plain folder without Debian's python3-venv.
+# Installs uv from the package index into a plain folder, or, where python3 has no pip, into a small environment, which
+# takes three times as long.
 .uv/bin/uv:
-	@python3 -m venv .uv >/dev/null 2>&1 && .uv/bin/python -m pip install --quiet --disable-pip-version-check 'uv>=0.8,<1' \
-	  || python3 -m pip install --quiet --disable-pip-version-check --upgrade --target .uv 'uv>=0.8,<1' \
+	@python3 -m pip install --quiet --disable-pip-version-check --no-compile --upgrade --target .uv 'uv>=0.8,<1' >/dev/null 2>&1 \
+	  || { python3 -m venv .uv && .uv/bin/python -m pip install --quiet --disable-pip-version-check 'uv>=0.8,<1'; } \
 	  || { echo "palpate: uv could not be installed. Install it from https://docs.astral.sh/uv, or: sudo apt install python3-venv python3-pip"; exit 1; }
 
 lint: setup

@@ -59,36 +59,36 @@ void FollowerDrives::aim(const JointVector& q_goal, double period) noexcept {
   goal_v_ = (q_goal - goal_) / left_;
 }
 
+// In plain loops over the joints: Eigen's expressions of many terms take seconds to compile.
 void FollowerDrives::step(double dt, const Wrench& F_T_B) noexcept {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   const double way = std::min(dt, left_);
-  goal_ += way * goal_v_;
   left_ -= way;
   const arm::Dynamics& d = arm_.state();  // at (q_, v_), the end of the last step
-  JointMatrix A = d.M;
-  A.diagonal() += options_.rotor_inertia;
-  const JointVector inertia = A.diagonal();
+  const Eigen::Index n = q_.size();
   const JointVector elastic = arm_.elastic(q_);
-  // Weight and Coriolis forces are compensated by feed-forward.
-  tau_ = d.bias + elastic + inertia.cwiseProduct(w_ * w_ * (goal_ - q_) - 2.0 * zeta_ * w_ * v_);
-  tau_ = tau_.cwiseMax(-arm_.tau_max()).cwiseMin(arm_.tau_max()).eval();
-
-  JointVector b = A * v_ + dt * (tau_ - d.bias - elastic);
-  for (Eigen::Index k = 0; k < b.size(); ++k) {
-    b[k] += dt * (d.J.col(k).head<3>().dot(F_T_B.f) + d.J.col(k).tail<3>().dot(F_T_B.t));
+  const JointVector &q_min = arm_.q_min(), &q_max = arm_.q_max(), &tau_max = arm_.tau_max();
+  alignas(64) Lanes A_rows[kLanes]{}, b{}, lo{}, hi{}, q_true;
+  for (Eigen::Index i = 0; i < n; ++i) {
+    for (Eigen::Index j = 0; j < n; ++j) A_rows[i][j] = d.M(i, j);
+    A_rows[i][i] += options_.rotor_inertia[i];
+    for (Eigen::Index j = 0; j < n; ++j) b[i] += A_rows[i][j] * v_[j];
   }
-  A.diagonal() += dt * options_.viscous;
-  JointVector hi = dt * options_.coulomb, lo = -hi;
-  for (Eigen::Index k = 0; k < q_.size(); ++k) {  // at an end stop the impulse of the stop has no bound
-    if (q_[k] <= arm_.q_min()[k]) hi[k] = kInfinity;
-    if (q_[k] >= arm_.q_max()[k]) lo[k] = -kInfinity;
+  for (Eigen::Index k = 0; k < n; ++k) {
+    goal_[k] += way * goal_v_[k];
+    // Weight and Coriolis forces are compensated by feed-forward.
+    const double acceleration = w_ * w_ * (goal_[k] - q_[k]) - 2.0 * zeta_ * w_ * v_[k];
+    tau_[k] = std::clamp(d.bias[k] + elastic[k] + A_rows[k][k] * acceleration, -tau_max[k], tau_max[k]);
+    const auto J_k = d.J.col(k);
+    b[k] += dt * (tau_[k] - d.bias[k] - elastic[k]);
+    b[k] += dt * (J_k.head<3>().dot(F_T_B.f) + J_k.tail<3>().dot(F_T_B.t));
+    A_rows[k][k] += dt * options_.viscous[k];
+    const double impulse = dt * options_.coulomb[k];  // at an end stop the impulse of the stop has no bound
+    hi[k] = q_[k] <= q_min[k] ? kInfinity : impulse;
+    lo[k] = q_[k] >= q_max[k] ? -kInfinity : -impulse;
   }
-  alignas(64) Lanes A_rows[kLanes]{}, q_true;
-  for (Eigen::Index i = 0; i < q_.size(); ++i) {
-    for (Eigen::Index j = 0; j < q_.size(); ++j) A_rows[i][j] = A(i, j);
-  }
-  v_ = friction_.solve(A_rows, lanes(b), lanes(lo), lanes(hi));
-  q_ = (q_ + dt * v_).cwiseMax(arm_.q_min()).cwiseMin(arm_.q_max());
+  v_ = friction_.solve(A_rows, b, lo, hi);
+  for (Eigen::Index k = 0; k < n; ++k) q_[k] = std::clamp(q_[k] + dt * v_[k], q_min[k], q_max[k]);
   pad(q_, q_true);
   encoders_.step(q_true, dt);
   arm_.dynamics(q_, v_);
