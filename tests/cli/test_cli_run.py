@@ -18,7 +18,7 @@ from palpate.record import Record
 from palpate.session.summary import summarise
 
 
-def test_run_writes_record_report_and_json(palpate, scene, tmp_path, unarranged_figures):
+def test_run_writes_record_report_and_json(palpate, scene, tmp_path):
     scene.write_text(scene.read_text().replace("report: false", "report: true"))
     done = palpate("run", scene, "--headless", "--out", tmp_path / "o", "--json", tmp_path / "run.json")
     assert done.code == 0, done.err
