@@ -105,7 +105,7 @@ def test_both_kernels_find_the_same_point(name):
         np.testing.assert_allclose(fast, portable, rtol=1e-12, atol=1e-16)
 
 
-@settings(max_examples=examples(60), deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(seed=st.integers(0, 2**32 - 1), bumps=st.floats(0.0, 0.3), exponent=st.integers(-30, 20))
 def test_closest_point_agrees_with_brute_force_on_fine_patches(seed, bumps, exponent):
     """The tight bound of a small smooth patch must contain the whole patch, for any size and position."""
