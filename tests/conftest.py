@@ -31,6 +31,12 @@ settings.load_profile("palpate")
 
 
 @pytest.fixture
+def unarranged_figures(monkeypatch):
+    """Figures are drawn and saved, but not arranged, which takes most of their time; tests/report arranges them."""
+    monkeypatch.setattr("matplotlib.figure.Figure.get_layout_engine", lambda figure: None)
+
+
+@pytest.fixture
 def without_figures(monkeypatch):
     """Reports hold the descriptions of their figures, whose drawing tests/report checks: it takes seconds a page."""
     monkeypatch.setattr("palpate.plotting.style.picture", lambda draw, alt: f"<p>{alt}</p>")

@@ -1,4 +1,4 @@
-"""The safe YAML loader of all files that people write."""
+"""The safe YAML loader of all files that people write, and the fastest safe loader and dumper for our own texts."""
 
 from __future__ import annotations
 
@@ -18,6 +18,12 @@ else:
         def __init__(self, stream: str) -> None:
             yaml.CSafeLoader.__init__(self, stream)
             Composer.__init__(self)
+
+
+OwnLoader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+"""Loader of texts that Palpate wrote itself, in C where PyYAML has it, ten times faster."""
+Dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+"""Dumper of `yaml.safe_dump`, in C where PyYAML has it, ten times faster."""
 
 
 class Loader(_SafeLoader):

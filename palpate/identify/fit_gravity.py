@@ -108,7 +108,7 @@ def _fit(poses: Static, arm: Arm, form: str, measured: Mask, use: Mask, steps: i
         arm=arm.name,
         form=form,
         terms=design.terms,
-        theta=design.into @ solution.x[: design.into.shape[1]],
+        theta=design.into @ solution.x[: design.p],
         friction=forms.friction_of(design, solution.x, arm.n),
         motor_friction=design.motor_friction,
         region=TrainingRegion.of(poses.q, arm),

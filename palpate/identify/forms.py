@@ -52,10 +52,20 @@ class Design:
     """
 
     terms: _core.GravityTerms
-    into: Array  # (m, p)
+    blocks: tuple[Array, ...]  # of the block diagonal matrix `into`
     coulomb: int  # polynomial coefficients of friction per drive; 0: none
     motor_friction: bool
     prior: bool
+
+    @property
+    def into(self) -> Array:
+        """Matrix (m, p) of the blocks."""
+        return np.asarray(linalg.block_diag(*self.blocks))
+
+    @property
+    def p(self) -> int:
+        """Number of free parameters x."""
+        return sum(block.shape[1] for block in self.blocks)
 
 
 def _of_measured(measured: Mask, each: int) -> Array:
@@ -70,13 +80,13 @@ def _of_measured(measured: Mask, each: int) -> Array:
 def paper(arm: Arm, q: Array, measured: Mask, hyper: Hyper | None) -> Design:
     """Masses only."""
     terms = _core.GravityTerms()
-    return Design(terms, _of_measured(measured, 4), 0, True, False)
+    return Design(terms, (_of_measured(measured, 4),), 0, True, False)
 
 
 def gravity_springs(arm: Arm, q: Array, measured: Mask, hyper: Hyper | None) -> Design:
     """Masses, a constant and a linear spring per joint."""
-    into = linalg.block_diag(_of_measured(measured, 4), _of_measured(measured, 2))
-    return Design(_core.GravityTerms(degree=1), into, 0, True, False)
+    blocks = _of_measured(measured, 4), _of_measured(measured, 2)
+    return Design(_core.GravityTerms(degree=1), blocks, 0, True, False)
 
 
 def dvrk_form(arm: Arm, q: Array, measured: Mask, hyper: Hyper | None) -> Design:
@@ -85,8 +95,8 @@ def dvrk_form(arm: Arm, q: Array, measured: Mask, hyper: Hyper | None) -> Design
     The dVRK fits one polynomial per direction, to grids of poses that are reached from both sides. Poses visited in
     random order are mostly reached from below near the upper limit, so each polynomial would lack half of the range.
     """
-    into = linalg.block_diag(dvrk.moments_of_parameters(arm), _of_measured(measured, 5))
-    return Design(_core.GravityTerms(degree=4), into, 1, False, False)
+    blocks = dvrk.moments_of_parameters(arm), _of_measured(measured, 5)
+    return Design(_core.GravityTerms(degree=4), blocks, 1, False, False)
 
 
 def potential(arm: Arm, q: Array, measured: Mask, hyper: Hyper | None) -> Design:
@@ -103,7 +113,7 @@ def potential(arm: Arm, q: Array, measured: Mask, hyper: Hyper | None) -> Design
         # The weights have the covariance size^2 l^2 K^-1.
         block = size * scale.min() * np.linalg.inv(np.linalg.cholesky(K)).T
         blocks.append(block)
-    return Design(_core.GravityTerms(degree=1, fields=fields), linalg.block_diag(*blocks), 1, True, True)
+    return Design(_core.GravityTerms(degree=1, fields=fields), tuple(blocks), 1, True, True)
 
 
 FORMS: dict[str, Callable[[Arm, Array, Mask, Hyper | None], Design]] = {
@@ -139,7 +149,9 @@ def _spread(values: bytes, joints: int) -> Array:
 
 def columns(design: Design, q: Array, direction: Array, arm: Arm) -> Array:
     """Regressor (k, n, p + n * coulomb) of tau at poses q (k, n) approached in `direction` (k, n)."""
-    Phi = arm.gravity_columns(design.terms, q) @ design.into
+    every, starts = arm.gravity_columns(design.terms, q), np.cumsum([0, *(len(block) for block in design.blocks)])
+    parts = [every[:, :, i : i + len(block)] @ block for i, block in zip(starts, design.blocks, strict=False)]
+    Phi = np.concatenate(parts, axis=2)
     if design.coulomb == 0:
         return np.asarray(Phi)
     x = drives(q, arm) if design.motor_friction else q
@@ -155,4 +167,4 @@ def friction_of(design: Design, x: Array, n: int) -> Array:
     if design.coulomb == 0:
         return np.zeros((n, 1))
     scale = _COULOMB if design.prior else 1.0
-    return np.asarray(scale * x[design.into.shape[1] :].reshape(n, design.coulomb))
+    return np.asarray(scale * x[design.p :].reshape(n, design.coulomb))

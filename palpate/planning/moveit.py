@@ -17,6 +17,7 @@ import yaml
 
 from palpate.arrays import Array
 from palpate.arrays.so3 import quaternions
+from palpate.arrays.yaml_loader import Dumper
 from palpate.errors import OutputError, PlanningError
 from palpate.planning import moveit_scene, shorten
 from palpate.planning.allowed import disabled_pairs
@@ -28,7 +29,6 @@ from palpate.planning.result import Plan
 from palpate.planning.shapes import Capsule
 from palpate.planning.world import Obstacle
 
-_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 GROUP = "arm"
 _REASONS = {"Cannula": "User", "Linkage": "User"}  # reasons that MoveIt has no word for
 _SOLVER = {
@@ -55,7 +55,7 @@ def export(problem: Problem, folder: Path) -> list[Path]:
         "joint_limits.yaml": yaml.safe_dump({"joint_limits": rows}, sort_keys=False),
         "kinematics.yaml": yaml.safe_dump({GROUP: _SOLVER}, sort_keys=False),
         "planning_scene.scene": scene_text(problem.world.obstacles),
-        "planning_scene.yaml": yaml.dump(moveit_scene.planning_scene(problem), sort_keys=False, Dumper=_DUMPER),
+        "planning_scene.yaml": yaml.dump(moveit_scene.planning_scene(problem), sort_keys=False, Dumper=Dumper),
     }
     files = []
     for file, text in texts.items():

@@ -14,6 +14,7 @@ from palpate.arm import Arm
 from palpate.arrays import Array
 from palpate.arrays.plain import plain
 from palpate.arrays.so3 import quaternions
+from palpate.arrays.yaml_loader import Dumper, OwnLoader
 from palpate.errors import OutputError, PlanningError
 from palpate.planning.curves import Curve
 from palpate.planning.timing import Limits, Trajectory
@@ -134,15 +135,11 @@ class Plan:
             "X_WB": self.X_WB, "curves": [curve.controls for curve in self.curves], "t": self.t, "joints": self.joints,
             "tip_xyz_m": X_WT[:, :3, 3], "tip_wxyz": quaternions(X_WT[:, :3, :3], canonical=True),
         }  # fmt: skip
-        text = yaml.dump(plain(data), sort_keys=False, default_flow_style=None, width=200, Dumper=_DUMPER)
+        text = yaml.dump(plain(data), sort_keys=False, default_flow_style=None, width=200, Dumper=Dumper)
         try:
             path.write_text(text, encoding="utf-8")
         except OSError as error:
             raise OutputError("the plan cannot be written", where=str(path), why=str(error)) from None
-
-
-_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
-_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
 
 
 def load(path: Path) -> Plan:
@@ -152,7 +149,7 @@ def load(path: Path) -> Plan:
         PlanningError: the file cannot be read, or is no plan.
     """
     try:
-        data = yaml.load(path.read_text(encoding="utf-8"), _LOADER)
+        data = yaml.load(path.read_text(encoding="utf-8"), OwnLoader)
         if not isinstance(data, dict) or data.get("kind") != KIND:
             raise PlanningError("the file is not a plan", where=str(path), mend="palpate plan SCENE ... --out FILE")
         curves = tuple(Curve(np.array(controls, dtype=float)) for controls in data["curves"])

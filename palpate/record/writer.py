@@ -14,6 +14,7 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
+from palpate.arrays.yaml_loader import Dumper
 from palpate.errors import OutputError
 from palpate.record.channels import Channel, channels
 from palpate.record.extra import Extra
@@ -178,7 +179,8 @@ class Recorder:
 
     def _write_bag_metadata(self) -> None:
         """Write ``metadata.yaml`` into the folder, so that `ros2 bag` accepts the folder."""
-        text = yaml.safe_dump({"rosbag2_bagfile_information": json.loads(self._rosbag2())}, sort_keys=False)
+        data = {"rosbag2_bagfile_information": json.loads(self._rosbag2())}
+        text = yaml.dump(data, sort_keys=False, Dumper=Dumper)
         self.path.with_name("metadata.yaml").write_text(text, encoding="utf-8")
 
     def _rosbag2(self) -> str:

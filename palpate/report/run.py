@@ -12,6 +12,7 @@ import yaml
 from numpy.typing import NDArray
 
 from palpate.arrays.plain import Content
+from palpate.arrays.yaml_loader import OwnLoader
 from palpate.record.reader import Record
 from palpate.record.ticks import Ticks
 
@@ -160,7 +161,7 @@ class Run:
 
 def _mapping(text: str) -> Content:
     try:
-        value = yaml.safe_load(text)
+        value = yaml.load(text, OwnLoader)
     except yaml.YAMLError:
         return {}
     return value if isinstance(value, dict) else {}

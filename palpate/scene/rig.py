@@ -11,6 +11,7 @@ import yaml
 from palpate import _core
 from palpate.arm.gravity_model import GravityModel
 from palpate.arrays import Array
+from palpate.arrays.yaml_loader import Dumper
 from palpate.errors import PalpateWarning, RecordingError, SceneError
 from palpate.frames import FrameGraph
 from palpate.guidance.context import FixtureContext
@@ -146,7 +147,7 @@ class Rig:
         arms["follower"] |= {"base": _pose(self.arms.X_WB), "start": _pose(X_WT)}
         if self.ecm is not None:
             data["ecm"] |= {"base": _pose(self.ecm.X_WB), "joints": self.ecm.q0.tolist(), "camera": None}
-        return str(yaml.safe_dump(data, sort_keys=False, allow_unicode=True))
+        return str(yaml.dump(data, sort_keys=False, allow_unicode=True, Dumper=Dumper))
 
     def gravity_model(self, key: str) -> GravityModel | None:
         """The identified gravity model named under ``arms.leader.KEY``; None if the scene names none.

@@ -12,6 +12,7 @@ from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from palpate import _core
 from palpate.arm import NAMES, Arm
+from palpate.arrays.yaml_loader import Dumper
 from palpate.errors import ArmError, SceneError, ValueAtError, format_place
 from palpate.frames import FrameSection
 from palpate.guidance.lists import FixtureList, with_unique_names
@@ -257,7 +258,7 @@ class Scene(Section):
         if self.pairs:  # a key that a pair leaves out has the scene's value, not its default
             each = {name: pair.model_dump(mode="json", exclude_unset=True) for name, pair in self.pairs.items()}
             data["pairs"] = each
-        return str(yaml.safe_dump(data, sort_keys=False, allow_unicode=True))
+        return str(yaml.dump(data, sort_keys=False, allow_unicode=True, Dumper=Dumper))
 
     @model_validator(mode="before")
     @classmethod

@@ -8,6 +8,7 @@ import numpy as np
 import yaml
 
 from palpate.arrays import Array, so3
+from palpate.arrays.yaml_loader import OwnLoader
 from palpate.errors import PalpateError
 from palpate.record.ticks import Ticks, as_ticks
 from palpate.scene.rig import Rig, build
@@ -128,7 +129,7 @@ class TouchingHand:
 
 def _resting(rig: Rig) -> Rig:
     """The rig with a hand that rests above the highest point of the objects."""
-    data: dict[str, Any] = yaml.safe_load(rig.resolved_yaml(absolute=True))
+    data: dict[str, Any] = yaml.load(rig.resolved_yaml(absolute=True), OwnLoader)
     first = rig.surfaces[0]
     top = first.nearest(first.top[None])[0][0]
     start = [float(top[0]), float(top[1]), max(float(one.bounds[1, 2]) for one in rig.surfaces) + _LIFT]

@@ -37,7 +37,7 @@ class Outcome:
 
 
 @pytest.fixture
-def palpate(capsys, monkeypatch, tmp_path):
+def palpate(capsys, monkeypatch, tmp_path, unarranged_figures):
     """Run a command in this process; its changes to warnings and signals are undone."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)

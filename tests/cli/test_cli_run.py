@@ -141,7 +141,7 @@ def test_port_out_of_range_is_rejected():
     ("mode", "end"),
     [
         ("--realtime", signal.SIGINT),
-        ("--fast", signal.SIGINT),
+        pytest.param("--fast", signal.SIGINT, marks=pytest.mark.long),  # in this process: tests/session
         ("--realtime", signal.SIGTERM),
         ("--fast", signal.SIGHUP),
     ],
@@ -150,7 +150,7 @@ def test_interrupt_keeps_the_record_and_prints_the_summary(spawn, scene, tmp_pat
     args = ("--headless", mode, "--duration", 600, "--out", tmp_path / "o", "--json", tmp_path / "run.json")
     process = spawn("run", scene, *args)
     assert "force" in process.stdout.readline()  # the run has begun
-    time.sleep(0.5)
+    time.sleep(0.2)
     process.send_signal(end)
     out, err = process.communicate(timeout=60)
     assert process.returncode == 130, err

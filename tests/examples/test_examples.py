@@ -13,7 +13,7 @@ EXAMPLES = sorted((ROOT / "examples").glob("[0-9][0-9]_*.py"))
 
 
 @pytest.fixture
-def run(monkeypatch, capsys):
+def run(monkeypatch, capsys, unarranged_figures):
     """A function that runs an example as its command line would, in this process, and returns what it prints."""
     monkeypatch.setenv("MPLBACKEND", "Agg")
 

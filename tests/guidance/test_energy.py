@@ -60,16 +60,16 @@ TILT = Rotation.from_rotvec([0.9, 0.5, -0.2])
 
 
 def loop(middle, radius, n=400, tilt=0.2):
-    """Poses (n, 4, 4) on a closed path of position and attitude around `middle`."""
+    """Poses (n + 1, 4, 4) on a closed path of position and attitude around `middle`."""
     s = np.linspace(0.0, 2 * np.pi, n + 1)
-    p = middle + radius * np.c_[np.cos(s), np.sin(s), np.sin(2 * s + 0.5)]
-    R = Rotation.from_rotvec(tilt * np.c_[np.sin(s), np.cos(2 * s), np.sin(s + 1.0)]) * TILT
-    return [pose(x, r.as_matrix()) for x, r in zip(p, R, strict=True)]
+    X = np.tile(np.eye(4), (n + 1, 1, 1))
+    X[:, :3, 3] = middle + radius * np.c_[np.cos(s), np.sin(s), np.sin(2 * s + 0.5)]
+    X[:, :3, :3] = (Rotation.from_rotvec(tilt * np.c_[np.sin(s), np.cos(2 * s), np.sin(s + 1.0)]) * TILT).as_matrix()
+    return X
 
 
 def displacement(X):
     """(n, 6) position difference [m] and rotation vector [rad] from pose to pose."""
-    X = np.asarray(X)
     R = Rotation.from_matrix(X[:, :3, :3])
     return np.hstack([np.diff(X[:, :3, 3], axis=0), (R[1:] * R[:-1].inv()).as_rotvec()])
 
@@ -98,12 +98,11 @@ def test_wrench_is_the_gradient_of_the_stored_energy(role, name, law):
     geometry, middle = GEOMETRIES[name]
     f = fixture(geometry, ROLES[role][0], law, role_=ROLES[role][1], law_=EVEN)
     h = 1e-5
-    for X in loop(np.array(middle), 0.003, n=7):
-        R = Rotation.from_matrix(X[:3, :3])
-        U = [
-            f.evaluate(pose(X[:3, 3] + y[:3], (Rotation.from_rotvec(y[3:]) * R).as_matrix()))["U"]
-            for y in np.r_[h * np.eye(6), -h * np.eye(6)]
-        ]
+    for X in loop(np.array(middle), 0.003, n=7)[:-1]:
+        near, y = np.tile(X, (12, 1, 1)), np.r_[h * np.eye(6), -h * np.eye(6)]
+        near[:, :3, 3] += y[:, :3]
+        near[:, :3, :3] = (Rotation.from_rotvec(y[:, 3:]) * Rotation.from_matrix(X[:3, :3])).as_matrix()
+        U = [f.evaluate(one)["U"] for one in near]
         slope = (np.array(U[:6]) - U[6:]) / (2 * h)
         np.testing.assert_allclose(f.evaluate(X)["F"], -slope, atol=2e-4 * np.abs(slope).max() + 1e-7)
 

@@ -246,11 +246,11 @@ def test_model_file_round_trip(form, known, model_of, tmp_path):
 
 
 def test_same_file_gives_the_same_model(tmp_path):
-    synthetic.write(tmp_path / "a.csv", synthetic.recording(40, 2))
+    synthetic.write(tmp_path / "a.csv", synthetic.recording(20, 2))
     one, two = (gravity(tmp_path / "a.csv", "mtmr").model for _ in range(2))
     np.testing.assert_array_equal(one.theta, two.theta)
-    assert len(read_static(tmp_path / "a.csv", Arm.mtm("right"))) == 40
-    assert drives(one.visited, Arm.mtm("right")).shape == (40, 7)
+    assert len(read_static(tmp_path / "a.csv", Arm.mtm("right"))) == 20
+    assert drives(one.visited, Arm.mtm("right")).shape == (20, 7)
 
 
 @pytest.mark.parametrize("form", forms.FORMS)

@@ -20,7 +20,7 @@ from rosbags.typesys import Stores, get_typestore  # noqa: E402
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
     path = tmp_path_factory.mktemp("record") / "record.mcap"
-    ticks = synthetic_run.run(1.5)
+    ticks = synthetic_run.run(0.7)
     with Recorder(path, "name: floor\n", seed=0, rate=1000.0, deterministic=False) as recorder:
         recorder.append(ticks)
     return path, ticks

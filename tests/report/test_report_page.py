@@ -80,7 +80,7 @@ def test_page_names_every_signal_with_its_unit_and_states_that_it_is_simulated(p
 
 
 @pytest.fixture
-def one_width(monkeypatch):
+def one_width(monkeypatch, unarranged_figures):
     """Figures of one width alone, because a page with both takes seconds; gives the choice of the width."""
 
     def choose(k):

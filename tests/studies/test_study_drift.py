@@ -74,6 +74,7 @@ def test_samples_of_the_plant_are_torques_with_friction_and_noise():
 
 def test_study_reports_every_model_on_every_plant(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(Command, "sweeper", lambda self, console: partial(sweep, executor="serial"))  # one process
+    monkeypatch.setattr(drift, "TRAINED", 60)
     synthetic.write(tmp_path / "poses.csv", synthetic.recording(60, 1))
     files = {"json": tmp_path / "d.json", "figures": tmp_path / "figures"}
     Command(recordings=(tmp_path / "poses.csv",), arm="mtmr", releases=2, **files)()

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from palpate.scene import Scene, rig
-from palpate.studies.wall import command, figures, fit
+from palpate.studies.wall import bench, command, figures, fit
 from palpate.studies.wall import work as wall
 from palpate.studies.wall.bench import WALL, Setting, Trace, WallPress, judge, press, scene_file
 from palpate.sweep import sweep
@@ -134,6 +134,7 @@ def test_json_has_the_documented_keys(tmp_path, monkeypatch):
     monkeypatch.setattr(wall, "CURVE", wall.KDS)
     monkeypatch.setattr(figures, "CURVE", wall.KDS)
     monkeypatch.setattr(wall, "press", lambda setting, hand: press(setting, hand, seconds=1.2))  # short runs
+    monkeypatch.setattr(bench, "LONGER", 0.3)  # they still move, so that each of them would be prolonged by 12 s
     monkeypatch.setattr(command.Command, "sweeper", lambda self, console: partial(sweep, executor="serial"))
     assert command.Command(hands=2, json=tmp_path / "wall.json", figures=tmp_path)() == 0
     report = json.loads((tmp_path / "wall.json").read_text())

@@ -18,6 +18,7 @@ from threadpoolctl import threadpool_limits
 from palpate import _core
 from palpate.arm import models_folder
 from palpate.arrays import Array
+from palpate.arrays.yaml_loader import OwnLoader
 from palpate.certificate.arms import HeldLeader
 from palpate.certificate.certificate import SURE
 from palpate.certificate.trials import edge
@@ -92,7 +93,7 @@ def _press(rig: Rig, n_W: Array, K: float, B: float, ideal: bool) -> tuple[Array
 
 def _walled(rig: Rig, n_W: Array, K: float, B: float, ideal: bool) -> Scene:
     """The scene with a plane below its tool, and a hand that presses the tool into the plane and holds it there."""
-    data = yaml.safe_load(rig.resolved_yaml(absolute=True))
+    data = yaml.load(rig.resolved_yaml(absolute=True), OwnLoader)
     tip = (rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3]
     top = tip - n_W * (rig.scene.contact.radius + _GAP)
     depth = _PRESS / K + _PRESS * rig.scene.mapping.scale / rig.scene.operator.stiffness

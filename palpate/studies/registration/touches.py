@@ -10,6 +10,7 @@ import yaml
 from palpate.arm import models_folder
 from palpate.arrays import Array
 from palpate.arrays.rigid import inverse, transform
+from palpate.arrays.yaml_loader import OwnLoader
 from palpate.batch import Variation, simulate
 from palpate.registration import points
 from palpate.scene import Scene
@@ -54,7 +55,7 @@ def _landmarks(vertices: Array, first: float) -> Array:
 
 def _touching(rig: Rig, marks: Array, radius: float) -> Scene:
     """The scene with a hand that lowers the tip onto each landmark in turn, from above."""
-    data: dict[str, Any] = yaml.safe_load(rig.resolved_yaml(absolute=True))
+    data: dict[str, Any] = yaml.load(rig.resolved_yaml(absolute=True), OwnLoader)
     up, t = np.array([0.0, 0.0, 1.0]), _START
     path = [{"t": 0.0, "xyz": (marks[0] + 0.03 * up).tolist()}]
     for p in marks:

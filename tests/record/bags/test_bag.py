@@ -58,6 +58,7 @@ def test_ticks_have_the_force_in_both_frames(folder):
     np.testing.assert_allclose(ticks["p_WT"][5], (stage.follower.X_WA @ psm.fk(psm.home))[:3, 3], atol=1e-12)
 
 
+@pytest.mark.usefixtures("unarranged_figures")
 def test_report_writes_a_page_and_json(folder, tmp_path, capsys):
     page, summary = tmp_path / "page.html", tmp_path / "summary.json"
     assert main(["report", str(folder), "--out", str(page), "--json", str(summary)]) == 0
