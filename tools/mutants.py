@@ -16,6 +16,7 @@ import random
 import sys
 import time
 from importlib import import_module
+from itertools import zip_longest
 from pathlib import Path
 
 from mutation import Mutant, Suite, cpu_time
@@ -86,6 +87,12 @@ def mutants(path: Path, rng: random.Random) -> list[Mutant]:
     return made
 
 
+def changed(mutant: Mutant) -> str:
+    """The first changed line."""
+    both = zip_longest(mutant.path.read_text(encoding="utf-8").splitlines(), mutant.source.splitlines(), fillvalue="")
+    return next((new.strip() for old, new in both if old != new), "")
+
+
 def load(names: tuple[str, ...]) -> None:
     """Import the modules."""
     for name in names:
@@ -116,8 +123,9 @@ def examine(group: str, sample: int, seed: int, every: bool) -> tuple[int, list[
     for mutant in chosen:
         if suite.survives(mutant, None if every else lines)[0]:
             survived.append(mutant)
-            unseen = "" if lines.tests_of(mutant) else ", which no test executes"
-            print(f"  survived: {mutant.path.relative_to(ROOT)}:{mutant.line} {mutant.operator}{unseen}", flush=True)
+            unseen = "" if lines.tests_of(mutant) else " (no test executes it)"
+            place = f"{mutant.path.relative_to(ROOT)}:{mutant.line} {mutant.operator}"
+            print(f"  survived: {place}{unseen}: {changed(mutant)}", flush=True)
     print(f"{group}: {(cpu_time() - begin) / len(chosen):.1f} s of processor time a mutant", flush=True)
     return len(chosen), survived
 

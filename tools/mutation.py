@@ -5,13 +5,14 @@ function is then given to the tests that execute its statement, cheapest first; 
 fault in a statement executed by imports is given to all tests, those that use its module first.
 
 Tests that share a fixture of module or session scope share its lines and each other's: the first of them may compute
-and keep what another asserts.
+and keep what another asserts. The caches of functions are cleared before each test for the same reason.
 """
 
 from __future__ import annotations
 
 import ast
 import contextlib
+import functools
 import io
 import math
 import os
@@ -81,8 +82,8 @@ def statement(text: str, line: int) -> set[int]:
 class Tracer:
     """A plugin of pytest that fills a `Map` with the lines of the given files."""
 
-    def __init__(self, paths: set[str]) -> None:
-        self.paths, self.map = paths, Map()
+    def __init__(self, paths: set[str], packages: set[str]) -> None:
+        self.paths, self.packages, self.map = paths, packages, Map()
         self.now = self.map.imports
         self.shared: dict[int, set[Line]] = {}  # lines of each fixture of module or session scope
         self.spent: dict[int, float] = {}  # processor time of these fixtures
@@ -125,11 +126,20 @@ class Tracer:
             threading.settrace(None)  # type: ignore[arg-type]
             SourceFileLoader.exec_module = execute  # type: ignore[method-assign]
 
+    def forget(self) -> None:
+        """Clear the caches of functions: what one test left there, another one would not compute."""
+        for name, module in list(sys.modules.items()):
+            if name.split(".")[0] in self.packages:
+                for one in vars(module).values():
+                    if isinstance(one, functools._lru_cache_wrapper):
+                        one.cache_clear()
+
     @pytest.hookimpl(wrapper=True)
     def pytest_fixture_setup(self, fixturedef: Any) -> Iterator[None]:
         """Note the lines and the time of a fixture that tests share."""
         if fixturedef.scope == "function" or fixturedef.func.__module__.startswith("_pytest"):
             return (yield)
+        self.forget()
         self.kept.append(fixturedef)
         begin, key = cpu_time(), id(fixturedef)
         with self.into(self.shared.setdefault(key, set())):
@@ -140,6 +150,7 @@ class Tracer:
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_protocol(self, item: Any) -> Iterator[None]:
         """Note the lines and the time of a test."""
+        self.forget()
         begin = cpu_time()
         with self.into(self.map.tests.setdefault(item.nodeid, set())):
             done = yield
@@ -205,7 +216,8 @@ class Suite:
 
     def map_lines(self, paths: set[Path]) -> tuple[bool, Map]:
         """Run all tests without a fault; whether they pass, and which lines of the files each of them executes."""
-        tracer = Tracer({str(path) for path in paths})
+        packages = {path.relative_to(self.root).parts[0].removesuffix(".py") for path in paths}
+        tracer = Tracer({str(path) for path in paths}, packages)
         with tempfile.TemporaryFile() as out:
             passed, _ = _forked(lambda: _traced(self, tracer, out), 600.0)
             out.seek(0)

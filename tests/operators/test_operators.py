@@ -128,6 +128,16 @@ def test_operator_yields_only_to_forces_above_the_threshold():
     assert np.abs(unfelt.p_WT[:, 1]).max() < 1e-9
 
 
+@pytest.mark.parametrize(("press", "part"), [(0.0, [0.0, 0.3, -0.4]), (0.5, [0.0, 0.3, 0.0])])
+def test_operator_yields_across_the_path_but_not_to_the_pressed_surface(press, part):
+    """The wanted force is reached, so that the hand moves along the path and gives way, and does nothing else."""
+    person, goal = calm(yields=1.0, threshold=0.05), aim(press=press)
+    operator = Operator(person, Senses("felt"), 1)
+    v = [operator.lead(np.zeros(3), press, np.array([0.2, 0.3, -0.4]), goal, SCALE) for _ in range(200)][-1]
+    yielded = (1.0 - 0.05 / np.linalg.norm(part)) * np.array(part) / person.hand.stiffness
+    np.testing.assert_allclose(v, yielded + [0.03 / SCALE, 0.0, 0.0], rtol=1e-6, atol=1e-9)
+
+
 def test_displayed_path_halves_the_visual_error():
     person = calm(visual_error=0.5e-3)
     looks = [Operator(person, Senses(drawn=drawn), 4)._sight_error for drawn in (False, True)]
@@ -234,8 +244,8 @@ def test_a_force_is_sensed_after_its_delay(force, delay):
     F = sensed(person, Senses(force), [0.0] * 5 + [0.8] * 20)
     assert not F[: 5 + n].any()
     assert F[5 + n] > 0.5
-    F = sensed(person, Senses(force), [0.7] * 3)
-    assert (F > 0.4).all(), "before the delay has passed, the first force counts"
+    F = sensed(person, Senses(force), [0.7, 1.4, 2.1])
+    assert F == pytest.approx(0.7, rel=0.35), "before the delay has passed, the first force counts"
 
 
 def test_a_felt_force_below_the_threshold_is_not_sensed():

@@ -10,6 +10,8 @@ import pytest
 
 TOOLS = Path(__file__).parents[2] / "tools"
 MODULE = """
+import functools
+
 LIMIT = 3
 
 def double(x):
@@ -33,6 +35,10 @@ def branch(x):
     ):
         return "above"
     return "below"
+
+@functools.cache
+def slow(x):
+    return x * x
 
 class Kept:
     value = None
@@ -68,6 +74,14 @@ def test_branch():
     from faulty import branch
     assert branch(4) == "above"
 
+def test_slow_is_positive():
+    from faulty import slow
+    assert slow(3) > 0
+
+def test_slow_is_a_square():
+    from faulty import slow
+    assert slow(3) == 9
+
 def test_limit_is_stated():
     import faulty
     assert faulty.LIMIT == 3
@@ -98,6 +112,7 @@ FAULTS = {
     "while x > 0": "while x < 9",
     "> LIMIT": "<= LIMIT",
     "LIMIT = 3": "LIMIT = 2",
+    "x * x": "x + x",
     "double(10) + 1": "double(10) + 2",
 }
 
@@ -128,6 +143,7 @@ def test_a_fault_that_a_test_asserts_is_killed(judged):
         ("<= LIMIT", ["test_branch"]),
         ("while x < 9", ["test_countdown"]),
         ("double(10) + 2", ["test_first_use", "test_second_use"]),
+        ("x + x", ["test_slow_is_a_square", "test_slow_is_positive"]),
         ("2 / x", ["test_first_use", "test_second_use"]),
     ):
         assert not judged[fault][0], fault
@@ -145,7 +161,7 @@ def test_a_fault_that_no_test_executes_survives_without_a_run(judged):
 def test_a_fault_in_a_statement_of_the_module_is_given_to_all_tests(judged):
     survived, tests, *_ = judged["LIMIT = 2"]
     assert not survived
-    assert len(tests) == 6
+    assert len(tests) == 8
     assert tests[-1] == "test_limit_is_stated", "those that use the module come first"
 
 
