@@ -228,6 +228,11 @@ def test_a_trial_ends_one_millimetre_before_the_end_of_the_path():
     assert trial.p_WT[-1, 0] == pytest.approx(0.005 + 0.00032, abs=0.0001)
 
 
+def test_an_operator_has_noise_for_trials_of_30_seconds():
+    v = led(calm(noise=0.1, unrest=1e-3), aim(), updates=round(30.0 / STEP))
+    assert np.ptp(v[-100:], axis=0).min() > 0.0
+
+
 def sensed(person, senses, forces, seed=1):
     """What the operator senses of these forces of the tool, after each of them."""
     operator, out = Operator(person, senses, seed), []
