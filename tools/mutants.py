@@ -15,6 +15,7 @@ import os
 import random
 import sys
 import time
+from dataclasses import dataclass
 from importlib import import_module
 from itertools import zip_longest
 from pathlib import Path
@@ -62,28 +63,47 @@ def without_effect(tree: ast.AST) -> set[tuple[int, int]]:
             for column in range(b if line == a else 0, d if line == c else 500)}  # fmt: skip
 
 
-def mutants(path: Path, rng: random.Random) -> list[Mutant]:
-    """One mutant of each place in the file."""
+@dataclass(frozen=True)
+class Place:
+    """A place in a file, and what changes there."""
+
+    path: Path
+    line: int
+    operator: str
+    occurrence: int
+    """Index of the place among those of the operator in the file."""
+
+    def mutant(self) -> Mutant:
+        """The mutant; raises AttributeError for an exception given by its dotted name."""
+        from cosmic_ray.mutating import mutate_code
+        from cosmic_ray.plugins import get_operator
+
+        source = mutate_code(self.path.read_text(encoding="utf-8"), get_operator(self.operator)(), self.occurrence)
+        return Mutant(self.path, self.line, self.operator.removeprefix("core/"), source)
+
+
+def places(path: Path, rng: random.Random) -> list[Place]:
+    """All places in the file, with one change each."""
     from cosmic_ray.ast import ast_nodes, get_ast
-    from cosmic_ray.mutating import mutate_code
     from cosmic_ray.plugins import get_operator, operator_names
 
     text = path.read_text(encoding="utf-8")
     nodes, unused = list(ast_nodes(get_ast(text))), without_effect(ast.parse(text))
-    places: dict[tuple[int, int], list[tuple[str, int]]] = {}
+    at: dict[tuple[int, int], list[tuple[str, int]]] = {}
     for name in operator_names():
         if get_operator(name).arguments():
             continue
         found = [start for node in nodes for start, _ in get_operator(name)().mutation_positions(node)]
         for occurrence, start in enumerate(found):
             if start not in unused:
-                places.setdefault(start, []).append((name, occurrence))
+                at.setdefault(start, []).append((name, occurrence))
     made = []
-    for (line, _), choices in sorted(places.items()):
-        name, occurrence = rng.choice(choices)
-        with contextlib.suppress(AttributeError):  # cosmic-ray cannot replace an exception given by its dotted name
-            if source := mutate_code(text, get_operator(name)(), occurrence):
-                made.append(Mutant(path, line, name.removeprefix("core/"), source))
+    for (line, _), choices in sorted(at.items()):
+        place = Place(path, line, *rng.choice(choices))
+        with contextlib.suppress(AttributeError):
+            if place.operator == "core/ExceptionReplacer":
+                place.mutant()
+            made.append(place)
     return made
 
 
@@ -111,7 +131,7 @@ def examine(group: str, sample: int, seed: int, every: bool) -> tuple[int, list[
         sys.exit(
             f"{group}: {early[0]} is loaded before it can be mutated. Mend: examine units first, or shorten PRELOADED"
         )
-    made = [mutant for path in paths for mutant in mutants(path, rng)]
+    made = [place for path in paths for place in places(path, rng)]
     begin = cpu_time()
     passed, lines = suite.map_lines(set(paths))
     if not passed:
@@ -120,7 +140,7 @@ def examine(group: str, sample: int, seed: int, every: bool) -> tuple[int, list[
     print(f"{group}: {len(chosen)} of {len(made)} places; {len(lines.tests)} tests, which take "
           f"{cpu_time() - begin:.1f} s of processor time under the tracer", flush=True)  # fmt: skip
     begin, survived = cpu_time(), []
-    for mutant in chosen:
+    for mutant in (place.mutant() for place in chosen):
         if suite.survives(mutant, None if every else lines)[0]:
             survived.append(mutant)
             unseen = "" if lines.tests_of(mutant) else " (no test executes it)"
