@@ -93,6 +93,7 @@ def test_a_unit_is_known_if_all_its_alternatives_are(unit, known):
 def test_a_colour_is_read_digit_by_digit():
     read = TypeAdapter(values.Color).validate_python
     assert read("#0a1bff") == read([10, 27, 255]) == (10, 27, 255)
+    assert read("#000000") == read([0, 0, 0]) == (0, 0, 0)
     for wrong in ("#0a1bf", "#0a1bff0", "#0g1bff", [0, 0, 256], [-1, 0, 0], [0, 0]):
         with pytest.raises(ValidationError):
             read(wrong)
