@@ -24,7 +24,15 @@ from mutation import Mutant, Suite, cpu_time
 
 ROOT = Path(__file__).resolve().parents[1]
 SLOW = "-k=not " + " and not ".join(
-    ("browser", "reproducible", "well_formed", "unusual", "every_signal", "combination_passes", "figure")
+    (
+        "browser",
+        "reproducible",
+        "well_formed",
+        "unusual",
+        "every_signal",
+        "figure",
+        "(combination_passes and (orient or implicit or mesh or tube or line))",
+    )
 )
 """Tests that take long, and tests of pictures. Modules that only draw are not mutated."""
 GROUPS = {

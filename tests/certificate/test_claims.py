@@ -62,6 +62,37 @@ def test_the_limit_of_trials_is_where_they_begin_to_oscillate(monkeypatch, expec
     assert trials.limit(DEVICE, next(iter(PRESETS.values())), 0.0, expected) == pytest.approx(edge, rel=0.02)
 
 
+def test_trials_go_to_130_percent_with_friction_and_to_the_linear_limit_without(monkeypatch):
+    hand, dry, smooth = PRESETS["normal"], DEVICE, palpate.DeviceModel(mass=0.3, damping=0.6)
+    for edge, limits in ((600.0, (600.0, 500.0)), (400.0, (400.0, 400.0)), (1e9, (650.0, 500.0))):
+        monkeypatch.setattr(trials, "oscillates", lambda device, hand, K, B, edge=edge: edge < K)
+        assert [trials.limit(one, hand, 0.0, 500.0) for one in (dry, smooth)] == pytest.approx(limits, rel=0.004)
+    for expected in (0.0, np.inf):
+        assert trials.limit(dry, hand, 0.0, expected) == expected
+
+
+def test_each_trial_starts_with_the_energy_of_its_tap_on_a_spring_or_a_wall(monkeypatch):
+    runs = []
+
+    class Axis:
+        def __init__(self, options):
+            self.bilateral = options.bilateral
+
+        def run(self, x0, v0, push):
+            runs.append((self.bilateral, x0, v0, push))
+            return type("Run", (), {"oscillates": False})
+
+    monkeypatch.setattr(trials._core, "Axis", Axis)
+    hand, K = PRESETS["normal"], 700.0
+    assert not trials.oscillates(DEVICE, hand, K, 1.0)
+    assert len(runs) == len(trials.TRIALS)
+    for (bilateral, x0, v0, push), trial in zip(runs, trials.TRIALS, strict=True):
+        assert (bilateral, push) == (trial.spring, trial.press)
+        stiff, M = K + hand.stiffness, DEVICE.mass + hand.mass
+        energy = 0.5 * M * v0**2 + 0.5 * stiff * (x0 - push / stiff) ** 2
+        assert energy == pytest.approx(0.5 * M * trial.tap**2)
+
+
 def test_poses_of_a_scene_place_the_tool_on_the_operators_path():
     rig = build(
         palpate.Scene.parse("""
