@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from palpate.verify.conformance import at_rest, bench, billing, entry, in_motion, live, rejected
+from palpate.verify.conformance import at_rest, bench, billing, damping, entry, in_motion, live, rejected
 from palpate.verify.conformance.bench import DT, Answer, Motion
 from palpate.verify.conformance.combinations import POLICIES, Combination, combinations, sample
 from palpate.verify.conformance.laws import LAWS
-from palpate.verify.conformance.probes import Probe, moved_to_gap
+from palpate.verify.conformance.probes import Probe, _has_discontinuity, moved_to_gap, pool, smooth
 from palpate.verify.conformance.roles import ROLES, gradient, moved, nearest
 from palpate.verify.conformance.specimens import SPECIMENS
 
@@ -267,3 +267,58 @@ def test_a_damper_needs_no_allowance_of_the_passivity_layer():
     V = np.zeros((201, 6))
     V[:, 0] = np.gradient(X[:, 0, 3], DT)
     assert billing.billing_failure(-2.0 * V, Motion(X, V)) == ""
+
+
+def test_damping_of_laws():
+    """Twists of 20 mm/s: 2 N s/m that rise over 0.2 mm; the velocity law brakes the approach by 20 N s/m."""
+    n = np.array([0.6, 0.8, 0.0, 0.0, 0.0, 0.0])
+    side = np.array([0.8, -0.6, 0.0, 0.0, 0.0, 0.0])
+
+    def change(law, gap, V):
+        return damping.expected(replace(BALL, law=law), Probe(np.eye(4), np.zeros(6), gap, n), 0.02 * V)
+
+    for V, size in ((-n, 0.04), (n, -0.04), (side, 0.0)):
+        np.testing.assert_allclose(change("spring", -0.001, V), size * n, atol=1e-12)
+        np.testing.assert_allclose(change("spring", -0.0001, V), 0.5 * size * n, atol=1e-12)
+        np.testing.assert_allclose(change("spring", 0.0001, V), 0.0, atol=1e-12)
+    np.testing.assert_allclose(change("optimise", -0.01, -n), 0.0, atol=1e-12)
+    np.testing.assert_allclose(change("optimise", -0.01, n), -0.04 * n, atol=1e-12)
+    for gap, share in ((-0.001, 1.0), (0.005, 0.5), (0.011, 0.0)):
+        for V, force in ((-n, 0.4 * n), (n, -0.04 * n), (side, -0.04 * side)):
+            np.testing.assert_allclose(change("admittance", gap, V), share * force, atol=1e-12)
+
+
+def test_normals_jump_inside_a_box_and_not_above_its_face():
+    case, s = ROLES["forbid"], SPECIMENS["box"]
+    face, crease = tool((0.0, 0.0, 0.012)), tool((0.0128, 0.0, 0.0076))  # 2.2 and 2.4 mm deep: the walls change places
+    assert smooth(case, s, face, gradient(case, s, face))
+    assert not _has_discontinuity(s, face[:3, 3])
+    assert _has_discontinuity(s, crease[:3, 3])
+    assert not smooth(case, s, crease, gradient(case, s, crease))
+
+
+def test_places_of_a_speed_limit_move_2_5_times_and_half_as_fast():
+    found = pool("limit of speed", "sphere", 0)
+    for places, speed in ((found.violated, 0.05), (found.satisfied, 0.01)):
+        for probe in places:
+            assert np.linalg.norm(probe.V) == pytest.approx(speed)
+            np.testing.assert_allclose(probe.J, -probe.V / speed, atol=1e-12)
+    assert found.rejected_share == 0.0
+
+
+def test_places_of_a_ball_have_gaps_within_their_bounds_and_its_normal():
+    found = pool("forbid", "sphere", 0)
+    for probe in (*found.violated, *found.satisfied):
+        r = np.linalg.norm(probe.X[:3, 3])
+        assert probe.gap == pytest.approx(r - 0.02 - 0.004, abs=1e-9)
+        np.testing.assert_allclose(probe.J, [*probe.X[:3, 3] / r, 0.0, 0.0, 0.0], atol=1e-6)
+    assert all(-0.00351 < probe.gap < -0.00079 for probe in found.violated)
+    assert all(0.00029 < probe.gap < 0.00101 for probe in found.satisfied)
+
+
+def test_the_normal_of_a_ball_turns_by_the_inverse_of_its_distance():
+    X = tool((0.0, 0.0, 0.024), (np.pi - 0.3, 0.0, 0.0))
+    per = rejected._steepness(TURNS.role, TURNS.geometry, X.tobytes())
+    np.testing.assert_allclose(per[:, 0], 1.0 / 0.024, rtol=0.15)
+    np.testing.assert_allclose(per[:, 1], 1.0, rtol=0.1)
+    assert per.shape == (200, 2)
