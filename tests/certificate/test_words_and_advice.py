@@ -8,6 +8,7 @@ import palpate
 from palpate import _core
 from palpate.certificate import arms, certify_all, words
 from palpate.certificate.certificate import Case, advice
+from palpate.certificate.scene import _servo_lag
 
 FACTS = words.LoopFacts(0.009, 1000.0, 0.6, 12.34, "hand light")
 
@@ -151,3 +152,12 @@ guidance: [{name: wall, role: forbid, geometry: {plane: {}}, law: {stiffness: 50
     assert table.frequency > 0.0
     assert f"it would swing at {table.frequency:.3g} Hz, {table.worst}" in table.reason
     assert table.worst.startswith("pressing along z ")
+
+
+def test_lag_of_the_followers_servo_is_that_of_a_ramp():
+    """x'' = w^2 (goal - x) - 2 zeta w x' follows a ramp 2 zeta / w late; without a servo there is no lag."""
+    o = _core.SimulationOptions()
+    o.follower.bandwidth, o.follower.damping_ratio = 25.0, 0.8
+    assert _servo_lag(o) == pytest.approx(2.0 * 0.8 / (2.0 * np.pi * 25.0))
+    o.follower.bandwidth = 0.0
+    assert _servo_lag(o) == 0.0
