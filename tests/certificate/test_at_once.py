@@ -7,7 +7,7 @@ import pytest
 
 import palpate
 from palpate.certificate import certify_all
-from palpate.certificate.at_once import _points, groups
+from palpate.certificate.at_once import _points, _stroke, groups
 from palpate.certificate.scene import warn_outside
 from palpate.certificate.touched import touched
 from palpate.errors import PalpateWarning
@@ -65,6 +65,17 @@ def test_points_are_spread_over_a_surface_by_area():
     points, spacing = _points(rig(ball("a", 0.1)).surfaces[0])
     assert spacing == pytest.approx(np.sqrt(4.0 * np.pi * 0.02**2 / 4000), rel=0.05)
     np.testing.assert_allclose(points.mean(axis=0), [0.1, 0.0, 0.0], atol=0.001)
+
+
+def test_the_stroke_of_an_object_adds_its_amplitude_and_the_way_of_its_farthest_corner():
+    moves = ", motion: {amplitude: [0.003, 0, 0.004], turn_deg: [0, 0, 30]}"
+    one = rig(ball("a", 0.1, moves))
+    corner = 0.5 * float(np.linalg.norm(np.diff(one.surfaces[0].bounds, axis=0)))
+    assert corner == pytest.approx(0.02 * np.sqrt(3.0), rel=0.03)
+    assert _stroke(one, 0, ()) == pytest.approx(0.005 + corner * np.pi / 6.0)
+    assert _stroke(rig(ball("a", 0.1, ", motion: {spin_deg: [0, 0, 1]}")), 0, ()) == np.inf
+    assert _stroke(rig(ball("a", 0.1)), 0, ()) == 0.0
+    assert _stroke(rig(ball("a", 0.1)), 0, ("a",)) == np.inf
 
 
 def plane(name, K):

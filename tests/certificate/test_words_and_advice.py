@@ -9,6 +9,7 @@ from palpate import _core
 from palpate.certificate import arms, certify_all, words
 from palpate.certificate.certificate import Case, advice
 from palpate.certificate.scene import _servo_lag
+from palpate.hands import PRESETS
 
 FACTS = words.LoopFacts(0.009, 1000.0, 0.6, 12.34, "hand light")
 
@@ -149,6 +150,9 @@ guidance: [{name: wall, role: forbid, geometry: {plane: {}}, law: {stiffness: 50
     assert "softly" not in table.reason
     for one in (table, wall):
         assert f"the passivity layer ({scene.stability.passivity}) will take force to hold it" in one.reason
+    felt = scene.mapping.force_scale * 0.5
+    passive = (PRESETS["normal"].damping - felt * 1.0) / (0.0005 + 0.010 + 1e-3 * lag) / felt
+    assert table.bounds == {"colgate_brown_with_hand": pytest.approx(passive, rel=1e-6)}
     assert table.frequency > 0.0
     assert f"it would swing at {table.frequency:.3g} Hz, {table.worst}" in table.reason
     assert table.worst.startswith("pressing along z ")

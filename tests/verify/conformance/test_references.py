@@ -322,3 +322,12 @@ def test_the_normal_of_a_ball_turns_by_the_inverse_of_its_distance():
     np.testing.assert_allclose(per[:, 0], 1.0 / 0.024, rtol=0.15)
     np.testing.assert_allclose(per[:, 1], 1.0, rtol=0.1)
     assert per.shape == (200, 2)
+
+
+@pytest.mark.parametrize(
+    ("c", "ticks"),
+    [(BALL, 320), (replace(BALL, policy="hard"), 700), (replace(BALL, policy="ramp by time"), 600), (TURNS, 1600)],
+)
+def test_an_edit_has_ended_after_its_fading_and_settling(c, ticks):
+    """1.6 times the policy's 0.2 s, or until the output has settled; eight times as long for turns."""
+    assert live._transition_ticks(c) == ticks
