@@ -2,11 +2,12 @@
 
 import warnings
 
+import numpy as np
 import pytest
 
 import palpate
 from palpate.certificate import certify_all
-from palpate.certificate.at_once import groups
+from palpate.certificate.at_once import _points, _stroke, groups
 from palpate.certificate.scene import warn_outside
 from palpate.certificate.touched import touched
 from palpate.errors import PalpateWarning
@@ -53,6 +54,28 @@ def test_surfaces_that_cross_far_from_all_vertices_are_a_group():
 def test_a_chain_is_not_taken_for_a_group_of_three():
     assert groups(rig(*(ball(f"b{i}", 0.046 * i) for i in range(3)))) == [(0, 1), (1, 2)]
     assert groups(rig(*(ball(f"b{i}", 0.01 * i) for i in range(3)))) == [(0, 1, 2)]
+
+
+def test_points_are_spread_over_a_surface_by_area():
+    """Reference: the spacing of 4000 squares of equal area, and the mean and spread of a uniform distribution."""
+    points, spacing = _points(rig("{name: floor, plane: {size: 0.3}}").surfaces[0])
+    assert spacing == pytest.approx(0.3 / np.sqrt(4000))
+    np.testing.assert_allclose(points.mean(axis=0), 0.0, atol=0.005)
+    np.testing.assert_allclose(points.std(axis=0), [0.3 / np.sqrt(12), 0.3 / np.sqrt(12), 0.0], rtol=0.03)
+    points, spacing = _points(rig(ball("a", 0.1)).surfaces[0])
+    assert spacing == pytest.approx(np.sqrt(4.0 * np.pi * 0.02**2 / 4000), rel=0.05)
+    np.testing.assert_allclose(points.mean(axis=0), [0.1, 0.0, 0.0], atol=0.001)
+
+
+def test_the_stroke_of_an_object_adds_its_amplitude_and_the_way_of_its_farthest_corner():
+    moves = ", motion: {amplitude: [0.003, 0, 0.004], turn_deg: [0, 0, 30]}"
+    one = rig(ball("a", 0.1, moves))
+    corner = 0.5 * float(np.linalg.norm(np.diff(one.surfaces[0].bounds, axis=0)))
+    assert corner == pytest.approx(0.02 * np.sqrt(3.0), rel=0.03)
+    assert _stroke(one, 0, ()) == pytest.approx(0.005 + corner * np.pi / 6.0)
+    assert _stroke(rig(ball("a", 0.1, ", motion: {spin_deg: [0, 0, 1]}")), 0, ()) == np.inf
+    assert _stroke(rig(ball("a", 0.1)), 0, ()) == 0.0
+    assert _stroke(rig(ball("a", 0.1)), 0, ("a",)) == np.inf
 
 
 def plane(name, K):

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 import palpate
-from palpate.certificate import trials
-from palpate.certificate.scene import _poses
+from palpate.certificate import certify_all, trials
+from palpate.certificate.certificate import Certificate, judge
+from palpate.certificate.scene import _DIRECTIONS, _poses, worst_of
+from palpate.errors import OutputError, RecordingError
 from palpate.hands import PRESETS
 from palpate.scene.rig import build
 
@@ -17,6 +19,30 @@ def test_sure_stiffness_is_97_percent_of_the_lower_limit():
     assert limits.k_sure == pytest.approx(0.97 * min(limits.k_max, limits.k_linear))
     assert palpate.certify(DEVICE, K=0.999 * limits.k_sure, B=0.6).verdict == "stable"
     assert palpate.certify(DEVICE, K=1.001 * limits.k_sure, B=0.6).verdict != "stable"
+
+
+@pytest.mark.parametrize(
+    ("K", "k_max", "k_linear", "verdict", "margin"),
+    [
+        (None, 100.0, 100.0, None, None),
+        (0.0, 100.0, 100.0, "stable", None),
+        (0.0, 0.0, 0.0, "unstable", None),
+        (0.5, 0.3, 0.3, "unstable", -0.4),
+        (96.9, 100.0, 100.0, "stable", 100.0 / 96.9 - 1.0),
+        (97.1, 100.0, 100.0, "marginal", 100.0 / 97.1 - 1.0),
+        (103.0, 100.0, 100.0, "marginal", 100.0 / 103.0 - 1.0),
+        (103.2, 100.0, 100.0, "unstable", 100.0 / 103.2 - 1.0),
+        (60.0, 120.0, 50.0, "marginal", 1.0),  # dry friction alone holds it
+        (60.0, 50.0, 120.0, "unstable", -1.0 / 6.0),
+        (5.0, np.inf, np.inf, "stable", None),
+    ],
+)
+def test_verdict_is_stable_below_97_percent_of_both_limits_and_unstable_3_percent_above(
+    K, k_max, k_linear, verdict, margin
+):
+    found = judge(K, k_max, k_linear)
+    assert found[0] == verdict
+    assert found[1] == (margin if margin is None else pytest.approx(margin))
 
 
 @pytest.mark.parametrize(("delay", "advice"), [(0.009, "3 ms less delay"), (0.0012, "0.4 ms less delay"), (0.0, "")])
@@ -34,6 +60,37 @@ def test_a_device_that_always_oscillates_has_no_stable_stiffness(monkeypatch):
 def test_the_limit_of_trials_is_where_they_begin_to_oscillate(monkeypatch, expected, edge):
     monkeypatch.setattr(trials, "oscillates", lambda device, hand, K, B: edge < K)
     assert trials.limit(DEVICE, next(iter(PRESETS.values())), 0.0, expected) == pytest.approx(edge, rel=0.02)
+
+
+def test_trials_go_to_130_percent_with_friction_and_to_the_linear_limit_without(monkeypatch):
+    hand, dry, smooth = PRESETS["normal"], DEVICE, palpate.DeviceModel(mass=0.3, damping=0.6)
+    for edge, limits in ((600.0, (600.0, 500.0)), (400.0, (400.0, 400.0)), (1e9, (650.0, 500.0))):
+        monkeypatch.setattr(trials, "oscillates", lambda device, hand, K, B, edge=edge: edge < K)
+        assert [trials.limit(one, hand, 0.0, 500.0) for one in (dry, smooth)] == pytest.approx(limits, rel=0.004)
+    for expected in (0.0, np.inf):
+        assert trials.limit(dry, hand, 0.0, expected) == expected
+
+
+def test_each_trial_starts_with_the_energy_of_its_tap_on_a_spring_or_a_wall(monkeypatch):
+    runs = []
+
+    class Axis:
+        def __init__(self, options):
+            self.bilateral = options.bilateral
+
+        def run(self, x0, v0, push):
+            runs.append((self.bilateral, x0, v0, push))
+            return type("Run", (), {"oscillates": False})
+
+    monkeypatch.setattr(trials._core, "Axis", Axis)
+    hand, K = PRESETS["normal"], 700.0
+    assert not trials.oscillates(DEVICE, hand, K, 1.0)
+    assert len(runs) == len(trials.TRIALS)
+    for (bilateral, x0, v0, push), trial in zip(runs, trials.TRIALS, strict=True):
+        assert (bilateral, push) == (trial.spring, trial.press)
+        stiff, M = K + hand.stiffness, DEVICE.mass + hand.mass
+        energy = 0.5 * M * v0**2 + 0.5 * stiff * (x0 - push / stiff) ** 2
+        assert energy == pytest.approx(0.5 * M * trial.tap**2)
 
 
 def test_poses_of_a_scene_place_the_tool_on_the_operators_path():
@@ -56,3 +113,91 @@ operator: {path: [{t: 0, xyz: [0, 0, 0.02]}, {t: 1, xyz: [0.01, -0.005, 0.01]}, 
         wanted = rig.path.positions_W[np.argmin(np.abs(rig.path.times - t))]
         moved = arms.X_WL[:3, :3] @ (arms.leader.fk(q)[:3, 3] - start)
         np.testing.assert_allclose(tool + 0.5 * moved, wanted, atol=5e-4)
+
+
+def test_bounds_frequency_and_hands_of_a_device():
+    """References: the published bounds, with the jitter in the delay, and the loop of the most critical hand."""
+    device = palpate.DeviceModel(
+        0.3, 3.0, 800.0, 0.003, jitter=0.001, quantum=2e-5, friction=0.01, hand=(PRESETS["light"], PRESETS["relaxed"])
+    )
+    found = palpate.certify(device, B=1.0)
+    lag = 0.5 / 800.0 + 0.004
+    least = min(PRESETS[name].damping for name in ("light", "relaxed"))
+    assert found.bounds == pytest.approx({
+        "colgate_brown": (3.0 - 1.0) / lag,
+        "colgate_brown_with_hand": (3.0 + least - 1.0) / lag,
+        "abbott_okamura": min(2.0 * 3.0 * 800.0, 2.0 * 0.01 / 2e-5),
+    })  # fmt: skip
+    frictionless = palpate.DeviceModel(0.3, 3.0, 800.0, 0.003, hand=PRESETS["light"])
+    alone = palpate.certify(frictionless, K=1e5, B=1.0)
+    K, w = frictionless.loop(PRESETS["light"]).K_max(1.0)
+    assert (alone.k_linear, alone.frequency) == pytest.approx((K, w / (2.0 * np.pi)))
+    assert f"it would swing at {alone.frequency:.3g} Hz, hand light" in alone.reason
+
+
+def test_trials_press_with_02_to_10_newtons_and_tap_both_ways():
+    walls = [t for t in trials.TRIALS if not t.spring]
+    presses = sorted({t.press for t in walls})
+    np.testing.assert_allclose(presses, 0.2 * 50.0 ** (np.arange(9) / 8), rtol=1e-12)
+    for k, press in enumerate(presses):
+        taps = sorted((t.tap for t in walls if t.press == press), key=abs)
+        np.testing.assert_allclose(taps, 0.5 * np.array([0.07, -0.3, 1.0 if k % 2 else -1.0]), rtol=1e-12)
+    assert {t.tap for t in trials.TRIALS if t.spring} == {0.5, 0.5 / 3.0}
+
+
+def test_directions_are_the_axes_and_their_bisectors():
+    axes = np.eye(3)
+    wanted = [
+        *axes,
+        *((axes[i] + sign * axes[j]) / np.sqrt(2.0) for i in range(3) for j in range(i) for sign in (1, -1)),
+    ]
+    alike = np.abs(np.array(_DIRECTIONS) @ np.array(wanted).T) > 1.0 - 1e-12
+    assert (alike.sum(axis=0) == 1).all()
+    assert (alike.sum(axis=1) == 1).all()
+
+
+def test_the_worst_certificate_has_the_smallest_ratio_of_limit_to_stiffness():
+    def of(k_max, K):
+        return Certificate(0.0, k_max, k_max, 1.0, "", K, None, None, "")
+
+    order = [of(0.0, 500.0), of(0.3, 1.0), of(400.0, 500.0), of(900.0, 500.0), of(np.inf, 500.0)]
+    for k in range(len(order)):
+        assert worst_of(order[: k - 1 : -1] if k else order[::-1]) is order[k]
+    assert worst_of([of(100.0, None), order[3]]) is order[3]
+
+
+def test_a_device_is_read_as_it_was_written(tmp_path):
+    DEVICE.save(tmp_path / "d.yaml", {"bench": 3})
+    assert palpate.DeviceModel.load(tmp_path / "d.yaml") == DEVICE
+    with pytest.raises(OutputError, match="cannot be written"):
+        DEVICE.save(tmp_path / "absent" / "d.yaml")
+
+
+@pytest.mark.parametrize(
+    ("text", "why"),
+    [
+        ("kind: hand\nmass: 1\n", "no line kind: device"), ("kind: device\nmas: 1\n", "unknown key 'mas'"),
+        ("kind: device\nmass: heavy\n", "mass = 'heavy' is no number"), ("kind: device\nmass: 1\n", "damping"),
+        ("kind: device\nmass: true\n", "mass = True is no number"), ("kind: device\nmass: [\n", "flow"),
+        (None, "No such file"),
+    ],
+)  # fmt: skip
+def test_a_file_that_is_no_device_is_refused_with_its_reason(tmp_path, text, why):
+    if text is not None:
+        (tmp_path / "d.yaml").write_text(text)
+    with pytest.raises(RecordingError, match=why):
+        palpate.DeviceModel.load(tmp_path / "d.yaml")
+
+
+def test_a_fixture_is_judged_in_all_directions_whatever_the_objects_are():
+    rest = """
+operator: {path: [{t: 0, xyz: [0, 0, 0.04]}, {t: 1, xyz: [0, 0, 0.035]}]}
+guidance: [{name: wall, role: forbid, geometry: {plane: {}}, law: {stiffness: 500, damping: 1}}]
+"""
+    plane, ball = (
+        certify_all(palpate.Scene.parse(f"objects: [{{name: a, {shape}, stiffness: 500}}]{rest}"))[-1]
+        for shape in ("plane: {size: 0.3}", "sphere: {radius: 0.02}")
+    )
+    assert plane.name == ball.name == "fixture wall"
+    assert plane.k_max == pytest.approx(ball.k_max, rel=1e-9)
+    assert plane.worst == ball.worst

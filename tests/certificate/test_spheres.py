@@ -8,6 +8,7 @@ import pytest
 import palpate
 from palpate.certificate import certify_all
 from palpate.certificate.arms import HeldLeader
+from palpate.certificate.scene import _Arms
 from palpate.certificate.spheres import Spheres, longest, plane_contacts, postures
 from palpate.certificate.touched import touched
 from palpate.scene.rig import build
@@ -112,6 +113,18 @@ def test_two_spheres_oscillate_where_one_is_certified(two):
     assert not certificate_arms.swings(one, Z, 1400.0, 0.0)
     assert certificate_arms.swings(two, Z, 1400.0, 0.0)
     assert not certificate_arms.swings(two, Z, 0.95 * both.k_max, 0.0)
+
+
+def test_a_sphere_1_mm_above_touches_surfaces_that_reach_the_force_cap_deeper():
+    """The cap of 3 N is reached at 1 mm of 3000 N/m."""
+    flat = build(palpate.Scene.parse(SCENE.format(K=1400, B=0, spheres="")))
+    R_WT = (flat.arms.X_WB @ flat.arms.follower.fk(flat.arms.q_follower0))[:3, :3]
+    at = (R_WT.T @ [0.004, 0.0, 0.001]).tolist()
+    arms = _Arms(build(palpate.Scene.parse(SCENE.format(K=1400, B=0, spheres=f"{{at: {at}, radius: 0.002}}"))))
+    row = touched(arms.rig)[1]
+    scale = arms.o.mapping.force_scale
+    assert {one.count for one in arms._contacts(row, 2950.0 / scale) if one.posture == 0} == {2}
+    assert {one.count for one in arms._contacts(row, 3050.0 / scale) if one.posture == 0} == {1}
 
 
 def test_rows_of_a_tool_of_several_spheres(two):

@@ -72,10 +72,10 @@ def told(**values):
 
 
 def test_rows_have_the_values_of_the_summary():
-    found = told(max_penetration_m=0.00456, mean_force_N=0.5, capped_s=0.25, passivity_s=0.75, peak_speed_m_s=0.0625)
+    found = told(max_penetration_m=0.12345, mean_force_N=0.5, capped_s=0.25, passivity_s=0.75, peak_speed_m_s=0.0625)
     assert found["peak force"][0] == "1.23 N"
     assert found["mean force"][0] == "0.50 N"
-    assert found["deepest penetration"][0] == "4.56 mm"
+    assert found["deepest penetration"][0] == "123.45 mm"
     assert found["time in contact"] == ("2.00 s", "25 % of the 8.00 s run")
     assert found["force capped"][0] == "0.25 s"
     assert found["passivity"][0] == "0.75 s"
@@ -109,6 +109,7 @@ def test_rows_of_timing_depend_on_the_kind_of_run():
     assert "speed" not in realtime
     lockstep = told(realtime=False, realtime_factor=34.5)
     assert lockstep["speed"][0] == "34.5 x"
+    assert told(realtime=False, realtime_factor=0.25)["speed"][0] == "0.2 x", "slower than real time"
     assert not {"speed", "missed ticks"} & set(told(realtime=False, realtime_factor=0.0))
 
 

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
@@ -62,6 +63,17 @@ def test_every_unit_has_its_size_and_its_dimension():
                 assert units.convert(f"2 {name}", other) is None, (name, other)
 
 
+def test_a_rate_is_the_inverse_of_a_time():
+    for size, name in ((1.0, "Hz"), (1e3, "kHz")):
+        assert units.convert(f"3 mm {name}", "m/s") == pytest.approx(3e-3 * size, rel=1e-12)
+        assert units.convert(f"3 m {name}", "m s") is None
+
+
+def test_a_pose_is_a_homogeneous_matrix():
+    X = values.Pose(xyz=(1.0, 2.0, 3.0), rpy_deg=(0.0, 0.0, 90.0)).matrix()
+    assert pytest.approx(np.array([[0, -1, 0, 1], [1, 0, 0, 2], [0, 0, 1, 3], [0, 0, 0, 1.0]]), abs=1e-15) == X
+
+
 @pytest.mark.parametrize(
     ("unit", "names"),
     [
@@ -81,6 +93,7 @@ def test_a_unit_is_known_if_all_its_alternatives_are(unit, known):
 def test_a_colour_is_read_digit_by_digit():
     read = TypeAdapter(values.Color).validate_python
     assert read("#0a1bff") == read([10, 27, 255]) == (10, 27, 255)
+    assert read("#000000") == read([0, 0, 0]) == (0, 0, 0)
     for wrong in ("#0a1bf", "#0a1bff0", "#0g1bff", [0, 0, 256], [-1, 0, 0], [0, 0]):
         with pytest.raises(ValidationError):
             read(wrong)

@@ -2,7 +2,9 @@ import numpy as np
 import pytest
 from json_contract import keys, keys_of
 
-from palpate.studies.certificate import figures
+from palpate.scene import Scene
+from palpate.scene.rig import build
+from palpate.studies.certificate import arms, figures
 from palpate.studies.certificate import work as study
 from palpate.studies.certificate.arms import table as arms_table
 
@@ -39,3 +41,20 @@ def test_keys_table_and_figure(rows, tmp_path):
     assert set(wall) == keys_of("study certificate", "A row of `arms`:")
     assert arms_table([wall]).row_count == 1
     assert figures.draw(rows, tmp_path).stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("n", [(0.0, 0.0, 1.0), (0.6, 0.0, 0.8), (0.0, -0.6, 0.8), (-0.48, 0.6, 0.64)])
+def test_the_wall_faces_the_tool_and_the_hand_presses_it_along_its_normal(n):
+    """The hand's goal lies beyond the wall by the force over the stiffness of wall and hand, on the tool's side."""
+    rig, n = build(Scene.parse("objects: [{shape: organ}]\nmapping: {scale: 0.5}")), np.array(n)
+    walled = arms._walled(rig, n, 800.0, 5.0, True)
+    tip = (rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3]
+    X_WO = walled.objects[0].pose.matrix()
+    np.testing.assert_allclose(X_WO[:3, 2], n, atol=1e-12)
+    np.testing.assert_allclose(tip - X_WO[:3, 3], (rig.scene.contact.radius + arms._GAP) * n, atol=1e-12)
+    assert (walled.objects[0].stiffness, walled.objects[0].damping) == ((800.0,) * 3, (5.0,) * 3)
+    pressed = arms._PRESS / 800.0 + arms._PRESS * 0.5 / rig.scene.operator.stiffness
+    goal = np.array(walled.operator.path[-1].xyz)
+    np.testing.assert_allclose(tip - goal, (arms._GAP + pressed) * n, atol=1e-12)
+    np.testing.assert_allclose(walled.operator.path[0].xyz, tip, atol=1e-12)
+    assert walled.stability.passivity == "off"

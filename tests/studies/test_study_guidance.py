@@ -49,15 +49,15 @@ def test_hedges_g():
 
 def test_every_entry_is_counted_once():
     """A short exit within the hysteresis continues an entry; a full exit and return is a second entry."""
-    deep = 1e-3 * np.array([-1.0, 1.0, 0.5, -0.01, 0.5, -1.5, 0.4, -2.0])
+    deep = 1e-3 * np.array([-1.0, 1.0, 0.5, 0.3, -0.01, 0.5, -1.5, 0.4, -2.0])
     task = replace(guidance.task_of("ring"), outside=lambda p: p[:, 0], off=lambda p: np.full(len(p), 3e-3))
     result = guidance.judged(
-        task, Trial(np.arange(8.0), deep[:, None] * np.eye(3)[0], np.arange(8.0), np.zeros(8), True)
+        task, Trial(np.arange(9.0), deep[:, None] * np.eye(3)[0], np.arange(9.0), np.zeros(9), True)
     )
     assert result["entries"] == 2
     assert result["deepest_mm"] == pytest.approx(1.0)
     assert result["path_error_mm"] == pytest.approx(3.0)
-    assert result["peak_force_N"] == 7.0
+    assert result["peak_force_N"] == 8.0
 
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs/guidance-study.md").read_text(encoding="utf-8")
