@@ -58,3 +58,21 @@ def test_the_wall_faces_the_tool_and_the_hand_presses_it_along_its_normal(n):
     np.testing.assert_allclose(tip - goal, (arms._GAP + pressed) * n, atol=1e-12)
     np.testing.assert_allclose(walled.operator.path[0].xyz, tip, atol=1e-12)
     assert walled.stability.passivity == "off"
+
+
+@pytest.mark.parametrize(("breaks_above", "broken"), [(0.95, 1.0), (0.99, 0.0)])
+def test_prediction_simulated_limit_and_certified_arm_of_a_case(monkeypatch, breaks_above, broken):
+    """An arm that swings above 1250 N/m where 1000 are predicted; the complete one above a share of the prediction."""
+    monkeypatch.setattr(arms, "limit", lambda rig, n, B: (1000.0, 20.0))
+
+    def swings(rig, n_W, K, B, ideal=True):
+        first = 1250.0 if ideal else 1000.0 * breaks_above
+        return first < K
+
+    monkeypatch.setattr(arms, "swings", swings)
+    found = arms.judged({"scene": "paper", "normal": 0, "B": 5.0, "delay": 0.0}, 1)
+    assert found["predicted_N_per_m"] == 1000.0
+    assert found["simulated_N_per_m"] == pytest.approx(1250.0, rel=arms._FINE - 1.0)
+    assert found["error"] == pytest.approx(1000.0 / found["simulated_N_per_m"] - 1.0)
+    assert found["frequency_Hz"] == pytest.approx(20.0 / (2.0 * np.pi))
+    assert found["certified_broken"] == broken, "at 0.97 of the prediction"

@@ -60,6 +60,47 @@ def test_every_entry_is_counted_once():
     assert result["peak_force_N"] == 8.0
 
 
+def made_up(wrong=1.0):
+    """Trials of five operators: guidance halves the path error, and displaced guidance adds about `wrong` [mm]."""
+    force = {"none": 4.0, "none_no_haste": 2.0}
+    error = {"guidance": 0.5, "haptics+guidance": 0.5}
+    measures = dict.fromkeys((*guidance.MEASURES, "deepest_mm", "hand_peak_force_N", "done"), 1.0)
+    rows = []
+    for task in TASKS:
+        for condition in guidance.ALL:
+            for k in range(5):
+                path = (2.0 + k) * error.get(condition, 1.0)
+                path = 0.5 * (2.0 + k) + wrong + 0.2 * (k - 2) if condition == "control_wrong" else path
+                more = {"path_error_mm": path, "entries": 0.0, "mean_force_N": force.get(condition, 1.0)}
+                rows.append({"task": task, "condition": condition, "operator": k, **measures, **more})
+    return rows
+
+
+def test_effects_changes_and_controls_of_made_up_trials():
+    report = guidance_effects.summary(made_up(), 3)
+    assert (report["operators"], report["control_works"]) == (5, True)
+    effects = {(e["task"], e["condition"], e["measure"]): e for e in report["effects"]}
+    half = effects["ring", "guidance", "path_error_mm"]
+    assert [half[f"change{end}"] for end in ("", "_low", "_high")] == pytest.approx([-0.5] * 3)
+    none, mine = np.arange(2.0, 7.0), 0.5 * np.arange(2.0, 7.0)
+    assert half["hedges_g"] == pytest.approx(guidance_effects.hedges_g(none, mine))
+    assert half["hedges_g_low"] < half["hedges_g"] < half["hedges_g_high"] < 0.0
+    assert effects["ring", "guidance", "time_s"]["change"] == effects["ring", "guidance", "time_s"]["hedges_g"] == 0.0
+    assert effects["ring", "guidance", "entries"]["change"] is None, "no entries to begin with"
+    forces = [row for row in report["ablation"] if row["measure"] == "mean_force_N"]
+    assert {(row["change"], row["change_without_haste"]) for row in forces} == {(-0.75, -0.5)}
+    for one in report["control"]:
+        assert one["than_right_mm"] == pytest.approx(1.0)
+        assert 0.6 <= one["than_right_low_mm"] < 1.0 < one["than_right_high_mm"] <= 1.4
+        assert one["than_none_mm"] == pytest.approx(1.0 - 2.0)
+
+
+def test_a_control_that_may_be_chance_does_not_work():
+    report = guidance_effects.summary(made_up(0.05), 3)
+    assert all(one["than_right_mm"] > 0.0 > one["than_right_low_mm"] for one in report["control"])
+    assert not report["control_works"]
+
+
 PAGE = (Path(__file__).resolve().parents[2] / "docs/guidance-study.md").read_text(encoding="utf-8")
 
 

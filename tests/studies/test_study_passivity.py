@@ -57,3 +57,26 @@ def test_largest_stiffness_without_intervention(delay, least, most):
     o.delay, o.acceleration = delay, 9.0
     assert passivity.pays(least, o, 3.0, 0.05)
     assert not passivity.pays(most, o, 3.0, 0.05)
+
+
+@pytest.mark.parametrize(
+    ("changed", "acts"),
+    [({}, False), ({"rate_cap": 14.9}, True), ({"force_cap": 0.49}, True), ({"damping": 0.0, "B": 0.0}, True)],
+)
+def test_layer_never_acts_on_a_passive_wall_within_its_caps(changed, acts):
+    """100 N/m times 5 cm/s are 5 N/s; the damper's force of 5 mN may change its sign in a tick: 10 N/s more."""
+    axis, o = _core.AxisOptions(), _core.StabilityOptions()
+    axis.K, axis.B, axis.damping, axis.rate, axis.delay = 100.0, 0.1, 0.0, 1000.0, 0.0
+    o.force_cap, o.rate_cap, o.allowance = 2.0, 15.1, 1.0
+    for name, value in changed.items():
+        setattr(axis if hasattr(axis, name) else o, name, value)
+    assert passivity.silent(axis, o, 0.5, 0.05) != acts
+
+
+def test_a_wall_is_passive_from_the_closed_form_bound_on():
+    """Colgate and Schenkel 1997, with half of the friction: 0.5 b + B >= K (T / 2 + delay)."""
+    axis = _core.AxisOptions()
+    axis.damping, axis.B, axis.rate, axis.delay = 0.6, 0.2, 500.0, 0.004  # 0.5 N s/m over 5 ms
+    for K, passive in ((99.9, True), (100.1, False)):
+        axis.K = K
+        assert passivity.passive(axis) == passive
