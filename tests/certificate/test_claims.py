@@ -1,5 +1,7 @@
 """Claims of the certificate that no other test states: the sure stiffness, advice about delay, trials, poses."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -49,6 +51,31 @@ def test_verdict_is_stable_below_97_percent_of_both_limits_and_unstable_3_percen
 def test_advice_is_a_third_less_delay_in_whole_milliseconds_where_possible(delay, advice):
     reason = palpate.certify(palpate.DeviceModel(mass=0.3, damping=0.6, rate=1000, delay=delay), K=1e5, B=0.6).reason
     assert (advice in reason) if advice else ("less delay" not in reason)
+
+
+def test_free_taps_meet_a_spring_and_presses_a_wall_each_with_the_energy_of_its_tap(monkeypatch):
+    calls = []
+
+    class Seen:
+        def __init__(self, options):
+            self.bilateral = options.bilateral
+
+        def run(self, x0, v0, push):
+            calls.append((self.bilateral, x0, v0, push))
+            return SimpleNamespace(oscillates=False)
+
+    monkeypatch.setattr(trials, "_core", SimpleNamespace(Axis=Seen))
+    monkeypatch.setattr(type(DEVICE), "axis", lambda self, hand, K, B, both: SimpleNamespace(bilateral=both))
+    hand, K = next(iter(PRESETS.values())), 500.0
+    assert not trials.oscillates(DEVICE, hand, K, 1.0)
+    stiff, mass = K + hand.stiffness, DEVICE.mass + hand.mass
+    for (bilateral, x0, v0, push), trial in zip(calls, trials.TRIALS, strict=True):
+        assert bilateral == (push == 0.0), "only who presses may leave the wall"
+        away = x0 - push / stiff
+        assert 0.5 * stiff * away**2 + 0.5 * mass * v0**2 == pytest.approx(0.5 * mass * trial.tap**2)
+    pressed = [(x0 - push / stiff, v0) for _, x0, v0, push in calls if push]
+    assert min(v0 for _, v0 in pressed) < 0.0 < max(v0 for _, v0 in pressed), "towards the wall and away from it"
+    assert min(away for away, _ in pressed) < 0.0 < max(away for away, _ in pressed)
 
 
 def test_a_device_that_always_oscillates_has_no_stable_stiffness(monkeypatch):

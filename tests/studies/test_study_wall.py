@@ -2,7 +2,7 @@
 
 import json
 import math
-from dataclasses import astuple
+from dataclasses import asdict, astuple, fields
 from functools import partial
 
 import json_contract
@@ -128,6 +128,24 @@ def test_search_stays_within_its_bounds_and_keeps_the_best(monkeypatch):
     assert ((low <= value * (1 + 1e-12)) & (value <= high * (1 + 1e-12))).all()
     assert least == fit.loss([judge(press(Setting(kd), found)) for kd in wall.KDS])
     assert "found again" in fit.words(found, least)
+
+
+def test_sensitivity_changes_one_value_at_a_time_by_a_fifth(monkeypatch):
+    """Each value of the hand and the friction of the arm, smaller and larger, on all walls of Table 1."""
+    monkeypatch.setattr(wall, "press", lambda setting, hand: (setting, hand))
+    seen = lambda trace: {"overshoot_percent": trace, "limit_cycle": False}  # noqa: E731
+    monkeypatch.setattr(wall, "judge", seen)
+    rows = wall.sensitivity(HAND)
+    assert len(rows) == 2 * (len(fields(HAND)) + 1)
+    for row in rows:
+        settings, hands = zip(*row["overshoot_percent"], strict=True)
+        assert tuple(one.kd for one in settings) == wall.KDS
+        friction = row["name"] == "coulomb_scale"
+        assert {one.coulomb_scale for one in settings} == {row["factor"] if friction else 1.0}
+        changed = {} if friction else {row["name"]: pytest.approx(row["factor"] * getattr(HAND, row["name"]))}
+        assert set(hands) == {hands[0]}
+        assert asdict(hands[0]) == asdict(HAND) | changed
+    assert sorted({row["factor"] for row in rows}) == [0.8, 1.2]
 
 
 def test_json_has_the_documented_keys(tmp_path, monkeypatch):
