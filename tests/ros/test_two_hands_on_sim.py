@@ -195,7 +195,7 @@ def check_console(client, pairs):
     assert pairs.console.present, "the head sensor reports presence, not this pedal"
     client.press("/console/emulate_clutch")
     client.wait(lambda: not client.now().any() and pairs.console.pedals["clutch"], "no force on either hand")
-    assert {one.state.session for one in pairs.sessions.values()} == {"clutched"}
+    client.wait(lambda: {one.state.session for one in pairs.sessions.values()} == {"clutched"}, "both clutched")
     client.press("/console/emulate_clutch", False)
     client.wait(lambda: client.opposite() > 0.02, "the force is back on both hands")
     client.press("/console/emulate_operator_present", False)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from palpate.verify.conformance import at_rest, bench, billing, damping, entry, in_motion, live, rejected
+from palpate.verify.conformance import activation, at_rest, bench, billing, damping, entry, in_motion, live, rejected
 from palpate.verify.conformance.bench import DT, Answer, Motion
 from palpate.verify.conformance.combinations import POLICIES, Combination, combinations, sample
 from palpate.verify.conformance.laws import LAWS
@@ -331,3 +331,31 @@ def test_the_normal_of_a_ball_turns_by_the_inverse_of_its_distance():
 def test_an_edit_has_ended_after_its_fading_and_settling(c, ticks):
     """1.6 times the policy's 0.2 s, or until the output has settled; eight times as long for turns."""
     assert live._transition_ticks(c) == ticks
+
+
+@pytest.mark.parametrize("c", [BALL, TURNS])
+def test_the_opponent_pushes_at_135_degrees_to_the_gradient(c):
+    """A soft spring whose opposing part, and whose part across, can both be seen."""
+    probe = pool(c.role, c.geometry, 0).violated[0]
+    motion, part = bench.constant_probe(probe, at_rest.settle(c)), slice(3, 6) if ROLES[c.role].turns else slice(0, 3)
+    F = bench.Bench(c, activation._opponent(c, probe, 0), quick=True).run(motion).F[-1, part]
+    a, z = probe.J[part], probe.X[:3, 2]
+    across = a - z * (z @ a) if ROLES[c.role].turns else a  # turns about the tool's axis change nothing
+    assert F @ across / np.linalg.norm(F) / np.linalg.norm(across) == pytest.approx(-np.sqrt(0.5), abs=0.02)
+    size = 0.5 * activation.TWISTED if ROLES[c.role].turns else 400.0 * activation.PRESSED
+    assert np.linalg.norm(F) == pytest.approx(size, rel=0.02)
+
+
+@pytest.mark.parametrize(("worse", "better"), [(1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)])
+def test_a_velocity_law_that_gives_energy_in_any_motion_is_found(monkeypatch, worse, better):
+    """Forces of 1 uN along or against a motion of 20 mm/s, while the violation grows or shrinks."""
+    c = replace(BALL, law="admittance")
+    probe = pool(c.role, c.geometry, 0).violated[0]
+
+    def run(self, motion):
+        V = motion.V[-1]
+        F = (worse if V @ probe.J < 0.0 else better) * 1e-6 * V / max(float(np.linalg.norm(V)), 1e-9)
+        return Answer(np.repeat(F[None], len(motion.X), axis=0), motion.X, np.zeros((len(motion.X), 3, 3)))
+
+    monkeypatch.setattr(bench.Bench, "run", run)
+    assert "active power" in at_rest._damping_failure(c, probe)
