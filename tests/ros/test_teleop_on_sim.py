@@ -121,7 +121,8 @@ class Robot:
 
     def freed(self, pedalled):
         """Time from a pedal to the last force sent [s]; this subscriber may be late, so the stamps count."""
-        self.until(lambda: self.sent[-1][0] > pedalled + 0.5, "wrenches of half a second after the pedal", 20.0)
+        self.until(lambda: self.sent[-1][0] > pedalled and self.push == 0.0, "zero", 20.0)
+        self.wait(0.5)
         assert self.push == 0.0
         return max([t - pedalled for t, force in self.sent if force.any()])
 
