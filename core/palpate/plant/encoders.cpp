@@ -1,10 +1,10 @@
 #include "palpate/plant/encoders.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
 #include "palpate/plant/sampling.hpp"
-#include "palpate/types/inverse.hpp"
 #include "palpate/types/low_pass.hpp"
 #include "palpate/types/pack.hpp"
 
@@ -52,7 +52,7 @@ Encoders::Encoders(const EncoderOptions& options)
       motor_v_(q_),
       history_(static_cast<std::size_t>(std::ceil(options.velocity_window / kShortestPeriod)) + 1, q_) {
   take_columns(options_.coupling, coupling_);
-  take_columns(inverse(options_.coupling).value(), inverse_);
+  take_columns(options_.coupling.inverse(), inverse_);
   std::fill(step_, step_ + kLanes, 1.0);
   for (Eigen::Index k = 0; k < options_.step.size(); ++k) {
     if (options_.step[k] > 0.0) step_[k] = options_.step[k];

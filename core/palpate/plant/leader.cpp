@@ -1,5 +1,6 @@
 #include "palpate/plant/leader.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,7 +11,6 @@
 #include "palpate/plant/drive.hpp"
 #include "palpate/plant/dry_friction.hpp"
 #include "palpate/plant/encoders.hpp"
-#include "palpate/types/inverse.hpp"
 #include "palpate/types/pack.hpp"
 #include "palpate/types/random.hpp"
 #include "palpate/types/so3.hpp"
@@ -37,7 +37,7 @@ void check_sizes(const LeaderOptions& o, Eigen::Index n) {
   check("viscous", o.viscous, false);
   check("rotor_inertia", o.rotor_inertia, false);
   check("tau_max", o.tau_max, true);
-  if (o.coupling.rows() != n || !inverse(o.coupling)) {
+  if (o.coupling.rows() != n || o.coupling.cols() != n || std::abs(o.coupling.determinant()) < 1e-9) {
     throw std::invalid_argument("leader coupling must be an invertible " + std::to_string(n) + " x " +
                                 std::to_string(n) + " matrix A, q_joint = A q_motor (the identity when there is none)");
   }

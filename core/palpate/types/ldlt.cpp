@@ -1,30 +1,14 @@
 #include "palpate/types/ldlt.hpp"
 
-#include "palpate/types/cholesky.hpp"
+#include <Eigen/Cholesky>
 
 namespace palpate {
-namespace {
 
-constexpr int kRows = 6;
-
-void solve(const Mat6& A, double (&x)[kRows]) noexcept {
-  double factors[kRows][kRows];
-  for (int i = 0; i < kRows; ++i) {
-    for (int j = 0; j < kRows; ++j) factors[i][j] = A(i, j);
-  }
-  solve_positive(factors, x);
-}
-
-}  // namespace
-
-Vec6 solve_ldlt(const Mat6& A, const Vec6& b) noexcept {
-  Vec6 x = b;
-  solve(A, *reinterpret_cast<double (*)[kRows]>(x.data()));
-  return x;
-}
+Vec6 solve_ldlt(const Mat6& A, const Vec6& b) noexcept { return A.ldlt().solve(b); }
 
 void solve_ldlt(const Mat6& A, Jacobian& B) noexcept {
-  for (Eigen::Index k = 0; k < B.cols(); ++k) solve(A, *reinterpret_cast<double (*)[kRows]>(B.data() + kRows * k));
+  const Eigen::LDLT<Mat6> factors(A);
+  for (Eigen::Index k = 0; k < B.cols(); ++k) B.col(k) = factors.solve(Vec6(B.col(k)));
 }
 
 }  // namespace palpate
