@@ -55,6 +55,8 @@ def run(target: str, runs: int, seed: int) -> tuple[int, bool]:
     if done.returncode != 0:
         print(done.stderr[-4000:])
     counted = re.search(r"number_of_executed_units: (\d+)", done.stderr)
+    if "INFO: seed corpus" not in done.stderr:
+        sys.exit(f"fuzz: {command[0]} ended with code {done.returncode} before its first case: no input is at fault")
     return int(counted[1]) if counted else 0, done.returncode == 0
 
 

@@ -10,8 +10,9 @@ using Lanes = double[kLanes];
 }  // namespace palpate
 
 /// Compiles a function of plain loops twice, with and without AVX2; the loader chooses. The operations and their order
-/// are the same, so that both return the same bits.
-#if defined(__x86_64__) && defined(__gnu_linux__)
+/// are the same, so that both return the same bits. Not for the fuzz targets: a sanitizer instruments the function that
+/// chooses, and the loader calls it before the sanitizer's own functions have addresses.
+#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(PALPATE_FUZZ)
 #define PALPATE_AVX2_TOO __attribute__((target_clones("avx2", "default")))
 #else
 #define PALPATE_AVX2_TOO
