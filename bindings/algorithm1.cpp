@@ -1,9 +1,7 @@
 #include "palpate/contact/algorithm1.hpp"
 
-#include <nanobind/eigen/dense.h>
-#include <nanobind/nanobind.h>
-
 #include "bindings.hpp"
+#include "convert.hpp"
 #include "palpate/force/force.hpp"
 #include "types.hpp"
 
@@ -12,8 +10,6 @@ using namespace nb::literals;
 
 namespace palpate::bindings {
 namespace {
-
-using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 
 /// Runs one collision and one cycle of Algorithm 1 on the first object of a scene, and returns the value of every line.
 Fields trace(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT, double radius, const Vec3& n_last) {
@@ -38,7 +34,7 @@ Fields trace(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT, d
   }
   const force::ForceTerms F = force::step(contacts, {v_WT, Vec3::Zero()}, 1.0, 1.0);
 
-  Rows p(points.size, 3), n(points.size, 3);
+  Rows3 p(points.size, 3), n(points.size, 3);
   Eigen::VectorXd depths(points.size);
   for (int i = 0; i < points.size; ++i) {
     const contact::CollisionPoint& point = points.point[static_cast<std::size_t>(i)];

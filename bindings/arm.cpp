@@ -8,6 +8,7 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "doc.hpp"
 #include "palpate/arm/serial.hpp"
 #include "types.hpp"
 
@@ -18,8 +19,6 @@ namespace palpate::bindings {
 namespace {
 
 using arm::Arm;
-using Vector = Eigen::VectorXd;
-using Matrix = Eigen::MatrixXd;
 
 JointVector joints(const Arm& a, const VectorArg& values, const char* name) {
   return joint_vector(values, name, a.n());
@@ -77,9 +76,9 @@ void bind_gravity(nb::module_& m) {
           },
           "joints"_a, "centres"_a, "length"_a,
           "Indices of the joints J (d,), from zero; centres z (c, d) and lengths l (d,) [rad, m].")
-      .def_ro("joints", &arm::Field::joints, "Indices of the joints (d,), from zero.")
-      .def_ro("centres", &arm::Field::centres, "Centres of the Gaussians (c, d) [rad, m].")
-      .def_ro("length", &arm::Field::length, "Length scales of the Gaussians (d,) [rad, m].");
+      .def_ro("joints", &arm::Field::joints, "Indices of the joints (d,), from zero."_doc)
+      .def_ro("centres", &arm::Field::centres, "Centres of the Gaussians (c, d) [rad, m]."_doc)
+      .def_ro("length", &arm::Field::length, "Length scales of the Gaussians (d,) [rad, m]."_doc);
   nb::class_<arm::GravityTerms>(m, "GravityTerms", "The columns of a gravity model: masses, powers of joints, fields.")
       .def(
           "__init__",
@@ -88,26 +87,28 @@ void bind_gravity(nb::module_& m) {
           },
           "masses"_a = true, "degree"_a = -1, "fields"_a = std::vector<arm::Field>{},
           "masses: four columns per link; degree: of the polynomials, -1: none; fields: one column per centre.")
-      .def_ro("masses", &arm::GravityTerms::masses, "True: four columns per link, for its mass and its first moments.")
-      .def_ro("degree", &arm::GravityTerms::degree, "Degree of the polynomial in each joint; -1: no polynomials.")
-      .def_ro("fields", &arm::GravityTerms::fields, "Gaussian fields; each has one column per centre.");
+      .def_ro("masses", &arm::GravityTerms::masses,
+              "True: four columns per link, for its mass and its first moments."_doc)
+      .def_ro("degree", &arm::GravityTerms::degree, "Degree of the polynomial in each joint; -1: no polynomials."_doc)
+      .def_ro("fields", &arm::GravityTerms::fields, "Gaussian fields; each has one column per centre."_doc);
 }
 
 void bind_ik(nb::module_& m) {
   nb::class_<arm::IkOptions>(m, "IkOptions", "When the inverse kinematics stops.")
       .def(nb::init<>())
-      .def_rw("max_iterations", &arm::IkOptions::max_iterations, "Largest number of iterations.")
-      .def_rw("position_tolerance", &arm::IkOptions::position_tolerance, "Position error accepted as converged [m].")
+      .def_rw("max_iterations", &arm::IkOptions::max_iterations, "Largest number of iterations."_doc)
+      .def_rw("position_tolerance", &arm::IkOptions::position_tolerance,
+              "Position error accepted as converged [m]."_doc)
       .def_rw("orientation_tolerance", &arm::IkOptions::orientation_tolerance,
-              "Orientation error accepted as converged [rad].")
-      .def_rw("damping", &arm::IkOptions::damping, "Smallest damping; the damping grows with the remaining error.");
+              "Orientation error accepted as converged [rad]."_doc)
+      .def_rw("damping", &arm::IkOptions::damping, "Smallest damping; the damping grows with the remaining error."_doc);
   nb::class_<arm::IkResult>(m, "IkResult", "Outcome of an inverse kinematics run.")
-      .def_ro("converged", &arm::IkResult::converged, "True if both errors are within their tolerances.")
-      .def_ro("iterations", &arm::IkResult::iterations, "Number of iterations.")
-      .def_ro("position_error", &arm::IkResult::position_error, "Remaining position error [m].")
-      .def_ro("orientation_error", &arm::IkResult::orientation_error, "Remaining orientation error [rad].")
+      .def_ro("converged", &arm::IkResult::converged, "True if both errors are within their tolerances."_doc)
+      .def_ro("iterations", &arm::IkResult::iterations, "Number of iterations."_doc)
+      .def_ro("position_error", &arm::IkResult::position_error, "Remaining position error [m]."_doc)
+      .def_ro("orientation_error", &arm::IkResult::orientation_error, "Remaining orientation error [rad]."_doc)
       .def_ro("damping", &arm::IkResult::damping,
-              "Damping of the last step; large near singularities and out of reach.");
+              "Damping of the last step; large near singularities and out of reach."_doc);
 }
 
 /// Everything that one build of the recursion computes, as bytes, for tests that compare the two.

@@ -1,18 +1,9 @@
 #include "palpate/verify/axis.hpp"
 
-#include <nanobind/ndarray.h>
-#include <nanobind/stl/optional.h>
-#include <nanobind/stl/tuple.h>
-#include <nanobind/stl/vector.h>
-
-#include <memory>
-#include <optional>
-#include <stdexcept>
-#include <tuple>
-#include <vector>
-
 #include "bindings.hpp"
+#include "doc.hpp"
 #include "palpate/verify/axis_layer.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -28,14 +19,13 @@ using verify::AxisRow;
 using verify::SwingJudgement;
 
 constexpr std::size_t kColumns = sizeof(AxisRow) / sizeof(double);
-using Rows = nb::ndarray<nb::numpy, double, nb::ndim<2>>;
 
-Rows to_array(std::vector<AxisRow>&& rows) {
+Table to_array(std::vector<AxisRow>&& rows) {
   auto owner = std::make_unique<std::vector<AxisRow>>(std::move(rows));
   auto* data = reinterpret_cast<double*>(owner->data());
   const std::size_t n = owner->size();
   nb::capsule capsule(owner.release(), [](void* p) noexcept { delete static_cast<std::vector<AxisRow>*>(p); });
-  return Rows(data, {n, kColumns}, capsule);
+  return Table(data, {n, kColumns}, capsule);
 }
 
 AxisMotion motion(std::optional<double> duration, double x0, double v0, double push, std::vector<double> path) {
@@ -50,24 +40,25 @@ std::unique_ptr<verify::AxisLayer> make_layer(const Axis& axis, const std::optio
 
 void bind_result(nb::module_& m) {
   nb::class_<AxisResult>(m, "AxisResult", "Outcome of a run of an Axis.")
-      .def_ro("diverged", &AxisResult::diverged, "True if |x| reached 1 m.")
-      .def_ro("oscillates", &AxisResult::oscillates, "True if |x| reached 1 m, or if the swing lasts.")
+      .def_ro("diverged", &AxisResult::diverged, "True if |x| reached 1 m."_doc)
+      .def_ro("oscillates", &AxisResult::oscillates, "True if |x| reached 1 m, or if the swing lasts."_doc)
       .def_prop_ro(
           "swing", [](const AxisResult& r) { return verify::swing_name(r.swing); },
           "rests, decays, lasts or undecided (judge_swing).")
-      .def_ro("growth", &AxisResult::growth, "Relative growth rate of the amplitude, from its trend [1/s].")
-      .def_ro("duration", &AxisResult::duration, "Duration of the run [s].")
-      .def_ro("amplitude", &AxisResult::amplitude, "Half the peak-to-peak motion in the last quarter of the run [m].")
-      .def_ro("frequency", &AxisResult::frequency, "Frequency of the motion in the last quarter of the run [Hz].")
-      .def_ro("peak", &AxisResult::peak, "Largest penetration [m].")
-      .def_ro("rest", &AxisResult::rest, "Mean position in the last quarter of the run [m].")
+      .def_ro("growth", &AxisResult::growth, "Relative growth rate of the amplitude, from its trend [1/s]."_doc)
+      .def_ro("duration", &AxisResult::duration, "Duration of the run [s]."_doc)
+      .def_ro("amplitude", &AxisResult::amplitude,
+              "Half the peak-to-peak motion in the last quarter of the run [m]."_doc)
+      .def_ro("frequency", &AxisResult::frequency, "Frequency of the motion in the last quarter of the run [Hz]."_doc)
+      .def_ro("peak", &AxisResult::peak, "Largest penetration [m]."_doc)
+      .def_ro("rest", &AxisResult::rest, "Mean position in the last quarter of the run [m]."_doc)
       .def_ro("overshoot", &AxisResult::overshoot,
-              "(peak - rest) / rest [-]; 0 if the axis does not rest inside the wall.")
-      .def_ro("settling", &AxisResult::settling, "Time from which on |x - rest| < 2 % of |rest| [s].")
+              "(peak - rest) / rest [-]; 0 if the axis does not rest inside the wall."_doc)
+      .def_ro("settling", &AxisResult::settling, "Time from which on |x - rest| < 2 % of |rest| [s]."_doc)
       .def_ro("energy_port", &AxisResult::energy_port,
-              "Energy that the wall took from the hand, by the true positions [J].")
+              "Energy that the wall took from the hand, by the true positions [J]."_doc)
       .def_ro("energy_min", &AxisResult::energy_min,
-              "Smallest value of that energy; negative if the wall generated energy [J].");
+              "Smallest value of that energy; negative if the wall generated energy [J]."_doc);
 }
 
 void bind_swing(nb::module_& m) {
@@ -75,9 +66,9 @@ void bind_swing(nb::module_& m) {
       .def_prop_ro(
           "swing", [](const SwingJudgement& j) { return verify::swing_name(j.swing); },
           "rests, decays, lasts or undecided.")
-      .def_ro("growth", &SwingJudgement::growth, "Relative growth rate of the amplitude, from its trend [1/s].")
-      .def_ro("change", &SwingJudgement::change, "Change of the logarithm of the amplitude over all windows [-].")
-      .def_ro("period", &SwingJudgement::period, "Period of the slowest mode, as given or as observed [s].");
+      .def_ro("growth", &SwingJudgement::growth, "Relative growth rate of the amplitude, from its trend [1/s]."_doc)
+      .def_ro("change", &SwingJudgement::change, "Change of the logarithm of the amplitude over all windows [-]."_doc)
+      .def_ro("period", &SwingJudgement::period, "Period of the slowest mode, as given or as observed [s]."_doc);
   m.def(
       "judge_swing",
       [](const std::vector<double>& x, double dt, double period, double floor) {
@@ -95,24 +86,25 @@ void bind_axis_options(nb::module_& m) {
   nb::class_<AxisOptions>(m, "AxisOptions",
                           "One axis of a haptic device with its control loop, a hand, and a virtual wall at x > 0.")
       .def(nb::init<>())
-      .def_rw("mass", &AxisOptions::mass, "Mass of the device [kg].")
-      .def_rw("damping", &AxisOptions::damping, "Viscous damping of the device [N s/m].")
-      .def_rw("coulomb", &AxisOptions::coulomb, "Dry friction of the device [N].")
-      .def_rw("rate", &AxisOptions::rate, "Rate of the haptic cycle [Hz].")
-      .def_rw("delay", &AxisOptions::delay, "Delay from the measurement to the force [s].")
-      .def_rw("jitter", &AxisOptions::jitter, "Additional random delay of each cycle, uniform in 0..jitter [s].")
-      .def_rw("quantum", &AxisOptions::quantum, "Resolution of the measured position [m]; 0: exact.")
+      .def_rw("mass", &AxisOptions::mass, "Mass of the device [kg]."_doc)
+      .def_rw("damping", &AxisOptions::damping, "Viscous damping of the device [N s/m]."_doc)
+      .def_rw("coulomb", &AxisOptions::coulomb, "Dry friction of the device [N]."_doc)
+      .def_rw("rate", &AxisOptions::rate, "Rate of the haptic cycle [Hz]."_doc)
+      .def_rw("delay", &AxisOptions::delay, "Delay from the measurement to the force [s]."_doc)
+      .def_rw("jitter", &AxisOptions::jitter, "Additional random delay of each cycle, uniform in 0..jitter [s]."_doc)
+      .def_rw("quantum", &AxisOptions::quantum, "Resolution of the measured position [m]; 0: exact."_doc)
       .def_rw("velocity_cutoff", &AxisOptions::velocity_cutoff,
-              "Cutoff of the low-pass on the differentiated position [Hz]; 0: no low-pass.")
-      .def_rw("K", &AxisOptions::K, "Stiffness of the wall [N/m].")
-      .def_rw("B", &AxisOptions::B, "Damping of the wall [N s/m].")
-      .def_rw("bilateral", &AxisOptions::bilateral, "True: the wall is a spring that also pulls.")
-      .def_rw("force_max", &AxisOptions::force_max, "Largest force of the device [N].")
-      .def_rw("rate_max", &AxisOptions::rate_max, "Largest rate of change of the force [N/s].")
-      .def_rw("hand_mass", &AxisOptions::hand_mass, "Mass of the hand, which moves with the device [kg].")
-      .def_rw("hand_damping", &AxisOptions::hand_damping, "Damping between the hand and its intended path [N s/m].")
-      .def_rw("hand_stiffness", &AxisOptions::hand_stiffness, "Stiffness between the hand and its intended path [N/m].")
-      .def_rw("seed", &AxisOptions::seed, "Seed of the jitter.");
+              "Cutoff of the low-pass on the differentiated position [Hz]; 0: no low-pass."_doc)
+      .def_rw("K", &AxisOptions::K, "Stiffness of the wall [N/m]."_doc)
+      .def_rw("B", &AxisOptions::B, "Damping of the wall [N s/m]."_doc)
+      .def_rw("bilateral", &AxisOptions::bilateral, "True: the wall is a spring that also pulls."_doc)
+      .def_rw("force_max", &AxisOptions::force_max, "Largest force of the device [N]."_doc)
+      .def_rw("rate_max", &AxisOptions::rate_max, "Largest rate of change of the force [N/s]."_doc)
+      .def_rw("hand_mass", &AxisOptions::hand_mass, "Mass of the hand, which moves with the device [kg]."_doc)
+      .def_rw("hand_damping", &AxisOptions::hand_damping, "Damping between the hand and its intended path [N s/m]."_doc)
+      .def_rw("hand_stiffness", &AxisOptions::hand_stiffness,
+              "Stiffness between the hand and its intended path [N/m]."_doc)
+      .def_rw("seed", &AxisOptions::seed, "Seed of the jitter."_doc);
 }
 
 }  // namespace

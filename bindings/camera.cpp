@@ -16,9 +16,6 @@ namespace {
 using plant::DepthImage;
 using plant::Pinhole;
 
-using Points = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-using Triangles = nb::ndarray<const std::int32_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-
 void draw(DepthImage& image, const Points& vertices_O, const Triangles& triangles, const Matrix4& X_CO, int id) {
   if (id < 0 || id > 32767) throw nb::value_error("id must be 0 to 32767");
   const auto n = static_cast<std::int32_t>(vertices_O.shape(0));

@@ -12,6 +12,8 @@
 #include <string>
 
 #include "bindings.hpp"
+#include "convert.hpp"
+#include "doc.hpp"
 #include "palpate/contact/friction.hpp"
 #include "palpate/contact/paper_plane.hpp"
 #include "palpate/contact/tool.hpp"
@@ -25,8 +27,6 @@ namespace nb = nanobind;
 namespace palpate::bindings {
 namespace {
 
-using Rows = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-using Poses = nb::ndarray<const double, nb::shape<-1, 4, 4>, nb::c_contig, nb::device::cpu>;
 using Clock = std::chrono::steady_clock;
 
 /// A numpy array that is filled row by row; Python owns its memory.
@@ -45,9 +45,8 @@ struct Output {
 
 /// Places the object at poses[i]; its velocity is the backward difference of the poses, as for the tool.
 void move(scene::Object& object, const Poses& poses, std::size_t i, double rate) {
-  using Rows4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
   const auto pose = [&](std::size_t k) {
-    const Eigen::Map<const Rows4> X(poses.data() + 16 * k);
+    const Eigen::Map<const RowMat4> X(poses.data() + 16 * k);
     return Pose{X.topLeftCorner<3, 3>(), X.topRightCorner<3, 1>()};
   };
   const Pose now = pose(i), before = pose(i > 0 ? i - 1 : 0);
@@ -58,7 +57,7 @@ void move(scene::Object& object, const Poses& poses, std::size_t i, double rate)
 
 /// Runs a prescribed tool path through the contact and force stages of the loop and times each update. The tool does
 /// not rotate: its spheres keep their offsets from the tip.
-Tuple<Array, Array, Array, Array, Array, bool, Array> render(scene::Snapshot scene, const Rows& tips,
+Tuple<Array, Array, Array, Array, Array, bool, Array> render(scene::Snapshot scene, const Points& tips,
                                                              const std::string& method_name,
                                                              const contact::Options& options, double rate,
                                                              const std::optional<Poses>& poses) {
@@ -105,7 +104,7 @@ Tuple<Array, Array, Array, Array, Array, bool, Array> render(scene::Snapshot sce
                         torque.take());
 }
 
-Vec3 grow_plane(const Rows& points, const Vec3& n_last, double baseline) {
+Vec3 grow_plane(const Points& points, const Vec3& n_last, double baseline) {
   std::vector<Vec3> rows;
   rows.reserve(points.shape(0));
   for (std::size_t i = 0; i < points.shape(0); ++i) rows.emplace_back(points.data() + 3 * i);
@@ -126,23 +125,25 @@ void bind_contact(nb::module_& m) {
           nb::arg("turn") = Vec3(Vec3::Zero()),
           "hinge, turn: of a sphere on a jaw, a point on the jaw's axis (3,) [m] and the axis times the rotation per "
           "jaw angle (3,) [-], in the link's frame.")
-      .def_ro("p", &ToolSphere::p, "Centre in the link's frame with the jaws closed (3,) [m].")
-      .def_ro("radius", &ToolSphere::radius, "Radius [m].")
+      .def_ro("p", &ToolSphere::p, "Centre in the link's frame with the jaws closed (3,) [m]."_doc)
+      .def_ro("radius", &ToolSphere::radius, "Radius [m]."_doc)
       .def_ro("link", &ToolSphere::link,
-              "Index of the follower's link that carries the sphere; negative: the tool tip T.")
+              "Index of the follower's link that carries the sphere; negative: the tool tip T."_doc)
       .def("centre", &ToolSphere::centre, nb::arg("jaw"),
            "Centre in the link's frame with the jaws open by `jaw` [rad] (3,) [m].");
   nb::class_<contact::Options>(m, "ContactOptions", "Options of the contact stage.")
       .def(nb::init<>())
-      .def_rw("radius", &contact::Options::radius, "Radius of the spherical proxy region (SPR) on the tool tip [m].")
+      .def_rw("radius", &contact::Options::radius,
+              "Radius of the spherical proxy region (SPR) on the tool tip [m]."_doc)
       .def_rw(
           "release", &contact::Options::release,
-          "Deflection above which a tool that passed through a closed object is released, for the method `proxy` [m].")
+          "Deflection above which a tool that passed through a closed object is released, for the method `proxy` [m]."_doc)
       .def_rw("collision_rate", &contact::Options::collision_rate,
-              "Rate of the collision thread, for the paper's methods [Hz].")
-      .def_rw("real", &contact::Options::real_objects, "True: the tool touches the real objects, not the virtual ones.")
+              "Rate of the collision thread, for the paper's methods [Hz]."_doc)
+      .def_rw("real", &contact::Options::real_objects,
+              "True: the tool touches the real objects, not the virtual ones."_doc)
       .def_rw("spheres", &contact::Options::spheres,
-              "Spheres of the tool in addition to the SPR. This is a copy: assign a whole list.");
+              "Spheres of the tool in addition to the SPR. This is a copy: assign a whole list."_doc);
   nb::class_<contact::Friction>(m, "Friction", "Coulomb friction of one proxy, with sticking and slipping.")
       .def(nb::init<>())
       .def("step", &contact::Friction::step, nb::arg("p"), nb::arg("normal"), nb::arg("depth"), nb::arg("mu"),

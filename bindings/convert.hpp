@@ -12,7 +12,12 @@
 
 namespace palpate::bindings {
 
+using Vector = Eigen::VectorXd;
+using Matrix = Eigen::MatrixXd;
 using Matrix4 = Eigen::Matrix4d;
+using Rows3 = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
+using RowMat3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
+using RowMat4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
 
 /// A vector argument: an array, a list or a tuple of numbers.
 struct VectorArg {

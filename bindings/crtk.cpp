@@ -11,6 +11,7 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "doc.hpp"
 #include "palpate/loop/crtk_cycle.hpp"
 #include "palpate/loop/cycle.hpp"
 #include "rows.hpp"
@@ -37,15 +38,15 @@ CrtkOptions from_cycle(const loop::CycleOptions& o, const Eigen::VectorXd& q_fol
   return c;
 }
 
-void bind_options(nb::module_& m) {
+void bind_crtk_options(nb::module_& m) {
   nb::class_<WatchOptions>(m, "WatchOptions", "Limits within which a stream of stamped messages is trusted.")
       .def(nb::init<>())
       .def_rw("stale_after", &WatchOptions::stale_after,
-              "Silence, age of a message or clock jump that counts as a fault [s].")
-      .def_rw("v_max", &WatchOptions::v_max, "Largest plausible speed [m/s].")
-      .def_rw("w_max", &WatchOptions::w_max, "Largest plausible angular speed [rad/s].")
-      .def_rw("p_slack", &WatchOptions::p_slack, "Displacement allowed in addition, for jitter of the stamps [m].")
-      .def_rw("R_slack", &WatchOptions::R_slack, "Rotation allowed in addition, for jitter of the stamps [rad].");
+              "Silence, age of a message or clock jump that counts as a fault [s]."_doc)
+      .def_rw("v_max", &WatchOptions::v_max, "Largest plausible speed [m/s]."_doc)
+      .def_rw("w_max", &WatchOptions::w_max, "Largest plausible angular speed [rad/s]."_doc)
+      .def_rw("p_slack", &WatchOptions::p_slack, "Displacement allowed in addition, for jitter of the stamps [m]."_doc)
+      .def_rw("R_slack", &WatchOptions::R_slack, "Rotation allowed in addition, for jitter of the stamps [rad]."_doc);
 
   nb::class_<CrtkOptions>(m, "CrtkOptions",
                           "Options of the haptic cycle for devices that exchange poses and wrenches (CRTK).")
@@ -59,34 +60,35 @@ void bind_options(nb::module_& m) {
           [](CrtkOptions& o, const stability::Options& s) { o.stability = s; },
           "Options of the stage `stability`. This is a copy: assign it whole.")
       .def_rw("own_teleop", &CrtkOptions::own_teleop,
-              "True: this cycle teleoperates the follower; False: another program does.")
+              "True: this cycle teleoperates the follower; False: another program does."_doc)
       .def_rw("virtual_follower", &CrtkOptions::virtual_follower,
-              "True: no follower exists, and the tool is at the mapped goal.")
+              "True: no follower exists, and the tool is at the mapped goal."_doc)
       .def_rw("tip_frame", &CrtkOptions::tip_frame,
-              "True: the leader takes wrenches in its tip frame; False: in the frame of measured_cp.")
+              "True: the leader takes wrenches in its tip frame; False: in the frame of measured_cp."_doc)
       .def_rw("needs_operator", &CrtkOptions::needs_operator,
-              "True: teleoperation by this cycle requires an operator at the console.")
-      .def_rw("needs_state", &CrtkOptions::needs_state, "True: the arms must have reported their operating states.")
-      .def_rw("watch", &CrtkOptions::watch, "Limits for the incoming messages.")
-      .def_rw("release", &CrtkOptions::release, "Time from a fault or a pedal event to zero force [s].")
-      .def_rw("settle", &CrtkOptions::settle, "Time without faults after which the force returns [s].")
-      .def_rw("lag_most", &CrtkOptions::max_lag, "Largest distance of the follower from its goal [m].")
+              "True: teleoperation by this cycle requires an operator at the console."_doc)
+      .def_rw("needs_state", &CrtkOptions::needs_state, "True: the arms must have reported their operating states."_doc)
+      .def_rw("watch", &CrtkOptions::watch, "Limits for the incoming messages."_doc)
+      .def_rw("release", &CrtkOptions::release, "Time from a fault or a pedal event to zero force [s]."_doc)
+      .def_rw("settle", &CrtkOptions::settle, "Time without faults after which the force returns [s]."_doc)
+      .def_rw("lag_most", &CrtkOptions::max_lag, "Largest distance of the follower from its goal [m]."_doc)
       .def_rw("slowest", &CrtkOptions::max_period_ratio,
-              "Largest mean interval between two states of the leader [periods of the cycle].");
+              "Largest mean interval between two states of the leader [periods of the cycle]."_doc);
 
   nb::class_<CrtkGates>(m, "CrtkGates", "States reported by the console and the arms; False until reported.")
       .def(nb::init<>())
-      .def_rw("following", &CrtkGates::following, "The teleoperation is active.")
-      .def_rw("operator_present", &CrtkGates::operator_present, "An operator is at the console.")
-      .def_rw("clutch", &CrtkGates::clutch, "The clutch pedal is pressed.")
-      .def_rw("camera", &CrtkGates::camera, "The camera pedal is pressed.")
-      .def_rw("leader_enabled", &CrtkGates::leader_enabled, "The leader is enabled and homed.")
-      .def_rw("follower_enabled", &CrtkGates::follower_enabled, "The follower is enabled and homed.")
-      .def_rw("second_writer", &CrtkGates::second_writer, "Another program publishes wrenches to the leader.")
-      .def_rw("other_teleop", &CrtkGates::other_teleop, "Another teleoperation is active although own_teleop is set.")
+      .def_rw("following", &CrtkGates::following, "The teleoperation is active."_doc)
+      .def_rw("operator_present", &CrtkGates::operator_present, "An operator is at the console."_doc)
+      .def_rw("clutch", &CrtkGates::clutch, "The clutch pedal is pressed."_doc)
+      .def_rw("camera", &CrtkGates::camera, "The camera pedal is pressed."_doc)
+      .def_rw("leader_enabled", &CrtkGates::leader_enabled, "The leader is enabled and homed."_doc)
+      .def_rw("follower_enabled", &CrtkGates::follower_enabled, "The follower is enabled and homed."_doc)
+      .def_rw("second_writer", &CrtkGates::second_writer, "Another program publishes wrenches to the leader."_doc)
+      .def_rw("other_teleop", &CrtkGates::other_teleop,
+              "Another teleoperation is active although own_teleop is set."_doc)
       .def_rw("frame_unsure", &CrtkGates::frame_unsure,
-              "The leader may take wrenches in another frame, or does not compensate its own weight.")
-      .def_rw("guarded", &CrtkGates::guarded, "The guardian has latched or is missing.");
+              "The leader may take wrenches in another frame, or does not compensate its own weight."_doc)
+      .def_rw("guarded", &CrtkGates::guarded, "The guardian has latched or is missing."_doc);
 }
 
 Tuple<Array, std::optional<Vec6>, std::optional<Matrix4>, double> step(CrtkCycle& self, double t, double wall) {
@@ -142,7 +144,7 @@ void bind_messages(nb::class_<CrtkCycle>& cycle) {
           "stamp"_a, "q"_a, "Receives jaw/measured_js of the follower (1,) [rad].");
 }
 
-void bind_cycle(nb::module_& m) {
+void bind_crtk_cycle(nb::module_& m) {
   nb::class_<CrtkCycle> cycle(
       m, "CrtkCycle",
       "Haptic cycle from stamped messages to a wrench for the leader; it contains no network code. stamp: time of the "
@@ -171,8 +173,8 @@ void bind_cycle(nb::module_& m) {
 }  // namespace
 
 void bind_crtk(nb::module_& m) {
-  bind_options(m);
-  bind_cycle(m);
+  bind_crtk_options(m);
+  bind_crtk_cycle(m);
 }
 
 }  // namespace palpate::bindings

@@ -15,6 +15,7 @@
 #include "palpate/loop/device_cycle.hpp"
 #include "palpate/loop/driver_thread.hpp"
 #include "timing.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -26,20 +27,18 @@ using loop::DeviceCycle;
 using loop::DeviceFault;
 using loop::Driver;
 using loop::DriverThread;
-using Pose16 = nb::ndarray<const double, nb::shape<4, 4>, nb::c_contig, nb::device::cpu>;
-using Twist6 = nb::ndarray<const double, nb::shape<6>, nb::c_contig, nb::device::cpu>;
-using Times = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Poses = nb::ndarray<const double, nb::shape<-1, 4, 4>, nb::c_contig, nb::device::cpu>;
+using OnePose = Input<double, 4, 4>;
+using OneTwist = Input<double, 6>;
 using Wrenches = nb::ndarray<double, nb::shape<-1, 6>, nb::c_contig, nb::device::cpu>;
-using Wrench6 = nb::ndarray<double, nb::shape<6>, nb::c_contig, nb::device::cpu>;
+using OneWrench = nb::ndarray<double, nb::shape<6>, nb::c_contig, nb::device::cpu>;
 
-void write(const Wrench& F, Wrench6& to) {
+void write(const Wrench& F, OneWrench& to) {
   Eigen::Map<Vec3>(to.data()) = F.f;
   Eigen::Map<Vec3>(to.data() + 3) = F.t;
 }
 
-DeviceFault step(DeviceCycle& self, double t, const Pose16& X, const std::optional<Twist6>& V, double gripper,
-                 bool clutch, Wrench6 F) {
+DeviceFault step_device(DeviceCycle& self, double t, const OnePose& X, const std::optional<OneTwist>& V, double gripper,
+                        bool clutch, OneWrench F) {
   loop::DeviceState state{.t = t, .gripper = gripper, .clutch = clutch};
   std::copy_n(X.data(), 16, state.X_LH.begin());
   if (V) std::copy_n(V->data(), 6, state.V_LH.emplace().begin());
@@ -99,11 +98,11 @@ void bind_device(nb::module_& m) {
            "follower"_a, "snapshot"_a)
       .def("start", &DeviceCycle::start, nb::call_guard<nb::gil_scoped_release>(), "Allocates the queue of rows.")
       .def("stop", &DeviceCycle::stop, nb::call_guard<nb::gil_scoped_release>(), "Ends the collision queries.")
-      .def("step", &step, "t"_a, "X_LH"_a, "V_LH"_a.none(), "gripper"_a, "clutch"_a, "F"_a,
+      .def("step", &step_device, "t"_a, "X_LH"_a, "V_LH"_a.none(), "gripper"_a, "clutch"_a, "F"_a,
            "One step at time t [s]: pose X_LH (4, 4) [m], velocity V_LH (6,) [m/s, rad/s] or None, gripper [rad]. "
            "Writes the wrench on the hand, in L, to F (6,) [N, N m], and returns why the state was not used.")
       .def(
-          "report_failure", [](DeviceCycle& self, Wrench6 F) { write(self.report_failure(), F); }, "F"_a,
+          "report_failure", [](DeviceCycle& self, OneWrench F) { write(self.report_failure(), F); }, "F"_a,
           "Sets the wrench to zero and records that the device cannot be read; writes zeros to F (6,).")
       .def(
           "replay",

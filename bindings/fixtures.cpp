@@ -10,6 +10,7 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "doc.hpp"
 #include "palpate/guidance/frame.hpp"
 #include "palpate/guidance/guidance.hpp"
 #include "types.hpp"
@@ -44,31 +45,31 @@ Twist to_twist(const VectorArg& V, const char* name) {
   return {both.f, both.t};
 }
 
-void bind_options(nb::module_& m) {
+void bind_guidance_options(nb::module_& m) {
   nb::class_<RoleOptions>(m, "GuidanceRoleOptions", "Options of all guidance roles; each role reads its own.")
       .def(nb::init<>())
-      .def_rw("margin", &RoleOptions::margin, "guide: free play; forbid, keep-in: clearance from the surface [m].")
-      .def_rw("angle", &RoleOptions::angle, "orient: angle that the tool may tilt freely [rad].")
+      .def_rw("margin", &RoleOptions::margin, "guide: free play; forbid, keep-in: clearance from the surface [m]."_doc)
+      .def_rw("angle", &RoleOptions::angle, "orient: angle that the tool may tilt freely [rad]."_doc)
       .def_rw("axis", &RoleOptions::axis,
-              "orient, rcm: axis of the tool, in T, that is oriented or slides through the point (3,).")
+              "orient, rcm: axis of the tool, in T, that is oriented or slides through the point (3,)."_doc)
       .def_rw("target", &RoleOptions::target,
               nb::for_getter(nb::sig("def target(self) -> typing.Literal['axis', 'normal', 'frame']")),
               nb::for_setter(nb::sig("def target(self, name: typing.Literal['axis', 'normal', 'frame'], /) -> None")),
-              "orient: target, the 'axis', the 'normal' or the whole 'frame' of the geometry.")
-      .def_rw("speed", &RoleOptions::speed, "limit: largest speed of the tool [m/s]; 0: no limit.")
-      .def_rw("force", &RoleOptions::force, "limit: largest contact force on the tool [N]; 0: no limit.");
+              "orient: target, the 'axis', the 'normal' or the whole 'frame' of the geometry."_doc)
+      .def_rw("speed", &RoleOptions::speed, "limit: largest speed of the tool [m/s]; 0: no limit."_doc)
+      .def_rw("force", &RoleOptions::force, "limit: largest contact force on the tool [N]; 0: no limit."_doc);
   nb::class_<LawOptions>(m, "GuidanceLawOptions", "Options of all guidance laws; each law reads its own.")
       .def(nb::init<>())
-      .def_rw("K", &LawOptions::K, "Stiffness on the tool's side [N/m].")
-      .def_rw("B", &LawOptions::B, "Damping [N s/m].")
-      .def_rw("K_turn", &LawOptions::K_turn, "Rotational stiffness [N m/rad].")
-      .def_rw("B_turn", &LawOptions::B_turn, "Rotational damping [N m s/rad].")
-      .def_rw("force", &LawOptions::force, "potential, optimise: largest force [N].")
-      .def_rw("moment", &LawOptions::moment, "potential, optimise: largest moment [N m].")
-      .def_rw("range", &LawOptions::range, "potential: distance from which it attracts or repels [m].")
-      .def_rw("range_turn", &LawOptions::range_turn, "potential: angle from which it attracts [rad].")
+      .def_rw("K", &LawOptions::K, "Stiffness on the tool's side [N/m]."_doc)
+      .def_rw("B", &LawOptions::B, "Damping [N s/m]."_doc)
+      .def_rw("K_turn", &LawOptions::K_turn, "Rotational stiffness [N m/rad]."_doc)
+      .def_rw("B_turn", &LawOptions::B_turn, "Rotational damping [N m s/rad]."_doc)
+      .def_rw("force", &LawOptions::force, "potential, optimise: largest force [N]."_doc)
+      .def_rw("moment", &LawOptions::moment, "potential, optimise: largest moment [N m]."_doc)
+      .def_rw("range", &LawOptions::range, "potential: distance from which it attracts or repels [m]."_doc)
+      .def_rw("range_turn", &LawOptions::range_turn, "potential: angle from which it attracts [rad]."_doc)
       .def_rw("ratio", &LawOptions::ratio,
-              "admittance: speed in the constrained directions per speed in the free ones, 0.01-1 [-].");
+              "admittance: speed in the constrained directions per speed in the free ones, 0.01-1 [-]."_doc);
   nb::class_<Ramp>(m, "Ramp",
                    "Scales the authority of a fixture with a measured value: 0 at `start`, 1 at `end`, linear between.")
       .def(
@@ -79,18 +80,19 @@ void bind_options(nb::module_& m) {
           "by", [](const Ramp& r) { return std::string(kRamps[static_cast<std::size_t>(r.by)]); },
           "Measured value: 'pedal' [0-1], 'distance' [m, rad], 'time' since the fixture was engaged [s] or 'force' of "
           "the operator [N].")
-      .def_ro("start", &Ramp::from, "Value at which the authority is 0.")
-      .def_ro("end", &Ramp::to, "Value at which the authority is 1.");
+      .def_ro("start", &Ramp::from, "Value at which the authority is 0."_doc)
+      .def_ro("end", &Ramp::to, "Value at which the authority is 1."_doc);
   nb::class_<Policy>(m, "Policy", "When and with how much authority a fixture acts.")
       .def(nb::init<>())
-      .def_rw("hard", &Policy::hard, "True: the tool's goal is corrected as well.")
-      .def_rw("authority", &Policy::authority, "Authority, 0-1; the ramps multiply it [-].")
-      .def_rw("priority", &Policy::priority, "Priority; the force of a lower one never opposes that of a higher one.")
-      .def_rw("engage", &Policy::engage, "|gap| below which the fixture engages [m, rad].")
-      .def_rw("release", &Policy::release, "|gap| above which the fixture disengages [m, rad].")
-      .def_rw("rise", &Policy::rise, "Shortest time in which the authority rises from 0 to 1 [s].")
-      .def_rw("fall", &Policy::fall, "Shortest time in which the authority falls from 1 to 0 [s].")
-      .def_rw("ramps", &Policy::ramps, "Ramps that scale the authority. This is a copy: assign a whole list.");
+      .def_rw("hard", &Policy::hard, "True: the tool's goal is corrected as well."_doc)
+      .def_rw("authority", &Policy::authority, "Authority, 0-1; the ramps multiply it [-]."_doc)
+      .def_rw("priority", &Policy::priority,
+              "Priority; the force of a lower one never opposes that of a higher one."_doc)
+      .def_rw("engage", &Policy::engage, "|gap| below which the fixture engages [m, rad]."_doc)
+      .def_rw("release", &Policy::release, "|gap| above which the fixture disengages [m, rad]."_doc)
+      .def_rw("rise", &Policy::rise, "Shortest time in which the authority rises from 0 to 1 [s]."_doc)
+      .def_rw("fall", &Policy::fall, "Shortest time in which the authority falls from 1 to 0 [s]."_doc)
+      .def_rw("ramps", &Policy::ramps, "Ramps that scale the authority. This is a copy: assign a whole list."_doc);
 }
 
 Fields to_dict(const guidance::Constraint& c) {
@@ -142,13 +144,13 @@ void bind_fixture(nb::module_& m) {
           "timeout"_a = std::numeric_limits<double>::infinity(),
           "timeout: timeout of the live frames that carry the geometry [s]; without a newer pose the fixture fades "
           "out.")
-      .def_ro("name", &Fixture::name, "Name, unique in its list.")
+      .def_ro("name", &Fixture::name, "Name, unique in its list."_doc)
       .def_prop_ro(
           "role", [](const Fixture& f) { return std::string(f.role->name()); }, "Name of the role.")
       .def_prop_ro(
           "law", [](const Fixture& f) { return std::string(f.law->name()); }, "Name of the law.")
-      .def_ro("policy", &Fixture::policy, "When and with how much authority the fixture acts.")
-      .def_ro("on", &Fixture::on, "False: the fixture is switched off.")
+      .def_ro("policy", &Fixture::policy, "When and with how much authority the fixture acts."_doc)
+      .def_ro("on", &Fixture::on, "False: the fixture is switched off."_doc)
       .def_prop_ro(
           "stiffness", [](const Fixture& f) { return f.law->stiffness(); }, "Largest stiffness of the law [N/m].")
       .def_prop_ro(
@@ -210,16 +212,18 @@ Fields step(Guidance& self, double t, const Matrix4& X_WT_goal, const VectorArg&
   return d;
 }
 
-void bind_stage(nb::module_& m) {
+void bind_guidance_stage(nb::module_& m) {
   using guidance::Options;
   nb::class_<Options>(m, "GuidanceOptions", "Options of the stage `guidance`.")
       .def(nb::init<>())
       .def_rw("force_rate", &Options::force_rate,
-              "Largest rate of the force change that no motion causes, such as after a switch or an edit [N/s].")
-      .def_rw("moment_rate", &Options::moment_rate, "Largest rate of the moment change that no motion causes [N m/s].")
+              "Largest rate of the force change that no motion causes, such as after a switch or an edit [N/s]."_doc)
+      .def_rw("moment_rate", &Options::moment_rate,
+              "Largest rate of the moment change that no motion causes [N m/s]."_doc)
       .def_rw("return_speed", &Options::return_speed,
-              "Speed at which the goal leaves a region that has just become forbidden [m/s].")
-      .def_rw("reserve", &Options::reserve, "Distance that hard fixtures keep between the goal and their boundary [m].")
+              "Speed at which the goal leaves a region that has just become forbidden [m/s]."_doc)
+      .def_rw("reserve", &Options::reserve,
+              "Distance that hard fixtures keep between the goal and their boundary [m]."_doc)
       .def_prop_rw(
           "servo_bandwidth", [](const Options& o) { return o.servo.bandwidth; },
           [](Options& o, double x) { o.servo.bandwidth = x; },
@@ -281,12 +285,12 @@ Fields solve(Qp& qp, const Eigen::MatrixXd& A, const VectorArg& b, const VectorA
 }  // namespace
 
 void bind_fixtures(nb::module_& m) {
-  bind_options(m);
+  bind_guidance_options(m);
   m.def("guidance_roles", &guidance::roles, "Names of the available roles.");
   m.def("guidance_laws", &guidance::laws, "Names of the available laws.");
   bind_fixture(m);
   bind_fixture_list(m);
-  bind_stage(m);
+  bind_guidance_stage(m);
   nb::class_<Qp>(m, "Qp",
                  "Solves min |y - y0|^2 / 2 subject to A y >= b in six variables (core/palpate/guidance/qp.hpp).")
       .def(nb::init<>())

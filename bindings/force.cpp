@@ -9,6 +9,7 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "doc.hpp"
 #include "palpate/force/estimate.hpp"
 
 namespace nb = nanobind;
@@ -17,11 +18,9 @@ using namespace nb::literals;
 namespace palpate::bindings {
 namespace {
 
-using Rows = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
-
-auto force_step(const Rows& K, const Rows& B, const Rows& normal, const Rows& delta_x, const Vec3& v_WT,
-                const Rows& v_surface, double stiffness_scale, double damping_scale, const Vec3& w_WT,
-                const std::optional<Rows>& p_TS) {
+auto force_step(const Rows3& K, const Rows3& B, const Rows3& normal, const Rows3& delta_x, const Vec3& v_WT,
+                const Rows3& v_surface, double stiffness_scale, double damping_scale, const Vec3& w_WT,
+                const std::optional<Rows3>& p_TS) {
   const Eigen::Index n = normal.rows();
   if (n > kMaxContacts || K.rows() != n || B.rows() != n || delta_x.rows() != n || v_surface.rows() != n ||
       (p_TS && p_TS->rows() != n)) {
@@ -81,18 +80,19 @@ void bind_estimate(nb::module_& m) {
   nb::class_<EstimateOptions> options(m, "EstimateOptions",
                                       "Options of the force estimate from the follower's drive torques.");
   options.def(nb::init<>())
-      .def_rw("bandwidth", &EstimateOptions::bandwidth, "Bandwidth of the momentum observer [Hz].")
+      .def_rw("bandwidth", &EstimateOptions::bandwidth, "Bandwidth of the momentum observer [Hz]."_doc)
       .def_rw("dead_band", &EstimateOptions::dead_band,
-              "Dead band of the estimated force: smaller forces are reported as zero [N].")
+              "Dead band of the estimated force: smaller forces are reported as zero [N]."_doc)
       .def_rw("slip_speed", &EstimateOptions::slip_speed,
-              "Fraction of the drives' speed limits above which dry friction has its full value [-].");
+              "Fraction of the drives' speed limits above which dry friction has its full value [-]."_doc);
   joint_field(options, "rotor_inertia", &EstimateOptions::rotor_inertia,
               "Rotor inertias at the joints (n,) [kg m^2, kg].");
   joint_field(options, "coulomb", &EstimateOptions::coulomb, "Dry friction of the drives (n,) [N m, N].");
   joint_field(options, "viscous", &EstimateOptions::viscous, "Viscous friction of the drives (n,) [N m s/rad, N s/m].");
   joint_field(options, "offset", &EstimateOptions::offset, "Constant torques of the drives (n,) [N m, N].");
   joint_field(options, "spring", &EstimateOptions::spring, "Spring constants at the joints (n,) [N m/rad, N/m].");
-  options.def_rw("links", &EstimateOptions::links, "Identified inertial parameters (10n,); empty: those of the model.");
+  options.def_rw("links", &EstimateOptions::links,
+                 "Identified inertial parameters (10n,); empty: those of the model."_doc);
 
   nb::class_<Estimate>(m, "Estimate", "Estimates the force of the environment on the tool tip from the drive torques.")
       .def(nb::init<const arm::Arm&, EstimateOptions>(), "model"_a, "options"_a)

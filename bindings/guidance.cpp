@@ -28,12 +28,8 @@ namespace {
 
 using guidance::Frame;
 using guidance::Geometry;
-using Poses = nb::ndarray<const double, nb::shape<-1, 4, 4>, nb::c_contig, nb::device::cpu>;
-using Controls = nb::ndarray<const double, nb::shape<-1, 4, 3>, nb::c_contig, nb::device::cpu>;
-using Rotations = nb::ndarray<const double, nb::shape<-1, 3, 3>, nb::c_contig, nb::device::cpu>;
-using Times = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using RowMat3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
-using RowMat4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+using Controls = Input<double, -1, 4, 3>;
+using Rotations = Input<double, -1, 3, 3>;
 
 /// Results of n queries: one array for each field of guidance::Query.
 struct Answers {

@@ -6,7 +6,9 @@
 #include <stdexcept>
 
 #include "bindings.hpp"
+#include "convert.hpp"
 #include "palpate/guidance/guidance.hpp"
+#include "types.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -14,10 +16,7 @@ using namespace nb::literals;
 namespace palpate::bindings {
 namespace {
 
-using Poses = nb::ndarray<const double, nb::shape<-1, 4, 4>, nb::c_contig, nb::device::cpu>;
-using Rows = nb::ndarray<const double, nb::shape<-1, -1, 6>, nb::c_contig, nb::device::cpu>;
-using Values = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
-using RowMat4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+using TwistsOfRuns = Input<double, -1, -1, 6>;
 
 Pose pose(const Poses& X, std::size_t i) {
   const Eigen::Map<const RowMat4> m(X.data() + 16 * i);
@@ -63,7 +62,7 @@ Eigen::VectorXd time_stage(const guidance::Fixtures& fixtures, const Poses& X_WT
 }
 
 /// Durations of n quadratic programs of m rows each.
-Eigen::VectorXd time_qp(const Rows& A, const Values& b, const Values& y0) {
+Eigen::VectorXd time_qp(const TwistsOfRuns& A, const Input<double, -1, -1>& b, const Input<double, -1, -1>& y0) {
   const std::size_t m = A.shape(1);
   if (b.shape(0) != A.shape(0) || b.shape(1) != m || y0.shape(0) != A.shape(0) || y0.shape(1) != 6)
     throw std::invalid_argument("A, b and y0 must have shapes (n, m, 6), (n, m) and (n, 6)");

@@ -18,12 +18,11 @@ namespace palpate::bindings {
 namespace {
 
 using guidance::Guidance;
-using Goals = nb::ndarray<const double, nb::shape<-1, 4, 4>, nb::c_contig, nb::device::cpu>;
-using Twists = nb::ndarray<const double, nb::shape<-1, 6>, nb::c_contig, nb::device::cpu>;
+using Twists = Input<double, -1, 6>;
 
 /// Runs the stage tick by tick along a motion (loop::GuidanceRun). height: height of the elastic plane at each tick;
 /// empty: no plane.
-nb::typed<nb::dict, nb::str, Array> run(Guidance& self, const std::vector<double>& t, const Goals& X_WT_goal,
+nb::typed<nb::dict, nb::str, Array> run(Guidance& self, const std::vector<double>& t, const Poses& X_WT_goal,
                                         const Twists& V_WT, const Matrix4& X_WT, const Vec3& normal,
                                         const std::vector<double>& height, double stiffness, double F_hand,
                                         double pedal, bool renders_damping) {
@@ -35,7 +34,6 @@ nb::typed<nb::dict, nb::str, Array> run(Guidance& self, const std::vector<double
   if (!height.empty() && height.size() != n)
     throw std::invalid_argument("height must have one entry for each time in t, or none; got " +
                                 std::to_string(height.size()) + " entries for " + std::to_string(n) + " times");
-  using RowMatrix4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
   Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor> F(n, 6);
   Eigen::Matrix<double, Eigen::Dynamic, 16, Eigen::RowMajor> goals(n, 16);
   Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor> B(n, 9);
@@ -43,11 +41,11 @@ nb::typed<nb::dict, nb::str, Array> run(Guidance& self, const std::vector<double
   loop::GuidanceRun motion(self, {{normal, stiffness}, F_hand, pedal, renders_damping}, to_pose(X_WT, "X_WT"));
   for (std::size_t k = 0; k < n; ++k) {
     const auto row = static_cast<Eigen::Index>(k);
-    const Pose goal = to_pose(Matrix4(Eigen::Map<const RowMatrix4>(X_WT_goal.data() + 16 * k)), "X_WT_goal");
+    const Pose goal = to_pose(Matrix4(Eigen::Map<const RowMat4>(X_WT_goal.data() + 16 * k)), "X_WT_goal");
     const Twist V = {Vec3(V_WT.data() + 6 * k), Vec3(V_WT.data() + 6 * k + 3)};
     const guidance::Output& out = height.empty() ? motion.step(t[k], goal, V) : motion.step(t[k], goal, V, height[k]);
     F.row(row) = to_vector(out.on_tool.F);
-    Eigen::Map<RowMatrix4>(&goals(row, 0)) = to_matrix(out.X_WT_goal);
+    Eigen::Map<RowMat4>(&goals(row, 0)) = to_matrix(out.X_WT_goal);
     Eigen::Map<Mat3>(&B(row, 0)) = out.on_tool.B;  // symmetric
     gap[row] = out.gap;
   }

@@ -8,6 +8,7 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "doc.hpp"
 #include "palpate/scene/approach.hpp"
 #include "palpate/types/index.hpp"
 
@@ -86,9 +87,9 @@ void bind_live(nb::module_& m) {
           "speed [m/s], turn [rad/s], acceleration [m/s^2]; max_age: age of the target above which it is lost [s]; "
           "fade: time in which the force of a lost object falls to zero [s]; p_OC: centre of rotation (3,) [m]; "
           "gain: speed per remaining displacement near the target [1/s].")
-      .def_ro("speed", &LiveOptions::speed, "Largest speed of the centre [m/s].")
-      .def_ro("max_age", &LiveOptions::max_age, "Age of the target above which it is lost [s].")
-      .def_ro("fade", &LiveOptions::fade, "Time in which the force of a lost object falls to zero [s].");
+      .def_ro("speed", &LiveOptions::speed, "Largest speed of the centre [m/s]."_doc)
+      .def_ro("max_age", &LiveOptions::max_age, "Age of the target above which it is lost [s]."_doc)
+      .def_ro("fade", &LiveOptions::fade, "Time in which the force of a lost object falls to zero [s]."_doc);
   nb::class_<Approach>(m, "Approach", "Rate-limited motion of a live object towards its target.")
       .def(
           "__init__",

@@ -3,6 +3,7 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "doc.hpp"
 #include "palpate/loop/execution.hpp"
 #include "palpate/loop/pace.hpp"
 #include "palpate/loop/realtime.hpp"
@@ -49,31 +50,32 @@ void bind_table(nb::module_& m) {
 void bind_controls(nb::module_& m) {
   nb::class_<Controls>(m, "Controls", "Values that the operator may change during a run.")
       .def(nb::init<>())
-      .def_rw("following", &Controls::following, "True: the tool follows the hand, and the hand receives forces.")
+      .def_rw("following", &Controls::following, "True: the tool follows the hand, and the hand receives forces."_doc)
       .def_rw("clutch", &Controls::clutch,
-              "True: the clutch pedal is pressed; the hand moves freely and the tool stays.")
+              "True: the clutch pedal is pressed; the hand moves freely and the tool stays."_doc)
       .def_rw("camera", &Controls::camera,
-              "True: the camera pedal is pressed; the hands move the endoscope and the tool stays.")
-      .def_rw("power", &Controls::power, "True: the arms shall have power.")
-      .def_rw("home", &Controls::home, "True: the arms shall be homed.")
+              "True: the camera pedal is pressed; the hands move the endoscope and the tool stays."_doc)
+      .def_rw("power", &Controls::power, "True: the arms shall have power."_doc)
+      .def_rw("home", &Controls::home, "True: the arms shall be homed."_doc)
       .def_rw("operator_present", &Controls::operator_present,
-              "True: an operator is at the console, with the head in the viewer.")
-      .def_rw("hold_all", &Controls::hold_all, "True: everything holds where it is.")
-      .def_rw("recover_by_itself", &Controls::recover_by_itself, "True: a fault ends when its cause is gone.")
-      .def_rw("recover_requests", &Controls::recover_requests, "A new number leaves a fault whose cause is gone.")
-      .def_rw("lock_rotation", &Controls::lock_rotation, "True: the tool keeps its orientation while it follows.")
+              "True: an operator is at the console, with the head in the viewer."_doc)
+      .def_rw("hold_all", &Controls::hold_all, "True: everything holds where it is."_doc)
+      .def_rw("recover_by_itself", &Controls::recover_by_itself, "True: a fault ends when its cause is gone."_doc)
+      .def_rw("recover_requests", &Controls::recover_requests, "A new number leaves a fault whose cause is gone."_doc)
+      .def_rw("lock_rotation", &Controls::lock_rotation, "True: the tool keeps its orientation while it follows."_doc)
       .def_rw("lock_translation", &Controls::lock_translation,
-              "True: the tool keeps its position while it follows, and the hand feels no force.")
-      .def_rw("scale", &Controls::scale, "Tool motion per hand motion; 0: as in the scene [-].")
+              "True: the tool keeps its position while it follows, and the hand feels no force."_doc)
+      .def_rw("scale", &Controls::scale, "Tool motion per hand motion; 0: as in the scene [-]."_doc)
       .def_rw("quat_WL", &Controls::quat_WL,
-              "Orientation of the leader base in W (4,), w x y z; zeros: as in the scene.")
-      .def_rw("paused", &Controls::paused, "True: simulated time stands still.")
-      .def_rw("hold", &Controls::hand_paused, "True: the simulated hand stays where it is on its path.")
-      .def_rw("stiffness_scale", &Controls::stiffness_scale, "Factor on the stiffness of every object [-].")
-      .def_rw("damping_scale", &Controls::damping_scale, "Factor on the damping of every object [-].")
+              "Orientation of the leader base in W (4,), w x y z; zeros: as in the scene."_doc)
+      .def_rw("paused", &Controls::paused, "True: simulated time stands still."_doc)
+      .def_rw("hold", &Controls::hand_paused, "True: the simulated hand stays where it is on its path."_doc)
+      .def_rw("stiffness_scale", &Controls::stiffness_scale, "Factor on the stiffness of every object [-]."_doc)
+      .def_rw("damping_scale", &Controls::damping_scale, "Factor on the damping of every object [-]."_doc)
       .def_rw("guidance", &Controls::guidance,
-              "Position of the guidance pedal, 0-1, for fixtures with a ramp by pedal [-].")
-      .def_rw("p_hand_offset_W", &Controls::p_hand_offset_W, "Offset added to the hand's intended position (3,) [m].");
+              "Position of the guidance pedal, 0-1, for fixtures with a ramp by pedal [-]."_doc)
+      .def_rw("p_hand_offset_W", &Controls::p_hand_offset_W,
+              "Offset added to the hand's intended position (3,) [m]."_doc);
 }
 
 nb::typed<nb::list, Tuple<nb::str, nb::str, bool>> rows_of(std::span<const loop::SessionWord> words) {
@@ -107,19 +109,19 @@ void bind_session(nb::module_& m) {
       "Table of transitions (from, cause, to). In a state, the first row whose cause holds is taken.");
   nb::class_<SessionInput>(m, "SessionInput", "Levels that the state machine of a session reads in one tick.")
       .def(nb::init<>())
-      .def_rw("power", &SessionInput::power, "Power is requested, and the arms have it.")
-      .def_rw("home", &SessionInput::home, "Homing is requested.")
-      .def_rw("at_home", &SessionInput::at_home, "Both arms report that they are homed.")
-      .def_rw("follow", &SessionInput::follow, "Teleoperation is requested, and an operator is at the console.")
-      .def_rw("aligned", &SessionInput::aligned, "Handle and tool have the same orientation.")
-      .def_rw("clutch", &SessionInput::clutch, "The clutch pedal is pressed.")
-      .def_rw("camera", &SessionInput::camera, "The camera pedal is pressed.")
-      .def_rw("hold", &SessionInput::hold, "A hold is requested.")
-      .def_rw("execute", &SessionInput::execute, "A planned motion waits, moves or pauses.")
-      .def_rw("moving", &SessionInput::moving, "A planned motion is not yet at rest.")
-      .def_rw("fault", &SessionInput::fault, "A state of an arm is missing or wrong.")
-      .def_rw("recover", &SessionInput::recover, "A fault may be left once its cause is gone.")
-      .def_rw("settled", &SessionInput::settled, "No fault for the time that the loop demands.");
+      .def_rw("power", &SessionInput::power, "Power is requested, and the arms have it."_doc)
+      .def_rw("home", &SessionInput::home, "Homing is requested."_doc)
+      .def_rw("at_home", &SessionInput::at_home, "Both arms report that they are homed."_doc)
+      .def_rw("follow", &SessionInput::follow, "Teleoperation is requested, and an operator is at the console."_doc)
+      .def_rw("aligned", &SessionInput::aligned, "Handle and tool have the same orientation."_doc)
+      .def_rw("clutch", &SessionInput::clutch, "The clutch pedal is pressed."_doc)
+      .def_rw("camera", &SessionInput::camera, "The camera pedal is pressed."_doc)
+      .def_rw("hold", &SessionInput::hold, "A hold is requested."_doc)
+      .def_rw("execute", &SessionInput::execute, "A planned motion waits, moves or pauses."_doc)
+      .def_rw("moving", &SessionInput::moving, "A planned motion is not yet at rest."_doc)
+      .def_rw("fault", &SessionInput::fault, "A state of an arm is missing or wrong."_doc)
+      .def_rw("recover", &SessionInput::recover, "A fault may be left once its cause is gone."_doc)
+      .def_rw("settled", &SessionInput::settled, "No fault for the time that the loop demands."_doc);
   nb::class_<SessionMachine>(m, "SessionMachine", "The state machine of a session, which every loop runs in its cycle.")
       .def(nb::init<>())
       .def(
@@ -154,11 +156,11 @@ void bind_realtime(nb::module_& m) {
   nb::class_<RealTimeOptions>(m, "RealTimeOptions", "What the real-time thread may request from the operating system.")
       .def(nb::init<>())
       .def_rw("allow_priority", &RealTimeOptions::allow_priority,
-              "True: the thread may request SCHED_FIFO and locked memory.")
-      .def_rw("allow_affinity", &RealTimeOptions::allow_affinity, "True: the thread may bind itself to one core.")
-      .def_rw("priority", &RealTimeOptions::priority, "Priority of SCHED_FIFO, 1..99.")
+              "True: the thread may request SCHED_FIFO and locked memory."_doc)
+      .def_rw("allow_affinity", &RealTimeOptions::allow_affinity, "True: the thread may bind itself to one core."_doc)
+      .def_rw("priority", &RealTimeOptions::priority, "Priority of SCHED_FIFO, 1..99."_doc)
       .def_rw("spin_us", &RealTimeOptions::spin_us,
-              "Time before a deadline that the thread spends in a busy wait [us].");
+              "Time before a deadline that the thread spends in a busy wait [us]."_doc);
 
   nb::class_<BareLoop>(m, "BareLoop", "A loop that only keeps time, as a baseline for the punctuality of a machine.")
       .def(nb::init<double, loop::RealTimeOptions>(), "rate"_a, "options"_a = loop::RealTimeOptions{}, "rate [Hz].")

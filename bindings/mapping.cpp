@@ -8,6 +8,7 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "doc.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -28,33 +29,33 @@ void bind_mapping_options(nb::module_& m) {
       .value("drift", Law::drift, "While the hand moves, the tool drifts outwards.");
   nb::class_<RecentringOptions>(m, "RecentringOptions", "Motion of the tool in addition to that of the hand.")
       .def(nb::init<>())
-      .def_rw("law", &RecentringOptions::law, "The law.")
-      .def_rw("workspace", &RecentringOptions::workspace, "Lengths (3,) of the workspace along the axes of L [m].")
+      .def_rw("law", &RecentringOptions::law, "The law."_doc)
+      .def_rw("workspace", &RecentringOptions::workspace, "Lengths (3,) of the workspace along the axes of L [m]."_doc)
       .def_rw("centre", &RecentringOptions::centre, nb::arg().none(),
-              "Centre (3,) of the workspace in L [m]; None: the first position of the handle.")
+              "Centre (3,) of the workspace in L [m]; None: the first position of the handle."_doc)
       .def_rw("rim", &RecentringOptions::rim,
-              "rate: distance from the centre at which it begins, 1 at the edge of the workspace [-].")
-      .def_rw("rim_speed", &RecentringOptions::rim_speed, "rate: speed of the tool at the edge, the largest [m/s].")
+              "rate: distance from the centre at which it begins, 1 at the edge of the workspace [-]."_doc)
+      .def_rw("rim_speed", &RecentringOptions::rim_speed, "rate: speed of the tool at the edge, the largest [m/s]."_doc)
       .def_rw("drift", &RecentringOptions::drift,
-              "drift: its speed at the edge over the speed of the tool by the hand [-].");
+              "drift: its speed at the edge over the speed of the tool by the hand [-]."_doc);
   nb::class_<Options>(m, "MappingOptions", "Options of the stage `mapping` between hand and tool.")
       .def(nb::init<>())
       .def_rw("scale", &Options::scale,
-              "Tool motion per hand motion [-]; the hand feels the stiffness force_scale * scale * K.")
-      .def_rw("force_scale", &Options::force_scale, "Force on the hand per force on the tool [-].")
+              "Tool motion per hand motion [-]; the hand feels the stiffness force_scale * scale * K."_doc)
+      .def_rw("force_scale", &Options::force_scale, "Force on the hand per force on the tool [-]."_doc)
       .def_rw("align_rate", &Options::align_rate,
-              "Rate at which an orientation offset decays [rad/s]; 0: the offset stays.")
-      .def_rw("gripper_min", &Options::gripper_min, "Gripper angle that closes the jaw [rad].")
-      .def_rw("gripper_max", &Options::gripper_max, "Gripper angle that opens the jaw [rad].")
-      .def_rw("jaw_min", &Options::jaw_min, "Angle of the closed jaw [rad].")
-      .def_rw("jaw_max", &Options::jaw_max, "Angle of the open jaw [rad].")
-      .def_rw("jaw_start", &Options::jaw_start, "Jaw angle of a simulated follower at the start [rad].")
-      .def_rw("jaw_rate", &Options::jaw_rate, "Rate at which the jaw approaches the gripper angle [rad/s].")
+              "Rate at which an orientation offset decays [rad/s]; 0: the offset stays."_doc)
+      .def_rw("gripper_min", &Options::gripper_min, "Gripper angle that closes the jaw [rad]."_doc)
+      .def_rw("gripper_max", &Options::gripper_max, "Gripper angle that opens the jaw [rad]."_doc)
+      .def_rw("jaw_min", &Options::jaw_min, "Angle of the closed jaw [rad]."_doc)
+      .def_rw("jaw_max", &Options::jaw_max, "Angle of the open jaw [rad]."_doc)
+      .def_rw("jaw_start", &Options::jaw_start, "Jaw angle of a simulated follower at the start [rad]."_doc)
+      .def_rw("jaw_rate", &Options::jaw_rate, "Rate at which the jaw approaches the gripper angle [rad/s]."_doc)
       .def_rw("ratchet", &Options::ratchet,
-              "True: on engaging, the jaw does not open before the pinch has closed to its angle.")
+              "True: on engaging, the jaw does not open before the pinch has closed to its angle."_doc)
       .def_rw("align_tolerance", &Options::align_tolerance,
-              "Orientation error up to which the handle counts as aligned; 0: any [rad].")
-      .def_rw("recentring", &Options::recentring, "Motion of the tool in addition to that of the hand.");
+              "Orientation error up to which the handle counts as aligned; 0: any [rad]."_doc)
+      .def_rw("recentring", &Options::recentring, "Motion of the tool in addition to that of the hand."_doc);
 }
 
 void bind_mapping_stage(nb::module_& m) {

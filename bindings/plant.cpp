@@ -1,5 +1,6 @@
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "doc.hpp"
 #include "palpate/plant/follower.hpp"
 #include "palpate/plant/hand.hpp"
 #include "palpate/plant/leader.hpp"
@@ -19,14 +20,14 @@ void bind_hand_options(nb::module_& m) {
       m, "HandOptions",
       "Impedance of the operator's hand: a mass on the handle, with a spring and a damper to its intended path.")
       .def(nb::init<>())
-      .def_rw("mass", &HandOptions::mass, "Mass that moves with the handle [kg].")
-      .def_rw("damping", &HandOptions::damping, "Damping to the intended path [N s/m].")
-      .def_rw("stiffness", &HandOptions::stiffness, "Stiffness to the intended path [N/m].")
-      .def_rw("inertia", &HandOptions::inertia, "Rotational inertia that moves with the handle [kg m^2].")
-      .def_rw("rotational_damping", &HandOptions::rotational_damping, "Rotational damping [N m s/rad].")
-      .def_rw("rotational_stiffness", &HandOptions::rotational_stiffness, "Rotational stiffness [N m/rad].")
+      .def_rw("mass", &HandOptions::mass, "Mass that moves with the handle [kg]."_doc)
+      .def_rw("damping", &HandOptions::damping, "Damping to the intended path [N s/m]."_doc)
+      .def_rw("stiffness", &HandOptions::stiffness, "Stiffness to the intended path [N/m]."_doc)
+      .def_rw("inertia", &HandOptions::inertia, "Rotational inertia that moves with the handle [kg m^2]."_doc)
+      .def_rw("rotational_damping", &HandOptions::rotational_damping, "Rotational damping [N m s/rad]."_doc)
+      .def_rw("rotational_stiffness", &HandOptions::rotational_stiffness, "Rotational stiffness [N m/rad]."_doc)
       .def_rw("grip_force_max", &HandOptions::grip_force_max,
-              "Largest force of the grip; the hand slips above it [N].");
+              "Largest force of the grip; the hand slips above it [N]."_doc);
 }
 
 void bind_leader_options(nb::module_& m) {
@@ -38,23 +39,23 @@ void bind_leader_options(nb::module_& m) {
           [](LeaderOptions& o, const Eigen::MatrixXd& A) { o.coupling = joint_matrix(A, "coupling"); },
           "Coupling matrix A (n,n): q_joint = A q_motor.")
       .def_rw("loop_delay", &LeaderOptions::loop_delay,
-              "Delay from the command to the torque, of the force term only [s].")
+              "Delay from the command to the torque, of the force term only [s]."_doc)
       .def_rw("loop_jitter", &LeaderOptions::loop_jitter,
-              "Additional random delay of each command, uniform in 0..loop_jitter [s].")
+              "Additional random delay of each command, uniform in 0..loop_jitter [s]."_doc)
       .def_rw("drive_lag", &LeaderOptions::drive_lag,
-              "Time constant of the drives' current loops, which all torque terms pass [s].")
+              "Time constant of the drives' current loops, which all torque terms pass [s]."_doc)
       .def_rw("velocity_window", &LeaderOptions::velocity_window,
               "Time between the two positions whose difference gives a velocity [s]; 0: velocities come from the time "
-              "between encoder edges.")
+              "between encoder edges."_doc)
       .def_rw("velocity_cutoff", &LeaderOptions::velocity_cutoff,
-              "Cutoff of the first-order low-pass on velocities [Hz]; 0: no low-pass.")
+              "Cutoff of the first-order low-pass on velocities [Hz]; 0: no low-pass."_doc)
       .def_rw("hold_timeout", &LeaderOptions::hold_timeout,
-              "Time without a new command after which the force term ramps to zero [s].")
-      .def_rw("cell_noise", &LeaderOptions::cell_noise, "Noise of the load cell in the handle, rms per axis [N].")
+              "Time without a new command after which the force term ramps to zero [s]."_doc)
+      .def_rw("cell_noise", &LeaderOptions::cell_noise, "Noise of the load cell in the handle, rms per axis [N]."_doc)
       .def_rw("seed", &LeaderOptions::seed,
-              "Seed of the load cell's noise and of the jitter; a Simulation replaces it by its own.")
+              "Seed of the load cell's noise and of the jitter; a Simulation replaces it by its own."_doc)
       .def_rw("quantised", &LeaderOptions::quantised,
-              "True: positions and velocities come from the encoders; False: they are exact.");
+              "True: positions and velocities come from the encoders; False: they are exact."_doc);
   joint_field(leader, "encoder_step", &LeaderOptions::encoder_step,
               "Resolution of the encoders on the motor side (n,) [rad/count]; 0: exact.");
   joint_field(leader, "coulomb", &LeaderOptions::coulomb, "Coulomb friction of the joints (n,) [N m].");
@@ -73,20 +74,18 @@ void bind_follower_options(nb::module_& m) {
 
   nb::class_<FollowerOptions> follower(m, "FollowerOptions", "Parameters of a simulated follower.");
   follower.def(nb::init<>())
-      .def_rw("bandwidth", &FollowerOptions::bandwidth, "Natural frequency of the joint servos [Hz]; 0: ideal.")
+      .def_rw("bandwidth", &FollowerOptions::bandwidth, "Natural frequency of the joint servos [Hz]; 0: ideal."_doc)
       .def_rw("damping_ratio", &FollowerOptions::damping_ratio,
-              "Damping ratio of the joint servos [-]; 1: no overshoot.")
-      .def_rw("jaw_v_max", &FollowerOptions::jaw_v_max, "Speed limit of the jaw [rad/s].")
+              "Damping ratio of the joint servos [-]; 1: no overshoot."_doc)
+      .def_rw("jaw_v_max", &FollowerOptions::jaw_v_max, "Speed limit of the jaw [rad/s]."_doc)
       .def_rw("driven", &FollowerOptions::driven,
               "True: drives move the joints by torques, and contact forces push against them; False: position servos "
-              "move the joints.")
-      .def_rw("drives", &FollowerOptions::drives, "Drives of a driven follower.");
+              "move the joints."_doc)
+      .def_rw("drives", &FollowerOptions::drives, "Drives of a driven follower."_doc);
   joint_field(follower, "v_max", &FollowerOptions::v_max, "Speed limits of the joints (n,) [rad/s, m/s].");
   joint_field(follower, "encoder_step", &FollowerOptions::encoder_step,
               "Resolution of the encoders (n,) [rad, m]; 0: exact.");
 }
-
-using Vector = Eigen::VectorXd;
 
 void bind_leader(nb::module_& m) {
   nb::class_<plant::Leader>(m, "Leader",

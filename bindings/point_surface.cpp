@@ -23,8 +23,7 @@ namespace palpate::bindings {
 namespace {
 
 using scene::PointSurface;
-using Points = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-using Balls = nb::ndarray<const double, nb::shape<-1, 4>, nb::c_contig, nb::device::cpu>;
+using Balls = Input<double, -1, 4>;
 
 std::span<const double> span_of(const Points& points) { return {points.data(), 3 * points.shape(0)}; }
 
@@ -60,8 +59,8 @@ std::optional<Vec3> shift_to(const PointSurface& self, const Points& points, con
 }
 
 template <typename Number>
-Tuple<Array, Fields> usable(const nb::ndarray<const Number, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>& points_C,
-                            const Matrix4& X_WC, const Vec3& centre, double radius, const Balls& tool) {
+Tuple<Array, Fields> usable(const Input<Number, -1, 3>& points_C, const Matrix4& X_WC, const Vec3& centre,
+                            double radius, const Balls& tool) {
   const Pose X = to_pose(X_WC, "X_WC");
   std::vector<scene::Ball> balls;
   for (std::size_t i = 0; i < tool.shape(0); ++i) balls.push_back({Vec3(&tool(i, 0)), tool(i, 3)});

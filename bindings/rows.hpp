@@ -14,14 +14,13 @@
 namespace palpate::bindings {
 
 inline constexpr std::size_t kColumns = sizeof(loop::Tick) / sizeof(double);
-using Rows = nanobind::ndarray<nanobind::numpy, double, nanobind::ndim<2>>;
 
-inline Rows to_rows(std::vector<loop::Tick>&& ticks) {
+inline Table to_rows(std::vector<loop::Tick>&& ticks) {
   auto owner = std::make_unique<std::vector<loop::Tick>>(std::move(ticks));
   auto* data = reinterpret_cast<double*>(owner->data());
   const std::size_t n = owner->size();
   nanobind::capsule capsule(owner.release(), [](void* p) noexcept { delete static_cast<std::vector<loop::Tick>*>(p); });
-  return Rows(data, {n, kColumns}, capsule);
+  return Table(data, {n, kColumns}, capsule);
 }
 
 inline Array to_row(const loop::Tick& tick) { return Array(nanobind::cast(to_rows({tick}))[nanobind::int_(0)]); }

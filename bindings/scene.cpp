@@ -8,6 +8,7 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "doc.hpp"
 #include "palpate/scene/material.hpp"
 #include "palpate/scene/mesh.hpp"
 #include "palpate/scene/mesh_impl.hpp"
@@ -19,10 +20,7 @@ namespace nb = nanobind;
 namespace palpate::bindings {
 namespace {
 
-using Rows = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-using Triples = nb::ndarray<const std::int32_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-
-std::shared_ptr<scene::Mesh> build(const Rows& vertices, const Triples& triangles) {
+std::shared_ptr<scene::Mesh> build(const Points& vertices, const Triangles& triangles) {
   const nb::gil_scoped_release release;
   const auto mesh = scene::Mesh::build({vertices.data(), vertices.size()}, {triangles.data(), triangles.size()});
   return std::const_pointer_cast<scene::Mesh>(mesh);  // nanobind holds no pointers to const; a mesh is immutable
@@ -34,7 +32,7 @@ ArrayOf<const T> view(nb::handle owner, std::span<const T> values) {
   return ArrayOf<const T>(nb::cast(nb::ndarray<nb::numpy, const T>(values.data(), {values.size() / 3, 3}, owner)));
 }
 
-using Bytes = nb::ndarray<const std::uint8_t, nb::shape<-1>, nb::c_contig, nb::device::cpu>;
+using Bytes = Input<std::uint8_t, -1>;
 
 ArrayOf<std::uint8_t> image(const scene::Mesh& mesh) {
   std::vector<std::uint8_t> bytes = mesh.image();
@@ -47,7 +45,7 @@ std::shared_ptr<scene::Mesh> from_image(const Bytes& bytes) {
   return std::const_pointer_cast<scene::Mesh>(scene::Mesh::from_image({bytes.data(), bytes.size()}));
 }
 
-Tuple<Array, Array, Array, ArrayOf<std::int32_t>> closest(const scene::Mesh& mesh, const Rows& points,
+Tuple<Array, Array, Array, ArrayOf<std::int32_t>> closest(const scene::Mesh& mesh, const Points& points,
                                                           double max_distance) {
   const std::size_t n = points.shape(0);
   std::vector<double> distance(n), point(3 * n), normal(3 * n);
@@ -67,7 +65,7 @@ Tuple<Array, Array, Array, ArrayOf<std::int32_t>> closest(const scene::Mesh& mes
 }
 
 /// Distances by one of the two kernels, for tests that compare the kernels.
-Array closest_by_kernel(const scene::Mesh& mesh, const Rows& points, const std::string& kernel, double exact_within) {
+Array closest_by_kernel(const scene::Mesh& mesh, const Points& points, const std::string& kernel, double exact_within) {
   if (kernel != "avx2" && kernel != "portable")
     throw nb::value_error(("kernel must be 'avx2' or 'portable'; got '" + kernel + "'").c_str());
   const auto query = kernel == "avx2" ? &scene::bvh_closest_avx2 : &scene::bvh_closest_portable;
@@ -78,7 +76,7 @@ Array closest_by_kernel(const scene::Mesh& mesh, const Rows& points, const std::
   return array(std::move(distance), {points.shape(0)});
 }
 
-ArrayOf<bool> contains(const scene::Mesh& mesh, const Rows& points) {
+ArrayOf<bool> contains(const scene::Mesh& mesh, const Points& points) {
   const std::size_t n = points.shape(0);
   std::vector<std::uint8_t> inside(n);
   for (std::size_t i = 0; i < n; ++i) inside[i] = mesh.contains(Vec3(points.data() + 3 * i)) ? 1 : 0;
@@ -86,7 +84,7 @@ ArrayOf<bool> contains(const scene::Mesh& mesh, const Rows& points) {
 }
 
 /// Signed distance (n,), nearest point (n, 3) and normal (n, 3) for points (n, 3).
-Tuple<Array, Array, Array> nearest(const scene::Surface& surface, const Rows& points) {
+Tuple<Array, Array, Array> nearest(const scene::Surface& surface, const Points& points) {
   const std::size_t n = points.shape(0);
   std::vector<double> distance(n), point(3 * n), normal(3 * n);
   {
@@ -105,29 +103,30 @@ Tuple<Array, Array, Array> nearest(const scene::Surface& surface, const Rows& po
 void bind_mesh_report(nb::module_& m) {
   nb::class_<scene::MeshReport>(m, "MeshReport",
                                 "Counts of the defects that were found and repaired while a mesh was built.")
-      .def_ro("vertices", &scene::MeshReport::vertices, "Number of vertices after welding.")
-      .def_ro("triangles", &scene::MeshReport::triangles, "Number of triangles kept.")
+      .def_ro("vertices", &scene::MeshReport::vertices, "Number of vertices after welding."_doc)
+      .def_ro("triangles", &scene::MeshReport::triangles, "Number of triangles kept."_doc)
       .def_ro("degenerate", &scene::MeshReport::degenerate,
-              "Triangles dropped because a corner is repeated or all three are on a line.")
+              "Triangles dropped because a corner is repeated or all three are on a line."_doc)
       .def_ro("duplicate", &scene::MeshReport::duplicate,
-              "Triangles dropped because another one has the same corners in the same winding.")
+              "Triangles dropped because another one has the same corners in the same winding."_doc)
       .def_ro("flat", &scene::MeshReport::flat,
-              "Triangles kept although their corners are on a line, because they close a gap.")
+              "Triangles kept although their corners are on a line, because they close a gap."_doc)
       .def_ro("parts", &scene::MeshReport::components,
-              "Number of connected parts; triangles that share a vertex belong to one part.")
-      .def_ro("boundary_edges", &scene::MeshReport::boundary_edges, "Edges of only one triangle: holes and rims.")
-      .def_ro("branching_edges", &scene::MeshReport::branching_edges, "Edges of three triangles or more.")
+              "Number of connected parts; triangles that share a vertex belong to one part."_doc)
+      .def_ro("boundary_edges", &scene::MeshReport::boundary_edges, "Edges of only one triangle: holes and rims."_doc)
+      .def_ro("branching_edges", &scene::MeshReport::branching_edges, "Edges of three triangles or more."_doc)
       .def_ro("inconsistent_edges", &scene::MeshReport::inconsistent_edges,
-              "Edges whose triangles have opposite windings.")
+              "Edges whose triangles have opposite windings."_doc)
       .def_ro("turned", &scene::MeshReport::flipped,
-              "Triangles turned because they faced the other way than their neighbours.")
-      .def_ro("inverted", &scene::MeshReport::inverted, "Triangles turned because their closed part was inside out.")
+              "Triangles turned because they faced the other way than their neighbours."_doc)
+      .def_ro("inverted", &scene::MeshReport::inverted,
+              "Triangles turned because their closed part was inside out."_doc)
       .def_ro("two_sided", &scene::MeshReport::two_sided,
-              "False if a part cannot be oriented, such as a Moebius strip; forces may point inwards there.")
-      .def_ro("closed", &scene::MeshReport::closed, "True without boundary, branching and inconsistent edges.")
-      .def_ro("volume", &scene::MeshReport::volume, "Volume of the closed parts [m^3].")
-      .def_ro("lowest", &scene::MeshReport::lowest, "Lowest corner of the bounding box (3,) [m].")
-      .def_ro("highest", &scene::MeshReport::highest, "Highest corner of the bounding box (3,) [m].");
+              "False if a part cannot be oriented, such as a Moebius strip; forces may point inwards there."_doc)
+      .def_ro("closed", &scene::MeshReport::closed, "True without boundary, branching and inconsistent edges."_doc)
+      .def_ro("volume", &scene::MeshReport::volume, "Volume of the closed parts [m^3]."_doc)
+      .def_ro("lowest", &scene::MeshReport::lowest, "Lowest corner of the bounding box (3,) [m]."_doc)
+      .def_ro("highest", &scene::MeshReport::highest, "Highest corner of the bounding box (3,) [m]."_doc);
 }
 
 void bind_mesh(nb::module_& m) {
@@ -183,11 +182,11 @@ void bind_material(nb::module_& m) {
           },
           nb::arg("K") = Material{}.K, nb::arg("B") = Material{}.B, nb::arg("mu") = Material{}.mu,
           nb::arg("mu_static") = Material{}.mu_static, "K (3,) [N/m], B (3,) [N s/m], mu and mu_static [-].")
-      .def_rw("K", &Material::K, "Stiffness (3,) [N/m].")
-      .def_rw("B", &Material::B, "Damping (3,) [N s/m].")
-      .def_rw("mu", &Material::mu, "Coulomb friction coefficient while slipping [-].")
+      .def_rw("K", &Material::K, "Stiffness (3,) [N/m]."_doc)
+      .def_rw("B", &Material::B, "Damping (3,) [N s/m]."_doc)
+      .def_rw("mu", &Material::mu, "Coulomb friction coefficient while slipping [-]."_doc)
       .def_rw("mu_static", &Material::mu_static,
-              "Coulomb friction coefficient while sticking [-]; values below mu count as mu.");
+              "Coulomb friction coefficient while sticking [-]; values below mu count as mu."_doc);
   nb::class_<Region>(m, "Region", "A region of an object with another material: a box with rounded edges, or a ball.")
       .def(
           "__init__",
@@ -202,11 +201,11 @@ void bind_material(nb::module_& m) {
           nb::arg("blend") = Region{}.blend, nb::arg("material") = Material{},
           "centre (3,), half (3,), radius, blend [m], in O. Raises ValueError if a length is negative or a value not "
           "finite.")
-      .def_ro("centre", &Region::centre, "Centre in O (3,) [m].")
-      .def_ro("half", &Region::half, "Half the lengths of the box (3,) [m]; zero: a ball.")
-      .def_ro("radius", &Region::radius, "Radius of the ball or of the rounded edges [m].")
-      .def_ro("blend", &Region::blend, "Distance over which the material fades [m].")
-      .def_ro("material", &Region::material, "Material inside the region.")
+      .def_ro("centre", &Region::centre, "Centre in O (3,) [m]."_doc)
+      .def_ro("half", &Region::half, "Half the lengths of the box (3,) [m]; zero: a ball."_doc)
+      .def_ro("radius", &Region::radius, "Radius of the ball or of the rounded edges [m]."_doc)
+      .def_ro("blend", &Region::blend, "Distance over which the material fades [m]."_doc)
+      .def_ro("material", &Region::material, "Material inside the region."_doc)
       .def(
           "weight",
           [](const Region& r, const Vec3& p_O) {

@@ -15,6 +15,7 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "doc.hpp"
 #include "front.hpp"
 #include "timing.hpp"
 #include "types.hpp"
@@ -32,9 +33,7 @@ using loop::Simulation;
 using loop::SimulationOptions;
 using loop::Tick;
 
-using Points = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
-
-Rows run(Simulation& self, std::size_t n_ticks, const std::optional<Points>& hand_W) {
+Table run(Simulation& self, std::size_t n_ticks, const std::optional<Rows3>& hand_W) {
   std::vector<Vec3> offsets;
   if (hand_W) {
     if (static_cast<std::size_t>(hand_W->rows()) != n_ticks || !hand_W->allFinite()) {
@@ -68,7 +67,7 @@ void order(Simulation& self, std::uint64_t motion, double pace, double until, bo
 
 /// Lockstep of several simulations in one world: every tick is computed for all of them, from the instruments as they
 /// were before it. Ends early while one of them is paused.
-std::vector<Rows> run_in_turns(const std::vector<Simulation*>& pairs, std::size_t n_ticks) {
+std::vector<Table> run_in_turns(const std::vector<Simulation*>& pairs, std::size_t n_ticks) {
   std::vector<std::vector<Tick>> ticks(pairs.size(), std::vector<Tick>(n_ticks));
   std::size_t done = 0;
   {
@@ -80,7 +79,7 @@ std::vector<Rows> run_in_turns(const std::vector<Simulation*>& pairs, std::size_
       ++done;
     }
   }
-  std::vector<Rows> rows;
+  std::vector<Table> rows;
   for (std::vector<Tick>& one : ticks) {
     one.resize(done);
     rows.push_back(to_rows(std::move(one)));
@@ -113,7 +112,7 @@ Fields timing(const Simulation& self) {
   return d;
 }
 
-HandPath hand_path(std::vector<double> times, const Points& p, std::vector<double> grippers,
+HandPath hand_path(std::vector<double> times, const Rows3& p, std::vector<double> grippers,
                    std::vector<double> grip_times) {
   std::vector<Vec3> positions;
   positions.reserve(static_cast<std::size_t>(p.rows()));
@@ -143,43 +142,43 @@ void set_source(CycleOptions& o, const std::string& name) {
   o.source = static_cast<force::Source>(at - kForceSources.begin());
 }
 
-void bind_options(nb::module_& m) {
+void bind_simulation_options(nb::module_& m) {
   nb::class_<CycleOptions> cycle(m, "CycleOptions", "Options of the haptic cycle and its stages.");
   cycle.def(nb::init<>())
-      .def_rw("rate", &CycleOptions::rate, "Rate of the haptic cycle [Hz].")
-      .def_rw("method", &CycleOptions::method, "Name of the contact method.")
-      .def_rw("contact", &CycleOptions::contact, "Options of the stage `contact`.")
-      .def_rw("mapping", &CycleOptions::mapping, "Options of the stage `mapping`.")
-      .def_rw("guidance", &CycleOptions::guidance, "Options of the stage `guidance`.")
+      .def_rw("rate", &CycleOptions::rate, "Rate of the haptic cycle [Hz]."_doc)
+      .def_rw("method", &CycleOptions::method, "Name of the contact method."_doc)
+      .def_rw("contact", &CycleOptions::contact, "Options of the stage `contact`."_doc)
+      .def_rw("mapping", &CycleOptions::mapping, "Options of the stage `mapping`."_doc)
+      .def_rw("guidance", &CycleOptions::guidance, "Options of the stage `guidance`."_doc)
       .def_prop_rw("source", &source_name, &set_source, "Source of the force: 'contact', 'estimate' or 'both'.")
-      .def_rw("estimate", &CycleOptions::estimate, "Options of the force estimate.")
-      .def_rw("stability", &CycleOptions::stability, "Options of the stage `stability`.")
-      .def_rw("torque", &CycleOptions::torque, "Options of the stage `torque`.");
+      .def_rw("estimate", &CycleOptions::estimate, "Options of the force estimate."_doc)
+      .def_rw("stability", &CycleOptions::stability, "Options of the stage `stability`."_doc)
+      .def_rw("torque", &CycleOptions::torque, "Options of the stage `torque`."_doc);
   pose_field(cycle, "X_WL", &CycleOptions::X_WL, "Pose of the leader base in the world (4, 4).");
   pose_field(cycle, "X_WB", &CycleOptions::X_WB, "Pose of the follower base in the world (4, 4).");
 
   nb::class_<SimulationOptions, CycleOptions> simulation(
       m, "SimulationOptions", "Options of the haptic cycle and of the simulated devices around it.");
   simulation.def(nb::init<>())
-      .def_rw("plant_rate", &SimulationOptions::plant_rate, "Smallest rate of the simulated servos [Hz].")
+      .def_rw("plant_rate", &SimulationOptions::plant_rate, "Smallest rate of the simulated servos [Hz]."_doc)
       .def_rw("loop_delay", &SimulationOptions::loop_delay,
-              "Delay from the command to the torque, of the force term only [s].")
+              "Delay from the command to the torque, of the force term only [s]."_doc)
       .def_rw("loop_jitter", &SimulationOptions::loop_jitter,
-              "Additional random delay of each command, uniform in 0..loop_jitter [s].")
+              "Additional random delay of each command, uniform in 0..loop_jitter [s]."_doc)
       .def_rw("seed", &SimulationOptions::seed,
-              "Seed of the hand's tremor, of the load cell's noise and of the jitter.")
-      .def_rw("tremor", &SimulationOptions::tremor, "Tremor of the hand at 8-12 Hz, rms per axis [m].")
-      .def_rw("leader", &SimulationOptions::leader, "Parameters of the simulated leader.")
-      .def_rw("hand", &SimulationOptions::hand, "Impedance of the simulated hand.")
-      .def_rw("follower", &SimulationOptions::follower, "Parameters of the simulated follower.")
-      .def_rw("realtime", &SimulationOptions::realtime, "Options of the real-time thread.");
+              "Seed of the hand's tremor, of the load cell's noise and of the jitter."_doc)
+      .def_rw("tremor", &SimulationOptions::tremor, "Tremor of the hand at 8-12 Hz, rms per axis [m]."_doc)
+      .def_rw("leader", &SimulationOptions::leader, "Parameters of the simulated leader."_doc)
+      .def_rw("hand", &SimulationOptions::hand, "Impedance of the simulated hand."_doc)
+      .def_rw("follower", &SimulationOptions::follower, "Parameters of the simulated follower."_doc)
+      .def_rw("realtime", &SimulationOptions::realtime, "Options of the real-time thread."_doc);
   joint_field(simulation, "q_leader0", &SimulationOptions::q_leader0,
               "Initial joint positions of the leader (n,) [rad].");
   joint_field(simulation, "q_follower0", &SimulationOptions::q_follower0,
               "Initial joint positions of the follower (n,) [rad, m].");
 }
 
-void bind_cycle(nb::module_& m) {
+void bind_haptic_cycle(nb::module_& m) {
   nb::class_<Cycle>(m, "Cycle", "The haptic cycle, from measured states to commanded torques.")
       .def(nb::init<const CycleOptions&, arm::Arm, arm::Arm>(), "options"_a, "leader_model"_a, "follower"_a,
            "leader_model: the controller's model of the leader; follower: the model of the follower.")
@@ -217,7 +216,7 @@ void bind_running(nb::module_& m) {
       "Intended tool path in W through way points; the hand rests only at the ends and where it reverses.")
       .def(
           "__init__",
-          [](HandPath* self, std::vector<double> times, const Points& positions_W,
+          [](HandPath* self, std::vector<double> times, const Rows3& positions_W,
              const std::optional<std::vector<double>>& grippers, const std::optional<std::vector<double>>& grip_times) {
             new (self) HandPath(hand_path(std::move(times), positions_W, grippers.value_or(std::vector<double>{}),
                                           grip_times.value_or(std::vector<double>{})));
@@ -277,11 +276,11 @@ void bind_simulation(nb::module_& m) {
   nb::class_<loop::RodOptions> rod(m, "RodOptions",
                                    "A rigid rod that jaws can hold and hand over; see held_object.hpp.");
   rod.def(nb::init<>())
-      .def_rw("a", &loop::RodOptions::a, "One end of the axis in O (3,) [m].")
-      .def_rw("b", &loop::RodOptions::b, "Its other end (3,) [m].")
-      .def_rw("radius", &loop::RodOptions::radius, "Radius [m]; 0: there is no rod.")
-      .def_rw("stiffness", &loop::RodOptions::stiffness, "Stiffness of the spring between two grips [N/m].")
-      .def_rw("hold", &loop::RodOptions::hold, "Largest force of this spring [N].");
+      .def_rw("a", &loop::RodOptions::a, "One end of the axis in O (3,) [m]."_doc)
+      .def_rw("b", &loop::RodOptions::b, "Its other end (3,) [m]."_doc)
+      .def_rw("radius", &loop::RodOptions::radius, "Radius [m]; 0: there is no rod."_doc)
+      .def_rw("stiffness", &loop::RodOptions::stiffness, "Stiffness of the spring between two grips [N/m]."_doc)
+      .def_rw("hold", &loop::RodOptions::hold, "Largest force of this spring [N]."_doc);
   pose_field(rod, "X_WO", &loop::RodOptions::X_WO, "Pose in W at the start (4, 4).");
   nb::class_<loop::ToolCapsule>(m, "ToolCapsule", "A capsule of an instrument, between two points of its links.")
       .def(
@@ -293,8 +292,8 @@ void bind_simulation(nb::module_& m) {
             new (self) loop::ToolCapsule{a, b, radius};
           },
           "a"_a, "b"_a, "radius"_a, "a, b: ends of its axis; radius [m].");
-  bind_options(m);
-  bind_cycle(m);
+  bind_simulation_options(m);
+  bind_haptic_cycle(m);
   bind_running(m);
   m.attr("MAX_INSTRUMENTS") = loop::kMaxInstruments;
   m.attr("MAX_CAPSULES") = contact::kMaxCapsules;

@@ -4,6 +4,7 @@
 #include <nanobind/stl/string.h>
 
 #include "bindings.hpp"
+#include "doc.hpp"
 #include "palpate/verify/tissue_soak.hpp"
 
 namespace nb = nanobind;
@@ -21,35 +22,37 @@ void bind_tissue_soak(nb::module_& m) {
   using verify::TissueSoakRange, verify::TissueSoakReport;
   nb::class_<TissueSoakRange>(m, "TissueSoakRange", "Ranges from which each action draws its values.")
       .def(nb::init<>())
-      .def_rw("radius", &TissueSoakRange::radius, "Radius of both spheres [m].")
-      .def_rw("speed_min", &TissueSoakRange::speed_min, "Smallest speed [m/s].")
-      .def_rw("speed_max", &TissueSoakRange::speed_max, "Largest speed, that of slides [m/s].")
-      .def_rw("depth", &TissueSoakRange::depth, "Longest way below the surface [m].")
-      .def_rw("force_min", &TissueSoakRange::force_min, "Smallest force at which the tool turns back [N].")
-      .def_rw("force_max", &TissueSoakRange::force_max, "Largest force at which it turns back [N].")
-      .def_rw("hard_share", &TissueSoakRange::hard_share, "Share of the actions beyond force_max [-].")
-      .def_rw("hard_force", &TissueSoakRange::hard_force, "Force at which those turn back [N].")
-      .def_rw("friction", &TissueSoakRange::friction, "Largest coefficient of friction [-].")
-      .def_rw("rest_every", &TissueSoakRange::rest_every, "Actions between two checks at rest.")
-      .def_rw("rest", &TissueSoakRange::rest, "Time without contact before a check [s].");
+      .def_rw("radius", &TissueSoakRange::radius, "Radius of both spheres [m]."_doc)
+      .def_rw("speed_min", &TissueSoakRange::speed_min, "Smallest speed [m/s]."_doc)
+      .def_rw("speed_max", &TissueSoakRange::speed_max, "Largest speed, that of slides [m/s]."_doc)
+      .def_rw("depth", &TissueSoakRange::depth, "Longest way below the surface [m]."_doc)
+      .def_rw("force_min", &TissueSoakRange::force_min, "Smallest force at which the tool turns back [N]."_doc)
+      .def_rw("force_max", &TissueSoakRange::force_max, "Largest force at which it turns back [N]."_doc)
+      .def_rw("hard_share", &TissueSoakRange::hard_share, "Share of the actions beyond force_max [-]."_doc)
+      .def_rw("hard_force", &TissueSoakRange::hard_force, "Force at which those turn back [N]."_doc)
+      .def_rw("friction", &TissueSoakRange::friction, "Largest coefficient of friction [-]."_doc)
+      .def_rw("rest_every", &TissueSoakRange::rest_every, "Actions between two checks at rest."_doc)
+      .def_rw("rest", &TissueSoakRange::rest, "Time without contact before a check [s]."_doc);
   nb::class_<TissueSoakReport>(m, "TissueSoakReport", "Outcome of many actions at one soft body.")
-      .def_ro("pokes", &TissueSoakReport::pokes, "Number of pokes.")
-      .def_ro("slides", &TissueSoakReport::slides, "Number of slides.")
-      .def_ro("grasps", &TissueSoakReport::grasps, "Number of grasps.")
-      .def_ro("hard", &TissueSoakReport::hard, "Number of actions beyond force_max.")
-      .def_ro("touched", &TissueSoakReport::touched, "Number of actions with a contact.")
-      .def_ro("ticks", &TissueSoakReport::ticks, "Number of ticks.")
-      .def_ro("not_finite", &TissueSoakReport::not_finite, "Actions with a force that is not finite.")
-      .def_ro("popped", &TissueSoakReport::popped, "Actions in which a sphere lost its contact below the surface.")
-      .def_ro("guarded", &TissueSoakReport::guarded, "Actions up to force_max in which the guard stopped a divergence.")
-      .def_ro("guarded_hard", &TissueSoakReport::guarded_hard, "The same, of the hard actions.")
-      .def_ro("hurried", &TissueSoakReport::hurried, "Actions in which the body took more steps.")
-      .def_ro("rests", &TissueSoakReport::rests, "Checks at rest.")
-      .def_ro("inverted_at_rest", &TissueSoakReport::inverted_at_rest, "Checks with an inverted tetrahedron.")
-      .def_ro("moved_at_rest", &TissueSoakReport::moved_at_rest, "Checks with a displaced node.")
-      .def_ro("least_volume", &TissueSoakReport::least_volume, "Smallest det F in an action [-].")
-      .def_ro("least_volume_at_rest", &TissueSoakReport::least_volume_at_rest, "Smallest det F at rest [-].")
-      .def_ro("largest_force", &TissueSoakReport::largest_force, "Largest force of the actions up to force_max [N].");
+      .def_ro("pokes", &TissueSoakReport::pokes, "Number of pokes."_doc)
+      .def_ro("slides", &TissueSoakReport::slides, "Number of slides."_doc)
+      .def_ro("grasps", &TissueSoakReport::grasps, "Number of grasps."_doc)
+      .def_ro("hard", &TissueSoakReport::hard, "Number of actions beyond force_max."_doc)
+      .def_ro("touched", &TissueSoakReport::touched, "Number of actions with a contact."_doc)
+      .def_ro("ticks", &TissueSoakReport::ticks, "Number of ticks."_doc)
+      .def_ro("not_finite", &TissueSoakReport::not_finite, "Actions with a force that is not finite."_doc)
+      .def_ro("popped", &TissueSoakReport::popped, "Actions in which a sphere lost its contact below the surface."_doc)
+      .def_ro("guarded", &TissueSoakReport::guarded,
+              "Actions up to force_max in which the guard stopped a divergence."_doc)
+      .def_ro("guarded_hard", &TissueSoakReport::guarded_hard, "The same, of the hard actions."_doc)
+      .def_ro("hurried", &TissueSoakReport::hurried, "Actions in which the body took more steps."_doc)
+      .def_ro("rests", &TissueSoakReport::rests, "Checks at rest."_doc)
+      .def_ro("inverted_at_rest", &TissueSoakReport::inverted_at_rest, "Checks with an inverted tetrahedron."_doc)
+      .def_ro("moved_at_rest", &TissueSoakReport::moved_at_rest, "Checks with a displaced node."_doc)
+      .def_ro("least_volume", &TissueSoakReport::least_volume, "Smallest det F in an action [-]."_doc)
+      .def_ro("least_volume_at_rest", &TissueSoakReport::least_volume_at_rest, "Smallest det F at rest [-]."_doc)
+      .def_ro("largest_force", &TissueSoakReport::largest_force,
+              "Largest force of the actions up to force_max [N]."_doc);
   m.def(
       "soak_tissue", &verify::soak_tissue, nb::arg("surface"), nb::arg("actions"), nb::arg("seed"),
       nb::arg("held_below"), nb::arg("range"), nb::call_guard<nb::gil_scoped_release>(),
@@ -63,26 +66,26 @@ void bind_soak(nb::module_& m) {
   using verify::SoakPass, verify::SoakRange, verify::SoakReport;
   nb::class_<SoakRange>(m, "SoakRange", "Ranges from which each pass draws its values.")
       .def(nb::init<>())
-      .def_rw("radius_min", &SoakRange::radius_min, "Smallest SPR radius [m].")
-      .def_rw("radius_max", &SoakRange::radius_max, "Largest SPR radius [m].")
-      .def_rw("speed_min", &SoakRange::speed_min, "Smallest speed of the tool [m/s].")
-      .def_rw("speed_max", &SoakRange::speed_max, "Largest speed of the tool [m/s].")
-      .def_rw("depth", &SoakRange::depth, "Largest depth below the surface [m].")
-      .def_rw("drag", &SoakRange::drag, "Largest length of the drag that follows, in any direction [m].")
-      .def_rw("angle", &SoakRange::angle, "Largest angle between the motion and the surface normal [rad].")
-      .def_rw("object_speed", &SoakRange::object_speed, "Largest speed of the object [m/s].");
+      .def_rw("radius_min", &SoakRange::radius_min, "Smallest SPR radius [m]."_doc)
+      .def_rw("radius_max", &SoakRange::radius_max, "Largest SPR radius [m]."_doc)
+      .def_rw("speed_min", &SoakRange::speed_min, "Smallest speed of the tool [m/s]."_doc)
+      .def_rw("speed_max", &SoakRange::speed_max, "Largest speed of the tool [m/s]."_doc)
+      .def_rw("depth", &SoakRange::depth, "Largest depth below the surface [m]."_doc)
+      .def_rw("drag", &SoakRange::drag, "Largest length of the drag that follows, in any direction [m]."_doc)
+      .def_rw("angle", &SoakRange::angle, "Largest angle between the motion and the surface normal [rad]."_doc)
+      .def_rw("object_speed", &SoakRange::object_speed, "Largest speed of the object [m/s]."_doc);
   nb::class_<SoakPass>(m, "SoakPass", "Values of one pass.")
-      .def_ro("index", &SoakPass::index, "Index of the pass; -1: no pass.")
-      .def_ro("radius", &SoakPass::radius, "SPR radius [m].")
-      .def_ro("speed", &SoakPass::speed, "Speed of the tool [m/s].")
-      .def_ro("depth", &SoakPass::depth, "Depth below the surface [m].")
-      .def_ro("object_moves", &SoakPass::object_moves, "True if the object moves.");
+      .def_ro("index", &SoakPass::index, "Index of the pass; -1: no pass."_doc)
+      .def_ro("radius", &SoakPass::radius, "SPR radius [m]."_doc)
+      .def_ro("speed", &SoakPass::speed, "Speed of the tool [m/s]."_doc)
+      .def_ro("depth", &SoakPass::depth, "Depth below the surface [m]."_doc)
+      .def_ro("object_moves", &SoakPass::object_moves, "True if the object moves."_doc);
   nb::class_<SoakReport>(m, "SoakReport", "Outcome of many passes at one mesh.")
-      .def_ro("passes", &SoakReport::passes, "Number of passes that found free space to begin in.")
-      .def_ro("ticks", &SoakReport::ticks, "Number of ticks.")
-      .def_ro("touched", &SoakReport::touched, "Number of passes with a contact force.")
-      .def_ro("popped", &SoakReport::crossed, "Number of passes whose proxy crossed the surface.")
-      .def_ro("first_popped", &SoakReport::first_crossed, "First pass whose proxy crossed the surface.");
+      .def_ro("passes", &SoakReport::passes, "Number of passes that found free space to begin in."_doc)
+      .def_ro("ticks", &SoakReport::ticks, "Number of ticks."_doc)
+      .def_ro("touched", &SoakReport::touched, "Number of passes with a contact force."_doc)
+      .def_ro("popped", &SoakReport::crossed, "Number of passes whose proxy crossed the surface."_doc)
+      .def_ro("first_popped", &SoakReport::first_crossed, "First pass whose proxy crossed the surface."_doc);
   m.def("soak", &soak, nb::arg("mesh"), nb::arg("method"), nb::arg("passes"), nb::arg("seed"), nb::arg("range"),
         "Simulates random pokes at a mesh at 1 kHz and tests the proxy against each triangle. It releases the "
         "interpreter lock.");

@@ -10,6 +10,7 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "doc.hpp"
 #include "palpate/stability/ledger.hpp"
 #include "palpate/types/low_pass.hpp"
 
@@ -49,7 +50,7 @@ void observer_field(Class& c, const char* name, double stability::ObserverOption
       [field](Options& o, double x) { o.passivity.observer.*field = x; }, doc);
 }
 
-void bind_options(nb::module_& m) {
+void bind_stability_options(nb::module_& m) {
   nb::class_<CertainFriction> friction(m, "CertainFriction", "Certified lower bounds of a device's joint friction.");
   friction.def(nb::init<>());
   joint_field(friction, "coulomb", &CertainFriction::coulomb, "Coulomb friction (n,) [N m, N].");
@@ -59,14 +60,14 @@ void bind_options(nb::module_& m) {
   nb::class_<Options> options(m, "StabilityOptions",
                               "Options of the stage `stability`, which limits what the hand receives.");
   options.def(nb::init<>())
-      .def_rw("force_cap", &Options::force_cap, "Largest force on the hand [N].")
+      .def_rw("force_cap", &Options::force_cap, "Largest force on the hand [N]."_doc)
       .def_rw("rate_cap", &Options::rate_cap,
-              "Largest rate of change of the force, also that of the ramp to zero [N/s].")
-      .def_rw("moment_cap", &Options::moment_cap, "Largest moment on the hand [N m]; 0: forces only.")
-      .def_rw("moment_rate_cap", &Options::moment_rate_cap, "Largest rate of change of the moment [N m/s].")
+              "Largest rate of change of the force, also that of the ramp to zero [N/s]."_doc)
+      .def_rw("moment_cap", &Options::moment_cap, "Largest moment on the hand [N m]; 0: forces only."_doc)
+      .def_rw("moment_rate_cap", &Options::moment_rate_cap, "Largest rate of change of the moment [N m/s]."_doc)
       .def_rw("gripper_cap", &Options::gripper_cap,
-              "Largest torque on the operator's fingers; 0: the gripper has no motor [N m].")
-      .def_rw("stale_after", &Options::stale_after, "Age above which measured states are not trusted [s].")
+              "Largest torque on the operator's fingers; 0: the gripper has no motor [N m]."_doc)
+      .def_rw("stale_after", &Options::stale_after, "Age above which measured states are not trusted [s]."_doc)
       .def_prop_rw(
           "passivity", &mode, &set_mode,
           nb::for_getter(nb::sig("def passivity(self) -> typing.Literal['observer', 'tank', 'off']")),
@@ -99,7 +100,7 @@ void bind_options(nb::module_& m) {
                  "Largest assumed angular acceleration of the handle [rad/s^2].");
 }
 
-void bind_stage(nb::module_& m) {
+void bind_stability_stage(nb::module_& m) {
   const auto vector = [](Wrench Output::* field) {
     return [field](const Output& o) -> Eigen::VectorXd { return to_vector(o.*field); };
   };
@@ -113,7 +114,7 @@ void bind_stage(nb::module_& m) {
           "lag",
           [](const Output& o) { return std::array{o.lag.coupling, o.lag.low_pass, o.lag.passivity, o.lag.caps}; },
           "Lags of the coupling, the low-pass, the passivity controller and the caps [s].")
-      .def_ro("status", &Output::status, "Status bits.");
+      .def_ro("status", &Output::status, "Status bits."_doc);
 
   nb::class_<Stability>(m, "Stability", "Stage `stability`: coupling, low-pass, passivity controller, limiter.")
       .def(nb::init<const Options&, double>(), "options"_a, "dt"_a, "dt: period of the cycle [s].")
@@ -170,12 +171,13 @@ void bind_limiter(nb::module_& m) {
 
 void bind_energy(nb::module_& m) {
   nb::class_<Energy>(m, "Energy", "Entries of the energy ledger, at the hand's port [J].")
-      .def_ro("port", &Energy::port, "Energy that the rendered force took from the hand; negative: generated energy.")
-      .def_ro("spring", &Energy::spring, "Energy stored in the contacts' springs.")
-      .def_ro("damping", &Energy::damping, "Energy dissipated by the damping forces.")
-      .def_ro("cut", &Energy::cut, "Energy of the force that the caps removed.")
-      .def_ro("passivity", &Energy::passivity, "Energy of the force that the passivity controller removed.")
-      .def_ro("source", &Energy::source, "Energy of the force of each source.");
+      .def_ro("port", &Energy::port,
+              "Energy that the rendered force took from the hand; negative: generated energy."_doc)
+      .def_ro("spring", &Energy::spring, "Energy stored in the contacts' springs."_doc)
+      .def_ro("damping", &Energy::damping, "Energy dissipated by the damping forces."_doc)
+      .def_ro("cut", &Energy::cut, "Energy of the force that the caps removed."_doc)
+      .def_ro("passivity", &Energy::passivity, "Energy of the force that the passivity controller removed."_doc)
+      .def_ro("source", &Energy::source, "Energy of the force of each source."_doc);
   nb::class_<Ledger>(m, "Ledger",
                      "Energy ledger at the hand's port: the work of each force on the motion during which it acts.")
       .def(nb::init<double, double>(), "delay"_a = 0.0, "dt"_a = 1e-3,
@@ -237,8 +239,8 @@ void bind_passivity(nb::module_& m) {
 }  // namespace
 
 void bind_stability(nb::module_& m) {
-  bind_options(m);
-  bind_stage(m);
+  bind_stability_options(m);
+  bind_stability_stage(m);
   bind_limiter(m);
   bind_energy(m);
   bind_passivity(m);

@@ -19,11 +19,10 @@ namespace nb = nanobind;
 namespace palpate::bindings {
 namespace {
 
-using Values = nb::ndarray<const float, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+using Voxels = Input<float, -1, -1, -1>;
 using Samples = nb::ndarray<float, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
-using Points = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 
-void make_grid(scene::DistanceGrid* self, const Vec3& origin, const Vec3& spacing, const Values& values) {
+void make_grid(scene::DistanceGrid* self, const Vec3& origin, const Vec3& spacing, const Voxels& values) {
   const nb::gil_scoped_release release;
   new (self) scene::DistanceGrid(origin, spacing, {values.shape(0), values.shape(1), values.shape(2)},
                                  {values.data(), values.size()});

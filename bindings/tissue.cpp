@@ -27,11 +27,9 @@ namespace {
 
 using tissue::Body;
 using tissue::BodyData;
-using Points = nb::ndarray<const double, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-using Tets = nb::ndarray<const std::int32_t, nb::shape<-1, 4>, nb::c_contig, nb::device::cpu>;
-using Triangles = nb::ndarray<const std::int32_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
-using Values = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
-using Flags = nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Tets = Input<std::int32_t, -1, 4>;
+using Values = Input<double, -1>;
+using Flags = Input<bool, -1>;
 
 template <class Out, class In>
 std::vector<Out> copy_of(const In& in) {
@@ -113,7 +111,7 @@ nb::class_<Body> bind_body(nb::module_& m) {
   return body;
 }
 
-void bind_motion(nb::class_<Body>& body) {
+void bind_tissue_motion(nb::class_<Body>& body) {
   body.def(
           "step",
           [](Body& body, int n) {
@@ -270,7 +268,7 @@ void bind_shared(nb::module_& m) {
 void bind_tissue(nb::module_& m) {
   m.attr("YEOH_GROWTH") = tissue::kYeoh;
   nb::class_<Body> body = bind_body(m);
-  bind_motion(body);
+  bind_tissue_motion(body);
   bind_readings(body);
   nb::class_<SoftSurface, scene::Surface> surface(
       m, "TissueSurface", "The surface of a soft body, for contact. Each loop and each rendering uses a copy at rest.");

@@ -9,6 +9,7 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "doc.hpp"
 #include "palpate/torque/cartesian.hpp"
 #include "types.hpp"
 
@@ -23,7 +24,6 @@ using torque::FrictionOptions;
 using torque::LimitOptions;
 using torque::Mode;
 using torque::Options;
-using Vector = Eigen::VectorXd;
 
 std::string mode_name(const Options& o) { return o.mode == Mode::full ? "full" : "paper"; }
 
@@ -83,23 +83,23 @@ void bind_command(nb::module_& m) {
           "F_law_L", [](const LeaderCommand& c) -> Vector { return to_vector(c.F_law_L); },
           "Wrench that the control law adds to F_H_L (6,) [N, N m].")
       .def_ro("F_neglected", &LeaderCommand::F_neglected,
-              "Force of the arm's inertia and Coriolis terms that the law does not compensate [N].");
+              "Force of the arm's inertia and Coriolis terms that the law does not compensate [N]."_doc);
 }
 
-void bind_options(nb::module_& m) {
+void bind_torque_options(nb::module_& m) {
   nb::class_<Options> options(m, "TorqueOptions", "Options of the stage `torque`.");
   options.def(nb::init<>())
-      .def_rw("law", &Options::law, "Control law: 'stiffness' (the paper's), 'impedance' or 'admittance'.")
+      .def_rw("law", &Options::law, "Control law: 'stiffness' (the paper's), 'impedance' or 'admittance'."_doc)
       .def_prop_rw("mode", &mode_name, &set_mode, "'full', or 'paper': torques on the first three joints only.")
-      .def_rw("force_gain", &Options::force_gain, "Gain of tau_force [-]; 0 switches it off.")
-      .def_rw("gravity_gain", &Options::gravity_gain, "Gain of the gravity compensation [-]; 0 switches it off.")
+      .def_rw("force_gain", &Options::force_gain, "Gain of tau_force [-]; 0 switches it off."_doc)
+      .def_rw("gravity_gain", &Options::gravity_gain, "Gain of the gravity compensation [-]; 0 switches it off."_doc)
       .def_rw("platform_gain", &Options::platform_gain,
-              "Gain of the controller of joint 4, 0..1 [-], for MTMs with seven joints in mode 'full'.")
-      .def_rw("friction", &Options::friction, "Options of the friction compensation.")
-      .def_rw("limits", &Options::limits, "Options of the soft stops.")
-      .def_rw("laws", &Options::laws, "Options of the control laws.")
-      .def_rw("law_cap", &Options::law_cap, "Largest force that a law may add to the rendered force [N].")
-      .def_rw("fast_force", &Options::fast_force, "F_neglected above which the status bit too_fast is set [N].");
+              "Gain of the controller of joint 4, 0..1 [-], for MTMs with seven joints in mode 'full'."_doc)
+      .def_rw("friction", &Options::friction, "Options of the friction compensation."_doc)
+      .def_rw("limits", &Options::limits, "Options of the soft stops."_doc)
+      .def_rw("laws", &Options::laws, "Options of the control laws."_doc)
+      .def_rw("law_cap", &Options::law_cap, "Largest force that a law may add to the rendered force [N]."_doc)
+      .def_rw("fast_force", &Options::fast_force, "F_neglected above which the status bit too_fast is set [N]."_doc);
   joint_field(options, "rotor_inertia", &Options::rotor_inertia,
               "Rotor inertias in the controller's model (n,) [kg m^2].");
 
@@ -107,10 +107,10 @@ void bind_options(nb::module_& m) {
                                        "Options of the friction compensation, which never drives the arm.");
   friction.def(nb::init<>())
       .def_rw("gain", &FrictionOptions::gain,
-              "Fraction of the friction that is compensated, 0..1 [-]; 0 switches it off.")
-      .def_rw("dead_band", &FrictionOptions::dead_band, "Speed below which nothing is compensated [rad/s, m/s].")
+              "Fraction of the friction that is compensated, 0..1 [-]; 0 switches it off."_doc)
+      .def_rw("dead_band", &FrictionOptions::dead_band, "Speed below which nothing is compensated [rad/s, m/s]."_doc)
       .def_rw("full_speed", &FrictionOptions::full_speed,
-              "Speed from which on the compensation is complete [rad/s, m/s].");
+              "Speed from which on the compensation is complete [rad/s, m/s]."_doc);
   joint_field(friction, "coulomb", &FrictionOptions::coulomb, "Coulomb friction in the controller's model (n,) [N m].");
   joint_field(friction, "viscous", &FrictionOptions::viscous,
               "Viscous friction in the controller's model (n,) [N m s/rad].");
@@ -118,26 +118,27 @@ void bind_options(nb::module_& m) {
   nb::class_<LimitOptions>(m, "LimitOptions", "Options of the soft stops before the joint limits.")
       .def(nb::init<>())
       .def_rw("gain", &LimitOptions::gain,
-              "Torque at the joint limit, as a fraction of the drive's limit [-]; 0 switches the soft stops off.")
-      .def_rw("margin", &LimitOptions::margin, "Width of a soft stop, as a fraction of the joint's range [-].");
+              "Torque at the joint limit, as a fraction of the drive's limit [-]; 0 switches the soft stops off."_doc)
+      .def_rw("margin", &LimitOptions::margin, "Width of a soft stop, as a fraction of the joint's range [-]."_doc);
 
   nb::class_<ControlLawOptions>(m, "ControlLawOptions", "Options of the control laws; each law reads its own.")
       .def(nb::init<>())
       .def_rw("shape_inertia", &ControlLawOptions::shape_inertia,
-              "impedance: True gives the handle the inertia virtual_mass; this needs a load cell.")
-      .def_rw("virtual_mass", &ControlLawOptions::virtual_mass,
-              "Inertia of the handle that the hand feels [kg], for admittance, and for impedance with shape_inertia.")
+              "impedance: True gives the handle the inertia virtual_mass; this needs a load cell."_doc)
+      .def_rw(
+          "virtual_mass", &ControlLawOptions::virtual_mass,
+          "Inertia of the handle that the hand feels [kg], for admittance, and for impedance with shape_inertia."_doc)
       .def_rw("virtual_damping", &ControlLawOptions::virtual_damping,
-              "admittance: damping of the handle that the hand feels [N s/m].")
+              "admittance: damping of the handle that the hand feels [N s/m]."_doc)
       .def_rw("servo_bandwidth", &ControlLawOptions::servo_bandwidth,
-              "admittance: bandwidth of the position loop [Hz].");
+              "admittance: bandwidth of the position loop [Hz]."_doc);
 }
 
 }  // namespace
 
 void bind_torque(nb::module_& m) {
   bind_command(m);
-  bind_options(m);
+  bind_torque_options(m);
   nb::class_<torque::Torque>(m, "Torque",
                              "The stage `torque`: joint torques of one control law, within the drive limits.")
       .def(

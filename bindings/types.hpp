@@ -1,9 +1,11 @@
-// Return types that name the types inside arrays, tuples and dicts, for the stub generator (tools/stubs.py).
+// Types of arguments and results: arrays that a function reads in place, and return types that name the types inside
+// arrays, tuples and dicts, for the stub generator (tools/stubs.py).
 #pragma once
 
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 
+#include <cstdint>
 #include <initializer_list>
 #include <utility>
 #include <vector>
@@ -16,6 +18,17 @@ using Array = ArrayOf<double>;
 template <class... T>
 using Tuple = nanobind::typed<nanobind::tuple, T...>;
 using Fields = nanobind::typed<nanobind::dict, nanobind::str, nanobind::any>;
+
+/// An array that a function reads where it lies; -1: any length.
+template <class T, nanobind::ssize_t... Shape>
+using Input = nanobind::ndarray<const T, nanobind::shape<Shape...>, nanobind::c_contig, nanobind::device::cpu>;
+using Points = Input<double, -1, 3>;
+using Triangles = Input<std::int32_t, -1, 3>;
+using Poses = Input<double, -1, 4, 4>;
+using Times = Input<double, -1>;
+
+/// A numpy array with rows and columns.
+using Table = nanobind::ndarray<nanobind::numpy, double, nanobind::ndim<2>>;
 
 /// A numpy array of this shape that owns its values.
 template <class T>

@@ -7,6 +7,7 @@
 
 #include "bindings.hpp"
 #include "convert.hpp"
+#include "doc.hpp"
 #include "palpate/scene/snapshot.hpp"
 #include "types.hpp"
 
@@ -40,14 +41,14 @@ void bind_object(nb::module_& m) {
           nb::arg("live") = nb::none(),
           "is_virtual: the contact stage renders it. is_real: it stops the tool of a driven follower. live: its "
           "pose is set while a loop runs (set_live).")
-      .def_ro("name", &Object::name, "Name of the object.")
+      .def_ro("name", &Object::name, "Name of the object."_doc)
       .def_prop_ro(
           "surface", [](const Object& o) { return std::const_pointer_cast<scene::Surface>(o.surface); },
           "Surface, in O.")
       .def_prop_rw(
           "X_WO", [](const Object& o) { return to_matrix(o.X_WO); },
           [](Object& o, const Matrix4& X) { o.X_WO = to_pose(X, "X_WO"); }, "Pose in W at rest (4, 4).")
-      .def_rw("material", &Object::material, "Material outside the regions.")
+      .def_rw("material", &Object::material, "Material outside the regions."_doc)
       .def_prop_ro(
           "is_live", [](const Object& o) { return o.live.has_value(); }, "True if its pose is set while a loop runs.")
       .def(
@@ -80,7 +81,7 @@ void bind_snapshot(nb::module_& m) {
             new (self) scene::Snapshot{std::move(objects)};
           },
           nb::arg("objects"), "Raises ValueError if there are too many objects; the message states the limit.")
-      .def_ro("objects", &scene::Snapshot::objects, "The objects, in order.");
+      .def_ro("objects", &scene::Snapshot::objects, "The objects, in order."_doc);
 }
 
 }  // namespace
