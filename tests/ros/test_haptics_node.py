@@ -90,14 +90,10 @@ def pressing(master, node, *options):
     master.send("following 1")
     master.until(lambda: master.forces, "the node sends wrenches", 60.0)
     time.sleep(0.3)
-    for k in range(30):  # the tool starts to follow at the present position of the hand
-        master.send(f"depth {0.01 * k}")
-        end = time.monotonic() + 0.5
-        while time.monotonic() < end:
-            if master.forces[-1][1] > 0.5:
-                return process
-            time.sleep(0.01)
-    raise AssertionError(f"the wall does not push: {master.lines[-1]}")
+    master.send("depth 0.3")  # the tool starts to follow at the present position of the hand
+    master.until(lambda: master.forces[-1][1] > 0.5, "the wall pushes", 15.0)
+    master.send("further 0.0")
+    return process
 
 
 def zero_after(master, t, within):
@@ -108,7 +104,9 @@ def zero_after(master, t, within):
 
 def test_wall_force_is_within_the_default_cap_and_sigterm_ends_with_zero(master, node, tmp_path):
     process = pressing(master, node)
-    time.sleep(0.5)
+    master.send("further 0.01")  # 3 N without the cap
+    master.until(lambda: master.forces[-1][1] > 0.99, "the cap is reached")
+    time.sleep(0.2)
     process.send_signal(signal.SIGTERM)
     out, err = process.communicate(timeout=30)
     assert process.returncode == 0, err
