@@ -23,6 +23,7 @@ class MasterOutput:
 
     def __init__(self, process):
         self.process, self.lines = process, []
+        self.forces = []  # (stamp [s], force [N]) of every wrench so far
         self.thread = threading.Thread(target=self._read, daemon=True)
         self.thread.start()
 
@@ -30,15 +31,12 @@ class MasterOutput:
         for line in self.process.stdout:
             if line.startswith("{"):
                 self.lines.append(json.loads(line))
+                if "force" in self.lines[-1]:
+                    self.forces.append((self.lines[-1]["t"], self.lines[-1]["force"]))
 
     def send(self, command):
         self.process.stdin.write(command + "\n")
         self.process.stdin.flush()
-
-    @property
-    def forces(self):
-        """(stamp [s], force [N]) of every wrench so far."""
-        return [(line["t"], line["force"]) for line in list(self.lines) if "force" in line]
 
     def until(self, condition, description, seconds=20.0):
         end = time.monotonic() + seconds
