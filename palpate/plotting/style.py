@@ -13,6 +13,7 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -109,7 +110,9 @@ def png(draw: Callable[[Canvas], Figure], file: Path) -> None:
 
 def _data_uri(figure: Figure) -> str:
     stream = BytesIO()
-    figure.savefig(stream, format="svg", dpi=200, metadata={"Date": None, "Creator": None})
+    figure.dpi = 200  # of embedded images
+    # Draws once, which also arranges the axes; savefig draws each figure twice.
+    FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None, "Creator": None})
     return "data:image/svg+xml;base64," + base64.b64encode(stream.getvalue()).decode()
 
 

@@ -56,14 +56,18 @@ class Dvrk:
         """Name of the operating state of an arm."""
         return self.last[f"/{arm}/operating_state"].state
 
-    def home(self, arm):
-        """Enable and home an arm, and wait for both."""
-        self.publish(f"/{arm}/state_command", string="enable")
-        self._until(lambda: self.state(arm) == "ENABLED", f"{arm} enabled")
-        self.publish(f"/{arm}/state_command", string="home")
+    def home(self, *arms):
+        """Enable and home arms at the same time, and wait for both."""
+        for arm in arms:
+            self.publish(f"/{arm}/state_command", string="enable")
+        for arm in arms:
+            self._until(lambda arm=arm: self.state(arm) == "ENABLED", f"{arm} enabled")
+        for arm in arms:
+            self.publish(f"/{arm}/state_command", string="home")
 
-        def homed():
+        def homed(arm):
             state = self.last[f"/{arm}/operating_state"]
             return state.is_homed and not state.is_busy
 
-        self._until(homed, f"{arm} homed", 20.0)
+        for arm in arms:
+            self._until(lambda arm=arm: homed(arm), f"{arm} homed", 20.0)

@@ -2,8 +2,8 @@
 
     python fake_master.py RATE        one JSON line for each wrench on standard output: its stamp [s], force
 
-Commands on standard input, one per line: `depth METRES`, `following 0|1`, `operator 0|1`, `state NAME`,
-`teleop STATE`, `silent 0|1`.
+Commands on standard input, one per line: `depth METRES`, `further METRES` (from the present depth), `following 0|1`,
+`operator 0|1`, `state NAME`, `teleop STATE`, `silent 0|1`.
 The last wrench stays active without a timeout, as on the real arm.
 """
 
@@ -87,6 +87,8 @@ class Master:
         word, value = line.split()
         if word == "depth":
             self.goal = float(value)
+        elif word == "further":
+            self.goal = self.depth + float(value)
         elif word == "silent":
             self.silent = value == "1"
         elif word == "following":

@@ -23,6 +23,7 @@ class MasterOutput:
 
     def __init__(self, process):
         self.process, self.lines = process, []
+        self.forces = []  # (stamp [s], force [N]) of every wrench so far
         self.thread = threading.Thread(target=self._read, daemon=True)
         self.thread.start()
 
@@ -30,15 +31,12 @@ class MasterOutput:
         for line in self.process.stdout:
             if line.startswith("{"):
                 self.lines.append(json.loads(line))
+                if "force" in self.lines[-1]:
+                    self.forces.append((self.lines[-1]["t"], self.lines[-1]["force"]))
 
     def send(self, command):
         self.process.stdin.write(command + "\n")
         self.process.stdin.flush()
-
-    @property
-    def forces(self):
-        """(stamp [s], force [N]) of every wrench so far."""
-        return [(line["t"], line["force"]) for line in list(self.lines) if "force" in line]
 
     def until(self, condition, description, seconds=20.0):
         end = time.monotonic() + seconds
@@ -90,14 +88,10 @@ def pressing(master, node, *options):
     master.send("following 1")
     master.until(lambda: master.forces, "the node sends wrenches", 60.0)
     time.sleep(0.3)
-    for k in range(30):  # the tool starts to follow at the present position of the hand
-        master.send(f"depth {0.01 * k}")
-        end = time.monotonic() + 0.5
-        while time.monotonic() < end:
-            if master.forces[-1][1] > 0.5:
-                return process
-            time.sleep(0.01)
-    raise AssertionError(f"the wall does not push: {master.lines[-1]}")
+    master.send("depth 0.3")  # the tool starts to follow at the present position of the hand
+    master.until(lambda: master.forces[-1][1] > 0.5, "the wall pushes", 15.0)
+    master.send("further 0.0")
+    return process
 
 
 def zero_after(master, t, within):
@@ -108,7 +102,9 @@ def zero_after(master, t, within):
 
 def test_wall_force_is_within_the_default_cap_and_sigterm_ends_with_zero(master, node, tmp_path):
     process = pressing(master, node)
-    time.sleep(0.5)
+    master.send("further 0.01")  # 3 N without the cap
+    master.until(lambda: master.forces[-1][1] > 0.99, "the cap is reached")
+    time.sleep(0.2)
     process.send_signal(signal.SIGTERM)
     out, err = process.communicate(timeout=30)
     assert process.returncode == 0, err

@@ -101,12 +101,13 @@ def client(sim, node, until):
         dvrk.subscribe(f"/{arm}/operating_state", f"/{arm}/measured_cp", f"/{arm}/setpoint_cp", f"/{arm}/measured_js")
         dvrk.subscribe(f"/{arm}/goal_reached", f"/{arm}/error", wait=False)
     dvrk.subscribe("/PSM1/jaw/measured_js", "/PSM1/jaw/setpoint_js")
-    for arm in ("MTMR", "PSM1"):
-        dvrk.home(arm)
+    dvrk.home("MTMR", "PSM1")
     until(lambda: dvrk.last["/PSM1/measured_cp"].header.stamp.sec, "a valid pose of the PSM")
-    for arm, q in (("MTMR", [0.0] * 7), ("PSM1", [0.0, 0.0, 0.12, 0.0, 0.0, 0.0])):
+    places = {"MTMR": [0.0] * 7, "PSM1": [0.0, 0.0, 0.12, 0.0, 0.0, 0.0]}
+    for arm, q in places.items():
         dvrk.last.pop(f"/{arm}/goal_reached", None)
         dvrk.publish(f"/{arm}/move_jp", joint_state(q))
+    for arm, q in places.items():
         topic = f"/{arm}/measured_js"
         until(lambda topic=topic, q=q: np.abs(np.subtract(dvrk.last[topic].position, q)).max() < 0.06, f"{arm} at home")
         state = f"/{arm}/operating_state"

@@ -11,6 +11,9 @@ import numpy as np
 import pytest
 
 RATE = 250
+ARMS = ("MTMR", "PSM1", "MTML", "ECM")
+START = {"MTMR": [0.0] * 7, "PSM1": [0.0, 0.0, 0.12, 0.0, 0.0, 0.0]}  # where each test begins [rad, m]
+NEAR = {"MTMR": 0.06, "PSM1": 1e-3}  # [rad, m]; the MTM has friction
 MOST = 0.05  # longest time from a pedal to zero force [s]
 FRICTION = 0.8  # largest friction of the simulated MTM at its handle, between commanded and measured force [N]
 UP = np.array([0.0, 0.0, 1.0])
@@ -62,17 +65,36 @@ class Robot:
         end = time.monotonic() + seconds
         self.until(lambda: time.monotonic() > end, "time passes")
 
-    def home(self, arms=("MTMR", "PSM1")):
-        """Home the arms and move the instrument past its cannula."""
+    def home(self):
+        """Home all arms, and move MTM and instrument to the start: the instrument past its cannula."""
         from sensor_msgs.msg import JointState
 
-        for arm in arms:
-            self.dvrk.subscribe(f"/{arm}/operating_state", f"/{arm}/measured_cp")
-            self.dvrk.home(arm)
-        self.dvrk.subscribe("/PSM1/measured_js", "/MTMR/hand/measured_cf")
-        self.dvrk.publish("/PSM1/move_jp", JointState(position=[0.0, 0.0, 0.12, 0.0, 0.0, 0.0]))
-        self.until(lambda: abs(self.dvrk.last["/PSM1/measured_js"].position[2] - 0.12) < 1e-3, "the instrument is in")
+        last = self.dvrk.last
+        for arm in ARMS:
+            self.dvrk.subscribe(f"/{arm}/operating_state")
+        for arm in START:
+            self.dvrk.subscribe(f"/{arm}/measured_cp", f"/{arm}/measured_js")
+        self.dvrk.home(*ARMS)
+        self.dvrk.subscribe("/MTMR/hand/measured_cf")
+        for arm, q in START.items():
+            self.dvrk.publish(f"/{arm}/move_jp", JointState(position=q))
+
+        def there(arm):
+            away = np.abs(np.subtract(last[f"/{arm}/measured_js"].position, START[arm]))
+            return away.max() < NEAR[arm] and not last[f"/{arm}/operating_state"].is_busy
+
+        self.until(lambda: all(there(arm) for arm in START), "the arms at the start", 20.0)
         self.wait(0.5)
+        assert all(there(arm) for arm in START), "at rest at the start"
+
+    def leave(self):
+        """Let go of handle and pedals, and end the teleoperation, for the next test."""
+        for name in ("operator_present", "clutch", "camera"):
+            self.pedal(name, 0)
+        self.dvrk.subscribe("/MTMR_PSM1/current_state")
+        self.dvrk.publish("/console/teleop/enable", data=False)
+        self.dvrk.publish("/MTMR/hand/free")
+        self.until(lambda: self.dvrk.last["/MTMR_PSM1/current_state"].data == "DISABLED", "the teleoperation off")
 
     def pedal(self, name, button):
         """Press or release a pedal; returns the time [s]."""
@@ -127,15 +149,20 @@ class Robot:
         return max([t - pedalled for t, force in self.sent if force.any()])
 
 
+@pytest.fixture(scope="module")
+def sim(start_once):
+    """The simulated dVRK, shared by the tests of this file."""
+    return start_once("-m", "palpate", "ros", "sim", "--arms", *ARMS, "--rate", RATE)
+
+
 @pytest.fixture
-def robot(start, node, until, request):
+def robot(sim, node, until):
     from dvrk_client import Dvrk
 
-    arms = getattr(request, "param", ("MTMR", "PSM1"))
-    start("-m", "palpate", "ros", "sim", "--arms", *arms, "--rate", RATE)
     robot = Robot(Dvrk(node, until), node, until)
-    robot.home(arms)
-    return robot
+    robot.home()
+    yield robot
+    robot.leave()
 
 
 @pytest.fixture
@@ -186,7 +213,6 @@ def test_force_with_the_teleoperation_of_the_dvrk(robot, start_haptics, frame):
     ended(process)
 
 
-@pytest.mark.parametrize("robot", [("MTMR", "PSM1", "MTML", "ECM")], indirect=True)
 def test_node_restores_the_wrench_frame_after_the_camera_pedal(robot, start_haptics):
     """The camera teleoperation makes the MTM's wrench frame absolute and leaves it so without a message."""
     cf = ("/MTMR/body/measured_cf", "/MTMR/spatial/measured_cf")

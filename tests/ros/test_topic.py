@@ -55,8 +55,8 @@ def await_message(here, name, accept, seconds=60.0):
     here.destroy_subscription(heard)
 
 
-def scene_of_the_page(folder):
-    (folder / "wall.yaml").write_text(re.search(r"```yaml\n(.*?)```", PAGE, re.S)[1])
+def scene_of_the_page(folder, more=""):
+    (folder / "wall.yaml").write_text(re.search(r"```yaml\n(.*?)```", PAGE, re.S)[1] + more)
 
 
 def test_commands_of_the_page_work_unchanged(built, start, tmp_path, capsys):
@@ -96,11 +96,12 @@ def test_commands_of_the_page_work_unchanged(built, start, tmp_path, capsys):
     for process in reversed(processes):
         process.terminate()
         assert process.wait(90) in (0, 130)
+    assert list(tmp_path.glob("runs/*/report.html"))
 
 
 def test_page_from_the_simulation_to_the_wall(built, start, tmp_path):
     """The scene and the client of docs/ros2.md; commands of the page list, echo and hz."""
-    scene_of_the_page(tmp_path)
+    scene_of_the_page(tmp_path, "record: {report: false}\n")  # the test above waits for the report
     sim = start("-m", "palpate", "ros", "sim", "--arms", "MTMR", "PSM1", "--rate", "250")
     options = [
         "--follower",
