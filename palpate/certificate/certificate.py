@@ -148,7 +148,7 @@ def certify_device(device: DeviceModel, K: float | None = None, B: float = 0.0) 
     k_max = np.inf
     for hand, case in sorted(zip(device.hands, frictional, strict=True), key=lambda one: one[1].loop.K_max(B)[0]):
         expected, w_hand = case.loop.K_max(B)
-        if min(expected, k_max) == k_max and not trials.oscillates(device, hand, k_max, B):
+        if expected >= k_max and not trials.oscillates(device, hand, k_max, B):
             continue
         k_hand = trials.limit(device, hand, B, expected)
         if k_hand < k_max:

@@ -204,11 +204,11 @@ class _Arms:
             R_LW = self.rig.arms.X_WL[:3, :3].T
             only = None if normal is None else [R_LW @ normal]
             tried = [
-                (held.loop(n).K_max(B)[0], i, pose, n)
-                for i, (pose, held) in enumerate(self.leaders.items())
+                (held.loop(n).K_max(B)[0], pose, n)
+                for pose, held in self.leaders.items()
                 for n in (only or _DIRECTIONS)
             ]
-            k, _, pose, n = min(tried, key=lambda limit: limit[:2])
+            k, pose, n = min(tried, key=lambda limit: limit[0])
             self._worst_cases[key] = (pose, n if only else self._steepest(self.leaders[pose], n, k, B))
         return self._worst_cases[key]
 
@@ -250,7 +250,7 @@ def _along(n: Array) -> str:
     """A direction in W, in words."""
     n = n * np.sign(n[np.argmax(np.abs(n))])
     return next((f"along {axis}" for axis, e in zip("xyz", np.eye(3), strict=True) if n @ e > 0.999),
-                "along ({:.2f}, {:.2f}, {:.2f})".format(*n))  # fmt: skip
+                "along ({:.2f}, {:.2f}, {:.2f})".format(*np.round(n, 2) + 0.0))  # fmt: skip
 
 
 def _poses(rig: Rig) -> Iterator[tuple[str, Array]]:

@@ -1,5 +1,7 @@
 """The sampled loop against closed-loop eigenvalues, closed forms, and numerical integration of the held force."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -114,3 +116,32 @@ def test_damping_raises_then_lowers_the_limit():
     few, some, much = (loop.K_max(share * loop.B_max)[0] for share in (0.0, 0.4, 0.98))
     assert few < some > much
     assert loop.K_max(1.01 * loop.B_max) == (0.0, 0.0)
+
+
+def test_a_filter_of_one_period_anywhere_in_the_loop_is_one_period_of_delay():
+    """The filter 1 / z acts on the force, or on position and velocity."""
+    loop = device(b=3.0, k=50.0, delay=1.4e-3, cutoff=90.0)
+    late = loop.delayed(2.4e-3)
+    on_force = replace(loop, force=lambda z: 1.0 / z)
+    on_motion = replace(loop, position=lambda z: 1.0 / z, velocity=lambda z: loop.velocity(z) / z)
+    for B in (0.0, 0.5 * late.B_max):
+        assert on_force.K_max(B) == pytest.approx(late.K_max(B), rel=1e-6)
+        assert on_motion.K_max(B) == pytest.approx(late.K_max(B), rel=1e-6)
+
+
+@pytest.mark.parametrize("zeta", [3e-4, 3e-3, 0.03])
+def test_a_lightly_damped_resonance_is_not_missed(zeta):
+    """A mass on the handle's spring swings within a band much narrower than the distance of even frequencies."""
+    for w in (300.0, 911.0, 2000.0):
+        m, m_2 = 0.3, 0.01
+        k, b = m_2 * w**2, 2.0 * zeta * m_2 * w
+        M = np.array([m, m_2])[:, None]
+        A = np.zeros((4, 4))
+        A[:2, 2:] = np.eye(2)
+        A[2:, :2] = -np.array([[k + 100.0, -k], [-k, k]]) / M
+        A[2:, 2:] = -np.array([[b + 4.0, -b], [-b, b]]) / M
+        c = np.array([1.0, 0.0, 0.0, 0.0])
+        loop = SampledLoop(A, np.array([0.0, 0.0, 1.0 / m, 0.0]), c, 1e-3, 2e-3, velocity=difference(1e-3))
+        K, _ = loop.K_max(1.0)
+        assert radius(loop, 0.999 * K, 1.0) < 1.0 < radius(loop, 1.001 * K, 1.0)
+        assert all(radius(loop, share * K, 1.0) < 1.0 for share in (0.1, 0.4, 0.7))
