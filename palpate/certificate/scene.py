@@ -140,7 +140,7 @@ class _Arms:
         facts = words.LoopFacts(whole_servo_periods(self.o), self.o.rate, B, w / (2 * np.pi), case.description,
                                 f", {1e3 * servo:.3g} ms of the follower's servo" if servo > 0.0 else "")  # fmt: skip
         reason = words.reason(
-            K, k_max, verdict, facts, [*advice((case,), B), *self._faster(press, B)] if verdict != "stable" else []
+            K, k_max, verdict, facts, [*advice((case,), B), self._faster(press, B)] if verdict != "stable" else []
         )
         if verdict != "stable" and self.rig.scene.stability.passivity != "off":
             reason += f"; the passivity layer ({self.rig.scene.stability.passivity}) will take force to hold it"
@@ -232,13 +232,11 @@ class _Arms:
             name: press.loop(replace(press.held, hand=hand.options())).K_max(B)[0] for name, hand in PRESETS.items()
         }
 
-    def _faster(self, press: _Press, B: float) -> list[words.Advice]:
-        if self.o.follower.bandwidth == 0.0 or self.fixture:
-            return []
+    def _faster(self, press: _Press, B: float) -> words.Advice:
         o = self.rig.options()
         o.follower.bandwidth *= 2.0
         loop = press.loop(replace(press.held, o=o))
-        return [(f"a follower's servo of {o.follower.bandwidth:g} Hz", lambda: loop.K_max(B)[0])]
+        return f"a follower's servo of {o.follower.bandwidth:g} Hz", lambda: loop.K_max(B)[0]
 
 
 def _servo_lag(o: _core.SimulationOptions) -> float:

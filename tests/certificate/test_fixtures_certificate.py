@@ -141,3 +141,11 @@ def test_penetration_is_the_deflection_of_a_spring():
     """3 N of the hand against 500 N/m on the tool with forces doubled for the hand: 3 / 2 / 500 m."""
     assert entry(3.0, 500.0, 2.0) == pytest.approx(3e-3)
     assert entry_summary(500.0, 2.0) == "1, 2, 3 N get 1, 2, 3 mm in"
+
+
+def test_a_fixture_of_too_much_damping_holds_at_no_stiffness():
+    made = rig(0.02, [wall(300.0, 3000.0)])
+    row = certify_all(made.scene, rig=made)[1]
+    assert (row.verdict, row.k_max) == ("unstable", 0.0)
+    assert "too much damping, whatever the stiffness" in row.reason
+    assert "softly" not in row.reason

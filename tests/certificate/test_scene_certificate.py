@@ -80,7 +80,8 @@ def test_admittance_law_has_no_certificate():
     shaped = scene("torque: {law: impedance, shape_inertia: true}")
     with pytest.raises(PalpateError, match=r"there is no certificate for torque\.law impedance with shape_inertia"):
         palpate.certify(shaped)
-    assert palpate.certify(scene("torque: {law: impedance}")).verdict == "stable"
+    for law in ("impedance", "stiffness, shape_inertia: true"):
+        assert palpate.certify(scene(f"torque: {{law: {law}}}")).verdict == "stable"
     with pytest.raises(PalpateError, match=r"there is no certificate for torque\.law admittance"):
         palpate.certify(admittance)
     warn_outside(build(admittance))  # no warning without an analysis
