@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from palpate.certificate.loop import SampledLoop, difference, modes, zero_order_hold
+from palpate.certificate.loop import SampledLoop, _illinois, difference, modes, zero_order_hold
 
 
 def device(m=0.3, b=0.5, k=0.0, T=1e-3, delay=0.0, cutoff=0.0):
@@ -129,19 +129,32 @@ def test_a_filter_of_one_period_anywhere_in_the_loop_is_one_period_of_delay():
         assert on_motion.K_max(B) == pytest.approx(late.K_max(B), rel=1e-6)
 
 
-@pytest.mark.parametrize("zeta", [3e-4, 3e-3, 0.03])
-def test_a_lightly_damped_resonance_is_not_missed(zeta):
-    """A mass on the handle's spring swings within a band much narrower than the distance of even frequencies."""
-    for w in (300.0, 911.0, 2000.0):
-        m, m_2 = 0.3, 0.01
-        k, b = m_2 * w**2, 2.0 * zeta * m_2 * w
-        M = np.array([m, m_2])[:, None]
-        A = np.zeros((4, 4))
-        A[:2, 2:] = np.eye(2)
-        A[2:, :2] = -np.array([[k + 100.0, -k], [-k, k]]) / M
-        A[2:, 2:] = -np.array([[b + 4.0, -b], [-b, b]]) / M
-        c = np.array([1.0, 0.0, 0.0, 0.0])
-        loop = SampledLoop(A, np.array([0.0, 0.0, 1.0 / m, 0.0]), c, 1e-3, 2e-3, velocity=difference(1e-3))
-        K, _ = loop.K_max(1.0)
-        assert radius(loop, 0.999 * K, 1.0) < 1.0 < radius(loop, 1.001 * K, 1.0)
-        assert all(radius(loop, share * K, 1.0) < 1.0 for share in (0.1, 0.4, 0.7))
+@pytest.mark.parametrize(
+    ("grams", "w", "zeta", "delay", "B"),
+    [(0.032, 241.3, 1.0e-5, 6.37e-3, 7.07), (0.166, 145.2, 1.3e-5, 7.55e-3, 7.49), (0.352, 186.3, 2.1e-4, 6.91e-3, 7.12),
+     (0.440, 710.2, 4.8e-5, 0.74e-3, 5.69), (0.651, 224.1, 7.4e-5, 4.27e-3, 8.64), (1.343, 355.7, 4.3e-5, 2.38e-3, 6.87),
+     (300.0, 500.0, 0.01, 3.0e-3, 5.0)],
+)  # fmt: skip
+def test_a_lightly_damped_resonance_is_not_missed(grams, w, zeta, delay, B):
+    """A small mass on a spring at the handle swings within a band much narrower than the distance of frequencies."""
+    m, m_2 = 0.1, 1e-3 * grams
+    k, b = m_2 * w**2, 2.0 * zeta * m_2 * w
+    M, A = np.array([m, m_2])[:, None], np.zeros((4, 4))
+    A[:2, 2:] = np.eye(2)
+    A[2:, :2] = -np.array([[k + 100.0, -k], [-k, k]]) / M
+    A[2:, 2:] = -np.array([[b + 3.0, -b], [-b, b]]) / M
+    y = np.array([1.0, 0.0, 0.0, 0.0])
+    loop = SampledLoop(A, np.array([0.0, 0.0, 1.0 / m, 0.0]), y, 1e-3, delay, velocity=difference(1e-3))
+    K, _ = loop.K_max(B)
+    assert radius(loop, 0.999 * K, B) < 1.0 + 1e-9
+    assert radius(loop, 1.001 * K, B) > 1.0
+    assert all(radius(loop, share * K, B) < 1.0 + 1e-9 for share in (0.1, 0.4, 0.7))
+
+
+def test_the_fast_search_finds_roots_of_bent_functions_from_either_side():
+    """Roots of x^3 - c and c - x^3 between 0 and 3, which are the cube roots."""
+    c = np.array([0.5, 2.0, 8.5, 20.0])
+    low, high = np.zeros(4), np.full(4, 3.0)
+    for sign in (1.0, -1.0):
+        found = _illinois(lambda x, sign=sign: sign * (x**3 - c), low, high, -sign * c, sign * (27.0 - c))
+        np.testing.assert_allclose(found, np.cbrt(c), rtol=1e-5)

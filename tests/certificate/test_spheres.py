@@ -59,6 +59,7 @@ def test_planes_on_two_spheres_touch_both_and_cut_none_of_the_two():
     across = tool.tangent_normals() - (tool.tangent_normals() @ axis)[:, None] * axis
     np.testing.assert_allclose(across.mean(axis=0), 0.0, atol=1e-12, err_msg="from all sides")
     assert len(np.unique(across.round(9), axis=0)) == 72
+    np.testing.assert_allclose(np.linalg.norm(tool.tangent_normals(), axis=1), 1.0)
     within = Spheres(np.array([[0, 0, 0], [0.001, 0, 0]]), np.array([0.004, 0.002]), np.zeros((2, 3, 6)))
     assert len(within.tangent_normals()) == 0, "one within the other"
 
@@ -200,11 +201,12 @@ def test_all_spheres_touch_a_surface_without_stiffness(two):
 
 
 def test_the_spheres_of_a_too_stiff_surface_are_those_that_touch_at_its_limit():
-    """The second sphere is half a millimetre above: only one touches a very stiff surface before the force cap."""
+    """Only one touches a very stiff surface before the force cap, two the one at the limit, and three a soft one."""
     flat = build(palpate.Scene.parse(SCENE.format(K=1400, B=0, spheres="")))
     R_WT = (flat.arms.X_WB @ flat.arms.follower.fk(flat.arms.q_follower0))[:3, :3]
-    at = (R_WT.T @ [0.004, 0.0, 0.0005]).tolist()
-    rig = build(palpate.Scene.parse(SCENE.format(K=1400, B=0, spheres=f"{{at: {at}, radius: 0.002}}")))
+    places = ((R_WT.T @ [0.004, 0.0, height]).tolist() for height in (0.0005, 0.01))
+    spheres = ", ".join(f"{{at: {at}, radius: 0.002}}" for at in places)
+    rig = build(palpate.Scene.parse(SCENE.format(K=1400, B=0, spheres=spheres)))
     stiff = certify_all(rig.scene, K=1e6, rig=rig)[1]
     assert "2 of its spheres" in stiff.worst
     assert stiff.k_max == pytest.approx(certify_all(rig.scene, K=stiff.k_max, rig=rig)[1].k_max, rel=1e-3)
@@ -212,7 +214,8 @@ def test_the_spheres_of_a_too_stiff_surface_are_those_that_touch_at_its_limit():
 
 def test_postures_follow_the_path_with_closed_and_open_jaws():
     text = SCENE.format(K=400, B=0, spheres="").replace("spheres: []", "whole_tool: true")
-    rig = build(palpate.Scene.parse(text))
+    rig = build(palpate.Scene.parse(text.replace("]}\nstability", ", {t: 3, xyz: [0.005, 0, 0.004]}]}\nstability")))
+    assert rig.path.times[-1] == 3.0
     start, half = postures(rig, (0.5,))
     tip = (rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3]
     there = rig.path.positions_W[np.argmin(np.abs(rig.path.times - 0.5 * rig.path.times[-1]))]

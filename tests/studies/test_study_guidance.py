@@ -52,12 +52,13 @@ def test_every_entry_is_counted_once():
     deep = 1e-3 * np.array([-1.0, 1.0, 0.5, 0.3, -0.01, 0.5, -1.5, 0.4, -2.0])
     task = replace(guidance.task_of("ring"), outside=lambda p: p[:, 0], off=lambda p: np.full(len(p), 3e-3))
     result = guidance.judged(
-        task, Trial(np.arange(9.0), deep[:, None] * np.eye(3)[0], np.arange(9.0), np.zeros(9), True)
+        task, Trial(np.arange(9.0), deep[:, None] * np.eye(3)[0], np.arange(9.0), 2.0 * np.arange(9.0), True)
     )
     assert result["entries"] == 2
     assert result["deepest_mm"] == pytest.approx(1.0)
     assert result["path_error_mm"] == pytest.approx(3.0)
-    assert result["peak_force_N"] == 8.0
+    assert (result["mean_force_N"], result["peak_force_N"], result["hand_peak_force_N"]) == (4.0, 8.0, 16.0)
+    assert (result["time_s"], result["done"]) == (8.0, 1.0)
 
 
 def made_up(wrong=1.0):
