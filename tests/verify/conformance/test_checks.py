@@ -5,11 +5,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from palpate.verify.conformance import activation, at_rest, bench, damping, entry, in_motion, live, master, rejected, run
 from palpate.verify.conformance.bench import DT, Answer, Bench, Motion, constant_pose, fixture
 from palpate.verify.conformance.combinations import ENGAGE, POLICIES, RELEASE, Combination
-from palpate.verify.conformance.probes import Probe, pool, probes, satisfied_pose
+from palpate.verify.conformance.probes import Probe, moved_to_gap, pool, probes, satisfied_pose
 from palpate.verify.conformance.roles import ROLES, angle
 from palpate.verify.conformance.run import NO_JUDGE, examine
 from palpate.verify.conformance.specimens import SPECIMENS
@@ -305,3 +306,31 @@ def test_results_say_whether_the_core_refused_or_accepted_against_the_meaning(mo
     checks = {"a": lambda c: "", "b": nowhere, "c": lambda c: "wrong"}
     monkeypatch.setattr(run, "CHECKS", checks)
     assert examine(BALL) == {NO_JUDGE: "b: no place", "c": "wrong"}
+
+
+@pytest.mark.parametrize("role", ["rcm", "orient along the axis", "guide"])
+def test_a_move_to_a_gap_only_shifts_or_only_turns(role):
+    case, s = ROLES[role], SPECIMENS["point" if role == "rcm" else "line"]
+    X = np.eye(4)
+    X[:3, 3], X[:3, :3] = [0.004, 0.006, 0.003], Rotation.from_rotvec([0.9, -0.7, 0.3]).as_matrix()
+    Y = moved_to_gap(case, s, X, case.gap(s, X) - 1e-3)
+    assert case.gap(s, Y) == pytest.approx(case.gap(s, X) - 1e-3, abs=1.1e-5)
+    kept, changed = (slice(3, 4), slice(0, 3)) if case.turns else (slice(0, 3), slice(3, 4))
+    np.testing.assert_array_equal(Y[:3, kept], X[:3, kept])
+    assert np.abs(Y[:3, changed] - X[:3, changed]).max() > 1e-5
+
+
+def test_a_goal_may_not_jump_at_an_edit():
+    """The goal before the edit is 0.2 mm from that after it, which does not move; 0.1 mm are promised."""
+    F, X = np.zeros((3, 6)), np.tile(np.eye(4), (3, 1, 1))
+    later = X.copy()
+    later[:, 0, 3] = 2e-4
+    now, after = (Answer(F, poses, np.zeros((3, 3, 3))) for poses in (X, later))
+    hard = replace(BALL, policy="hard")
+    assert "the goal jumps by 0.2 mm" in live._step_failure(hard, now, after, np.ones(2), 1e-4)
+    assert live._step_failure(hard, now, now, np.ones(2), 1e-4) == ""
+
+
+@pytest.mark.parametrize("law", ["spring", "admittance"])
+def test_damping_at_a_sampled_distance_is_judged_within_the_error_of_its_normal(law):
+    assert damping.damping(Combination("forbid", "distance grid", law, "soft")) == ""
