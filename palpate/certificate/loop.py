@@ -158,7 +158,7 @@ class SampledLoop:
         late = self.force(z) * z ** -float(self._split[0])
         states = (g0 + g1 / z[:, None]) / (z[:, None] - poles) * late[:, None]  # (m, n)
         y = states @ c
-        left = 1.0 / (1.0 + self.parallel_stiffness * y) if self.parallel_stiffness > 0.0 else 1.0
+        left = 1.0 / (1.0 + self.parallel_stiffness * y)
         return y * left, (states @ d) * left
 
     @cached_property

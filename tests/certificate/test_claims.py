@@ -172,6 +172,8 @@ def test_trials_press_with_02_to_10_newtons_and_tap_both_ways():
     for k, press in enumerate(presses):
         taps = sorted((t.tap for t in walls if t.press == press), key=abs)
         np.testing.assert_allclose(taps, 0.5 * np.array([0.07, -0.3, 1.0 if k % 2 else -1.0]), rtol=1e-12)
+        assert all(abs(t.phase) <= 0.3 for t in walls), "nearly all of the energy is speed"
+    assert min(t.phase for t in walls) < 0.0 < max(t.phase for t in walls)
     assert {t.tap for t in trials.TRIALS if t.spring} == {0.5, 0.5 / 3.0}
 
 
@@ -206,7 +208,7 @@ def test_a_device_is_read_as_it_was_written(tmp_path):
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("kind: hand\nmass: 1\n", "no line kind: device"), ("kind: device\nmas: 1\n", "unknown key 'mas'"),
+        ("kind: hand\nmass: 1\n", "no line kind: device"), ("kind: device\nmas: 1\nx: 1\n", "unknown key 'mas'"),
         ("kind: device\nmass: heavy\n", "mass = 'heavy' is no number"), ("kind: device\nmass: 1\n", "damping"),
         ("kind: device\nmass: true\n", "mass = True is no number"), ("kind: device\nmass: [\n", "flow"),
         (None, "No such file"),

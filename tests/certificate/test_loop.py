@@ -131,9 +131,9 @@ def test_a_filter_of_one_period_anywhere_in_the_loop_is_one_period_of_delay():
 
 @pytest.mark.parametrize(
     ("grams", "w", "zeta", "delay", "B"),
-    [(0.032, 241.3, 1.0e-5, 6.37e-3, 7.07), (0.166, 145.2, 1.3e-5, 7.55e-3, 7.49), (0.352, 186.3, 2.1e-4, 6.91e-3, 7.12),
-     (0.440, 710.2, 4.8e-5, 0.74e-3, 5.69), (0.651, 224.1, 7.4e-5, 4.27e-3, 8.64), (1.343, 355.7, 4.3e-5, 2.38e-3, 6.87),
-     (300.0, 500.0, 0.01, 3.0e-3, 5.0)],
+    [(0.032, 241.3, 1.0e-5, 6.37e-3, 7.07), (0.166, 145.2, 1.3e-5, 7.55e-3, 7.49),
+     (0.352, 186.3, 2.1e-4, 6.91e-3, 7.12), (0.440, 710.2, 4.8e-5, 0.74e-3, 5.69),
+     (0.651, 224.1, 7.4e-5, 4.27e-3, 8.64), (1.343, 355.7, 4.3e-5, 2.38e-3, 6.87), (300.0, 500.0, 0.01, 3.0e-3, 5.0)],
 )  # fmt: skip
 def test_a_lightly_damped_resonance_is_not_missed(grams, w, zeta, delay, B):
     """A small mass on a spring at the handle swings within a band much narrower than the distance of frequencies."""

@@ -11,7 +11,7 @@ import palpate
 from palpate import _core
 from palpate.certificate import certify_all
 from palpate.certificate.arms import HeldLeader
-from palpate.certificate.scene import _Arms, _settled, warn_outside
+from palpate.certificate.scene import _DIRECTIONS, _Arms, _settled, warn_outside
 from palpate.certificate.touched import touched
 from palpate.errors import PalpateError, PalpateWarning
 from palpate.scene.rig import build
@@ -120,7 +120,9 @@ def test_the_direction_found_has_nearly_the_least_limit_of_all(rig):
     n = np.random.default_rng(2).normal(size=(60, 3))
     n /= np.linalg.norm(n, axis=1)[:, None]
     limits = [held.loop(one).K_max(1.0)[0] for held in _Arms(made).leaders.values() for one in n]
+    axes = [held.loop(one).K_max(1.0)[0] for held in _Arms(made).leaders.values() for one in _DIRECTIONS]
     assert 0.8 * min(limits) < found.k_max < 1.03 * min(limits)
+    assert found.k_max <= min(axes)
 
 
 def test_joint_4_has_settled_where_its_controller_rests():
@@ -184,7 +186,9 @@ def test_advice_for_the_follower_is_the_limit_of_a_scene_with_twice_its_bandwidt
     hz = scene().arms.follower.bandwidth
     text = palpate.certify(scene(), K=60000.0).reason
     advised = float(re.search(rf"a follower's servo of {2 * hz:g} Hz would give (\d+)", text)[1])
-    assert advised == pytest.approx(palpate.certify(scene(f"arms: {{follower: {{bandwidth: {2 * hz}}}}}")).k_max, rel=0.01)
+    assert advised == pytest.approx(
+        palpate.certify(scene(f"arms: {{follower: {{bandwidth: {2 * hz}}}}}")).k_max, rel=0.01
+    )
 
 
 def test_an_unstable_fixture_warns_with_the_place_of_the_guidance():

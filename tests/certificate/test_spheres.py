@@ -177,8 +177,8 @@ def test_independent_axes_have_the_least_limit_of_all_and_springs_in_parallel_re
     gains = np.array([1.0, 0.5, 2.0, 1.0, 0.3, 0.7])
 
     def coupled(fixtures):
-        return CoupledLoop(A, inputs, c, d, T, delay, np.diag(gains), np.diag(gains), fixtures * np.eye(6), np.ones_like,
-                           np.ones_like, np.ones_like, modes(A))  # fmt: skip
+        G, one = np.diag(gains), np.ones_like
+        return CoupledLoop(A, inputs, c, d, T, delay, G, G, fixtures * np.eye(6), one, one, one, modes(A))
 
     def alone(i, fixtures):
         loop = SampledLoop(A, inputs[:, i], c[i], T, delay, d=d[i], parallel_stiffness=fixtures)

@@ -1,4 +1,4 @@
-"""Trials of `palpate study guidance` without a simulation: what each condition changes, tasks, and confidence bounds."""
+"""Trials of `palpate study guidance` without a simulation: what a condition changes, tasks, and confidence bounds."""
 
 from types import SimpleNamespace
 
@@ -79,7 +79,7 @@ def test_paths_press_with_the_stated_force_and_start_a_millimetre_above(task, pr
 
 @pytest.mark.parametrize("task", ["ring", "insertion"])
 def test_the_wall_of_a_passage_surrounds_it_and_both_its_ends(task):
-    """The wall is a clearance and the tool's radius away from the path, which the width for the operator agrees with."""
+    """The wall is a clearance and the tool's radius away from the path; the operator is told the same width."""
     made = guidance.task_of(task)
     wall, path = made.surface(), made.errand.path
     clear = -made.outside(path)
@@ -168,7 +168,8 @@ def test_tasks_without_pressing_have_no_ablation_of_haste():
     rows = [row for row in trials(lambda *_: 1.0) if (row["condition"], row["task"]) != ("none_no_haste", "ring")]
     assert effects._ablated(rows, "ring") == []
     assert [row["measure"] for row in effects._ablated(rows, "tracing")] == ["mean_force_N", "peak_force_N"]
-    tried = [(t, o, c) for t in ("ring", "tracing") for o in (49, 50) for c in ("none_no_haste", "registration_1mm", "none")
+    conditions = ("none_no_haste", "registration_1mm", "none")
+    tried = [(t, o, c) for t in ("ring", "tracing") for o in (49, 50) for c in conditions
              if guidance._included({"task": t, "operator": o, "condition": c})]  # fmt: skip
     assert tried == [("ring", 49, "registration_1mm"), ("ring", 49, "none"), ("ring", 50, "none"),
                      ("tracing", 49, "none_no_haste"), ("tracing", 49, "registration_1mm"), ("tracing", 49, "none"),

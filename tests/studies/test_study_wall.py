@@ -4,6 +4,7 @@ import json
 import math
 from dataclasses import asdict, astuple, fields
 from functools import partial
+from types import SimpleNamespace
 
 import json_contract
 import numpy as np
@@ -228,18 +229,18 @@ def test_a_setting_is_that_of_the_simulated_scene():
 
 
 def test_the_hand_moves_from_the_start_to_beyond_the_wall_by_its_push(monkeypatch):
-    """1.2 N of a spring of 60 N/m: 20 mm. A hand that still moves is followed, with its slowest period out of the wall."""
+    """1.2 N of a spring of 60 N/m: 20 mm."""
     seen = {}
 
-    class Path(Exception):
+    class StoppedError(Exception):
         pass
 
     def path(times, positions):
         seen.update(times=times, positions=positions)
-        raise Path
+        raise StoppedError
 
     monkeypatch.setattr(bench._core, "HandPath", path)
-    with pytest.raises(Path):
+    with pytest.raises(StoppedError):
         press(Setting(5.0), WallPress(0.2, 1.0, 60.0, 1.2, 0.8, 0.02))
     assert seen["times"] == pytest.approx([0.2, 1.0])
     start, end = seen["positions"]
@@ -261,8 +262,8 @@ def test_energy_and_swing_are_those_of_the_end():
 
 
 def test_quantiles_over_hands_leave_out_those_that_do_not_rest():
-    people = [{"kd": kd, "person": k, "overshoot_percent": float(k), "settling_s": 0.1 * k, "rigidity_N_per_m": 400.0 + k,
-               "limit_cycle": float(k > 80), "rebound": 0.01 * k, "energy_J": 0.0}
+    people = [{"kd": kd, "person": k, "overshoot_percent": float(k), "settling_s": 0.1 * k, "rebound": 0.01 * k,
+               "rigidity_N_per_m": 400.0 + k, "limit_cycle": float(k > 80), "energy_J": 0.0}
               for kd in (0.0, 5.0) for k in range(101)]  # fmt: skip
     people[3]["settling_s"] = float("nan")
     found = wall.spread(people, 0.0)
@@ -283,7 +284,7 @@ def test_all_hands_press_the_walls_of_the_table_and_a_hundred_the_others():
 
 
 def test_measures_of_another_hand_are_numbers_and_none_is_not_a_number(monkeypatch):
-    outcome = {name: 1.0 for name in wall.LABELS} | {"settling_s": None, "limit_cycle": True}
+    outcome = dict.fromkeys(wall.LABELS, 1.0) | {"settling_s": None, "limit_cycle": True}
     monkeypatch.setattr(wall, "press", lambda setting, hand: (setting, hand))
     seen = []
     monkeypatch.setattr(wall, "judge", lambda trace: seen.append(trace) or outcome)
@@ -300,3 +301,33 @@ def test_values_of_other_hands_are_half_to_twice_as_large_each_by_itself():
     np.testing.assert_allclose(np.median(ratios, axis=0), 1.0, atol=0.06)
     np.testing.assert_allclose(np.mean((ratios > 0.5) & (ratios < 2.0), axis=0), 0.95, atol=0.035)
     assert np.abs(np.corrcoef(np.log(ratios.T)) - np.eye(len(names))).max() < 0.25
+
+
+@pytest.mark.parametrize(("size", "swing"), [(2.4e-4, "undecided"), (2.6e-4, "lasts")])
+def test_a_handle_that_still_moves_is_followed_for_twelve_seconds(monkeypatch, size, swing):
+    """Its swing is judged from the end of the hand's motion on, with the slowest period of arm and hand."""
+    judged, steps = [], []
+
+    class Simulation:
+        def __init__(self, *_):
+            pass
+
+        def run(self, n):
+            steps.append(n)
+            t = np.arange(n) / 500.0
+            y = np.zeros((n, 3))
+            y[:, 1] = -0.4 - size * np.sin(30.0 * t)
+            return {"t": t, "p_LH": y, "F_cell_L": y, "energy_port": t}
+
+    monkeypatch.setattr(bench._core, "Simulation", Simulation)
+    monkeypatch.setattr(bench, "as_ticks", lambda ticks: ticks)
+    monkeypatch.setattr(
+        bench._core, "judge_swing", lambda *given: judged.append(given) or SimpleNamespace(swing="lasts")
+    )
+    trace = press(Setting(5.0), WallPress(0.2, 1.0, 60.0, 1.2, 0.8, 0.02))
+    assert trace.swing == swing
+    assert np.ptp(trace.y) == pytest.approx(2.0 * size, rel=1e-3)
+    assert steps == ([2000] if swing == "undecided" else [2000, 6000])
+    for y, dt, slowest, least in judged:
+        assert (len(y), dt, least) == (8000 - 500, 0.002, pytest.approx(2.5e-4))
+        assert slowest == pytest.approx(2.0 * np.pi * np.sqrt(0.75 / 60.0))

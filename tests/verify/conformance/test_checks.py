@@ -7,7 +7,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from palpate.verify.conformance import activation, at_rest, bench, damping, entry, in_motion, live, master, rejected, run
+from palpate.verify.conformance import (
+    activation,
+    damping,
+    entry,
+    in_motion,
+    live,
+    master,
+    rejected,
+    run,
+)
 from palpate.verify.conformance.bench import DT, Answer, Bench, Motion, constant_pose, fixture
 from palpate.verify.conformance.combinations import ENGAGE, POLICIES, RELEASE, Combination
 from palpate.verify.conformance.probes import Probe, moved_to_gap, pool, probes, satisfied_pose
@@ -196,13 +205,15 @@ def test_the_tool_starts_20_mm_above_its_region_5_mm_from_a_tilted_one_or_in_its
 
 def test_a_breathing_region_moves_3_mm_up_in_a_quarter_of_its_period():
     t = np.array([0.0, 0.375, 0.75])
-    np.testing.assert_allclose(entry.REGIONS["floor that breathes"].shift(t), [[0] * 3, [1e-3, 0, 3e-3], [0] * 3], atol=1e-12)
+    np.testing.assert_allclose(
+        entry.REGIONS["floor that breathes"].shift(t), [[0] * 3, [1e-3, 0, 3e-3], [0] * 3], atol=1e-12
+    )
     np.testing.assert_array_equal(entry.REGIONS["floor"].shift(t), np.zeros((3, 3)))
 
 
 @pytest.mark.parametrize(("law", "force"), [("potential", 6e-3 + 6e-3), ("spring", 6e-3 + 60e-3)])
 def test_a_motion_explains_its_steps_by_the_stiffest_and_most_damped_setting(law, force):
-    """600 N/m times 10 um a tick, and 6 N s/m times 1 mm/s a tick, or 60 N s/m where an edit makes it a velocity law."""
+    """600 N/m times 10 um, and 6 N s/m times 1 mm/s a tick, or 60 N s/m where an edit makes it a velocity law."""
     n = 4
     X, V = np.tile(np.eye(4), (n, 1, 1)), np.zeros((n, 6))
     X[:, :3, 3], V[:, :3] = 1e-5 * np.arange(n)[:, None] * N[:3], 1e-3 * np.arange(n)[:, None] * N[:3]
