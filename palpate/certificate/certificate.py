@@ -120,7 +120,7 @@ class Certificate:
             worst=self.worst,
             hands_N_per_m={name: finite_or_none(k) for name, k in self.hands.items()},
             bounds_N_per_m={name: finite_or_none(k) for name, k in self.bounds.items()},
-            boundary=[BoundaryPoint(float(b), finite_or_none(k)) for b, k in zip(*self.boundary(), strict=True)],
+            boundary=[BoundaryPoint(float(b), finite_or_none(k)) for b, k in np.transpose(self.boundary())],
         )
 
 

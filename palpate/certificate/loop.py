@@ -45,6 +45,7 @@ _REFINEMENTS = 40  # bisection steps per crossing
 _SECANTS = 10  # steps of the faster search that is tried first
 _REFINED = 4  # number of lowest crossings that are refined
 _PERTURBATION = 1e-9  # relative perturbation of A that separates equal poles
+_NYQUIST = np.array([-1.0 + 0.0j])  # z at half the rate of the cycle, where all responses are real
 
 
 def zero_order_hold(A: Array, b: Array, T: float) -> tuple[Array, Array]:
@@ -186,7 +187,7 @@ class SampledLoop:
         w, K = self._real_where(H(*self._on_circle), lambda z: H(*self.P_and_Q(z)))
         P, Q = self.P_and_Q(np.exp(1j * w))
         there = np.abs(1.0 + K * P + B * Q) < 1e-6  # excludes sign changes at a pole of H (P = 0)
-        last = H(*self.P_and_Q(np.array([-1.0 + 0.0j]))).real  # z = -1, where both equations are real
+        last = H(*self.P_and_Q(_NYQUIST)).real
         K, w = np.append(K[there], last), np.append(w[there], np.pi)
         order = np.argsort(K)
         order = order[K[order] > 0.0]
@@ -196,8 +197,7 @@ class SampledLoop:
     def B_max(self) -> float:
         """The largest stable damping for K = 0 [N s/m]."""
         _, B = self._real_where(-1.0 / self._on_circle[1], lambda z: -1.0 / self.P_and_Q(z)[1])
-        last = (-1.0 / self.P_and_Q(np.array([-1.0 + 0j]))[1]).real
-        B = np.append(B, last)
+        B = np.append(B, (-1.0 / self.P_and_Q(_NYQUIST)[1]).real)
         return float(B[B > 0.0].min(initial=np.inf))
 
     def _real_where(self, on_grid: Complex, f: Callable[[Complex], Complex]) -> tuple[Array, Array]:
