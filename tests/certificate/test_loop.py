@@ -86,6 +86,8 @@ def test_zero_order_hold_matches_numerical_integration():
     Phi, Gamma = zero_order_hold(A, b, 0.02)
     x = solve_ivp(lambda t, x: A @ x + b, (0, 0.02), [0.01, -0.3], rtol=1e-11, atol=1e-14).y[:, -1]
     assert Phi @ [0.01, -0.3] + Gamma == pytest.approx(x, abs=1e-11)
+    Phi, Gamma = zero_order_hold(np.array([[-7.0]]), np.array([3.0]), 0.1)
+    assert (Phi.item(), Gamma.item()) == pytest.approx((np.exp(-0.7), 3.0 / 7.0 * -np.expm1(-0.7)))
 
 
 def test_a_critically_damped_device_has_equal_poles_and_a_limit():

@@ -198,3 +198,14 @@ def test_an_unstable_fixture_warns_with_the_place_of_the_guidance():
         warnings.simplefilter("always")
         warn_outside(build(late))
     assert [str(one.message).split(": ")[:3] for one in seen][-1] == ["late.yaml:4", "fixture wall", "unstable"]
+
+
+def test_an_unstable_second_object_warns_with_its_own_place():
+    text = """objects:
+  - {name: soft, plane: {size: 0.3}, stiffness: 20}
+  - {name: hard, plane: {size: 0.3}, stiffness: 800, pose: {xyz: [0, 0, -0.5]}}
+operator: {path: [{t: 0, xyz: [0, 0, 0.02]}]}
+loop_delay: 0.04
+"""
+    with pytest.warns(PalpateWarning, match=r"two.yaml:3: hard: unstable"):
+        warn_outside(build(palpate.Scene.parse(text, "two.yaml")))
