@@ -65,10 +65,8 @@ def modes(A: Array) -> Modes:
     """Modes of A (n, n). Equal poles (critical damping) are separated by a relative perturbation of 1e-9."""
     poles, V = np.linalg.eig(A)
     if np.linalg.cond(V) > 1e10:
-        n = len(A)
-        poles, V = np.linalg.eig(
-            A + _PERTURBATION * np.linalg.norm(A) * np.outer(np.arange(1, n + 1), np.arange(n, 0, -1)) / n
-        )
+        noise = np.random.default_rng(0).normal(size=A.shape)
+        poles, V = np.linalg.eig(A + _PERTURBATION * np.linalg.norm(A) * noise)
     return poles.astype(complex), V.astype(complex), np.linalg.inv(V).astype(complex)
 
 
@@ -166,13 +164,12 @@ class SampledLoop:
     def grid(self) -> Array:
         """Ascending w T (m,) below pi, dense enough to resolve the delay's phase and the plant's resonances."""
         turns = self.delay / self.T + 8.0
-        low, high = np.log10(np.pi * _LOWEST), np.log10(np.pi)
+        wide = np.geomspace(np.pi * _LOWEST, np.pi, _POINTS)[:-1]
         even = np.linspace(0.0, np.pi, int(_PER_PERIOD * turns) + 2)[1:-1]
-        poles = np.log(self._modal[0].astype(complex))
-        swings = poles.imag[(poles.imag > 1e-6) & (-poles.real < _RESONANT * np.abs(poles))]
-        near = (swings[:, None] * (1.0 + np.linspace(-0.05, 0.05, 41))).ravel()
-        points = np.concatenate([np.logspace(low, high, _POINTS)[:-1], even, near[near < np.pi]])
-        return np.unique(points)
+        poles = np.log(self._modal[0])
+        swings = poles.imag[(poles.imag > 0.0) & (-poles.real < _RESONANT * np.abs(poles))]
+        near = np.outer(swings, np.linspace(0.95, 1.05, 41)).ravel()
+        return np.unique(np.concatenate([wide, even, near[near < np.pi]]))
 
     @cached_property
     def _on_circle(self) -> tuple[Complex, Complex]:

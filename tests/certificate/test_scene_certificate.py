@@ -2,6 +2,7 @@
 
 import re
 import warnings
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -207,5 +208,22 @@ def test_an_unstable_second_object_warns_with_its_own_place():
 operator: {path: [{t: 0, xyz: [0, 0, 0.02]}]}
 loop_delay: 0.04
 """
-    with pytest.warns(PalpateWarning, match=r"two.yaml:3: hard: unstable"):
+    with warnings.catch_warnings(record=True) as seen:
+        warnings.simplefilter("always")
         warn_outside(build(palpate.Scene.parse(text, "two.yaml")))
+    assert str(seen[0].message).split(": ")[:2] == ["two.yaml:3", "hard"]
+
+
+def test_the_search_turns_towards_the_direction_of_the_least_limit():
+    """A limit that grows with the angle to one direction, while the frequency falls."""
+    least = np.array([0.6, 0.0, 0.8])
+
+    def K_max(n):
+        return 1000.0 + 500.0 * np.arccos(min(n @ least, 1.0)), 1.0 / (2.0 - n @ least)
+
+    held = SimpleNamespace(loop=lambda n: SimpleNamespace(K_max=lambda B: K_max(n)))
+    for angle in (0.0, 0.2, 0.5):
+        start = Rotation.from_rotvec([0.0, angle, 0.0]).apply(least)
+        found = _Arms._steepest(held, start, K_max(start)[0], 1.0)
+        assert np.linalg.norm(found) == pytest.approx(1.0)
+        assert np.arccos(min(found @ least, 1.0)) <= min(angle, 0.25)

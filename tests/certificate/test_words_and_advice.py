@@ -68,6 +68,7 @@ class Loop:
         ((0.009, 0.002), 0.0, 30.0, "3 ms less delay", 436.0, "1.8 N s/m of damping", 410.0),
         ((0.002, 0.0012), 5.0, 30.0, "1 ms less delay", 481.0, "only 1.8 N s/m of damping", 480.0),
         ((0.0012, 0.0), 0.0, 4.0, "0.4 ms less delay", 488.0, "2.1 N s/m of damping", 488.0),
+        ((0.0, 0.0), 10.0, 100.0, None, None, "only 3.6 N s/m of damping", 497.56),
         ((0.0, 0.0), 0.0, 4.0, None, None, "2.1 N s/m of damping", 500.0),
     ],
 )

@@ -344,3 +344,19 @@ def test_a_goal_may_not_jump_at_an_edit():
 @pytest.mark.parametrize("law", ["spring", "admittance"])
 def test_damping_at_a_sampled_distance_is_judged_within_the_error_of_its_normal(law):
     assert damping.damping(Combination("forbid", "distance grid", law, "soft")) == ""
+
+
+@pytest.mark.parametrize("c", [BALL, TURNS], ids=str)
+def test_edits_of_a_fixture_that_engages_begin_a_little_nearer_than_that(c):
+    """It engages within 1.5 mm, or 0.225 rad."""
+    probe = live._edit_probe(replace(c, policy="engages and releases"))
+    assert -probe.gap == pytest.approx(0.85 * (0.225 if c is TURNS else 1.5e-3), abs=1.1e-5)
+
+
+@pytest.mark.parametrize("role", ["limit of speed", "limit of force"])
+@pytest.mark.parametrize("geometry", ["box", "sphere", "plane"])
+def test_places_of_a_limit_lie_well_within_its_region(role, geometry):
+    """The region reaches 30 mm; places are within 15 mm of the geometry."""
+    found = pool(role, geometry, 0)
+    p = np.array([probe.X[:3, 3] for probe in (*found.violated, *found.satisfied)])
+    assert np.abs(SPECIMENS[geometry].distance(p)).max() < 0.015
