@@ -331,3 +331,11 @@ def test_a_handle_that_still_moves_is_followed_for_twelve_seconds(monkeypatch, s
     for y, dt, slowest, least in judged:
         assert (len(y), dt, least) == (8000 - 500, 0.002, pytest.approx(2.5e-4))
         assert slowest == pytest.approx(2.0 * np.pi * np.sqrt(0.75 / 60.0))
+
+
+@pytest.mark.parametrize(("returns", "ratio"), [(True, 0.4), (False, 0.0)])
+def test_a_rebound_is_measured_once_the_handle_turns_again(returns, ratio):
+    t = np.arange(0.0, 4.0, 0.002)
+    out = WALL + 0.01 - 0.04 * (t - 1.1)
+    y = np.where(t < 1.1, WALL + 0.1 * (t - 1.0), np.maximum(out, WALL - 0.02 + 0.02 * (t - 1.85)) if returns else out)
+    assert judge(Trace(t, y, t, t))["rebound"] == pytest.approx(ratio, rel=0.05)
