@@ -283,7 +283,7 @@ def test_a_wrong_damping_matrix_of_a_master_is_found(monkeypatch, change, words)
     assert words in master.admittance_master(c)
 
 
-@pytest.mark.parametrize("c", [BALL, TURNS, Combination("guide", "path", "spring", "soft")], ids=str)
+@pytest.mark.parametrize("c", [BALL, TURNS, Combination("guide", "line", "spring", "soft")], ids=str)
 def test_a_satisfied_pose_is_just_inside_its_bound(c):
     case, s = ROLES[c.role], SPECIMENS[c.geometry]
     for probe in pool(c.role, c.geometry, 0).violated:
@@ -360,3 +360,27 @@ def test_places_of_a_limit_lie_well_within_its_region(role, geometry):
     found = pool(role, geometry, 0)
     p = np.array([probe.X[:3, 3] for probe in (*found.violated, *found.satisfied)])
     assert np.abs(SPECIMENS[geometry].distance(p)).max() < 0.015
+
+
+def test_a_turning_motion_explains_its_moments():
+    """0.75 N m/rad times 0.1 mrad, and 15 mN m s/rad times 10 mrad/s a tick."""
+    V = np.zeros((4, 6))
+    V[:, 5] = 0.01 * np.arange(4)
+    X = np.tile(np.eye(4), (4, 1, 1))
+    X[:, :3, :3] = Rotation.from_rotvec(1e-4 * np.arange(4)[:, None] * Z[3:]).as_matrix()
+    bound = live._motion_bound(replace(TURNS, law="potential"), Probe(np.eye(4), np.zeros(6), -0.1, Z), Motion(X, V))
+    np.testing.assert_allclose(bound, [0.0, 0.75e-4 + 1.5e-4], rtol=1e-6)
+
+
+def test_steps_at_rejected_places_are_judged_by_the_steepness_of_their_own_place(monkeypatch):
+    """The gradient of the moment is 1 in the first half of a loop and 0.1 in the second, on two loops."""
+    per = np.tile([0.0, 1.0], (200, 1))
+    per[100:, 1] = 0.1
+    monkeypatch.setattr(rejected, "_steepness", lambda *_: per)
+    X = np.tile(np.eye(4), (400, 1, 1))
+    X[:, :3, :3] = Rotation.from_rotvec(1e-2 * np.arange(400)[:, None] * Z[3:]).as_matrix()
+    motion = Motion(X, np.zeros((400, 6)))
+    for tick, found in ((50, False), (150, True), (250, False), (350, True)):
+        steps = np.zeros((399, 2))
+        steps[tick, 1] = 0.5 * 1e-2
+        assert bool(rejected._step_failure(TURNS, np.eye(4), steps, motion)) == found, tick
