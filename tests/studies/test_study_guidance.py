@@ -321,7 +321,12 @@ def test_break_even_is_the_intersection_of_the_lines():
             for k in range(2)
         ]
 
-    for given, at in (((1.0, 0.5), pytest.approx(1.5)), ((0.6, 0.5), pytest.approx(2.5)), ((0.1, 0.5), None), ((1.0, 3.0), 0.0)):
+    for given, at in (
+        ((1.0, 0.5), pytest.approx(1.5)),
+        ((0.6, 0.5), pytest.approx(2.5)),
+        ((0.1, 0.5), None),
+        ((1.0, 3.0), 0.0),
+    ):
         assert guidance_effects._break_even(rows(*given), "ring")["break_even_mm"] == at
 
 

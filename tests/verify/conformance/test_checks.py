@@ -384,3 +384,9 @@ def test_steps_at_rejected_places_are_judged_by_the_steepness_of_their_own_place
         steps = np.zeros((399, 2))
         steps[tick, 1] = 0.5 * 1e-2
         assert bool(rejected._step_failure(TURNS, np.eye(4), steps, motion)) == found, tick
+
+
+def test_sizes_of_an_answer_are_its_largest_force_and_moment():
+    F = np.zeros((3, 6))
+    F[0, 2], F[1, 3:5] = 5.0, [0.3, 0.4]
+    np.testing.assert_allclose(live._sizes(Answer(F, np.zeros((3, 4, 4)), np.zeros((3, 3, 3)))), [5.0, 0.5])
