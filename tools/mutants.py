@@ -48,7 +48,8 @@ GROUPS = {
          "studies/guidance/tasks.py", "studies/wall/fit.py", "studies/wall/bench.py", "studies/wall/work.py",
          "studies/passivity/work.py", "studies/certificate/[!f]*.py"],
         ["studies/test_study_certificate.py", "studies/test_study_wall.py", "studies/test_study_passivity.py",
-         "studies/test_study_guidance.py", "certificate/test_scene_certificate.py"]),
+         "studies/test_study_guidance.py", "studies/test_guidance_trials.py",
+         "certificate/test_scene_certificate.py"]),
     "conformance": (["verify/conformance/*.py"], ["verify/conformance"]),
 }  # fmt: skip
 """Modules of `palpate` to mutate, and the tests that hold their claims."""

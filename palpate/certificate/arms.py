@@ -178,9 +178,11 @@ def _depth(o: _core.SimulationOptions, gain: float) -> Path:
 def _velocity(gain: float, window: float, T: float) -> Path:
     """W(z): a difference over a window is the mean velocity in this window, delayed by half its length."""
 
-    def W(z: Complex) -> Complex:
-        w = np.log(z) / T
-        x = np.where(np.abs(w * window) < 1e-9, 1e-9, w * window)
-        return np.asarray(gain * (-np.expm1(-x) / x if window > 0.0 else np.ones_like(z)), dtype=complex)
+    if window == 0.0:
+        return _direct_path(gain)
+
+    def W(z: Complex) -> Complex:  # z is not 1
+        x = np.log(z) * (window / T)
+        return np.asarray(gain * -np.expm1(-x) / x)
 
     return W

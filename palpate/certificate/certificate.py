@@ -120,7 +120,7 @@ class Certificate:
             worst=self.worst,
             hands_N_per_m={name: finite_or_none(k) for name, k in self.hands.items()},
             bounds_N_per_m={name: finite_or_none(k) for name, k in self.bounds.items()},
-            boundary=[BoundaryPoint(float(b), finite_or_none(k)) for b, k in zip(*self.boundary(), strict=True)],
+            boundary=[BoundaryPoint(float(b), finite_or_none(k)) for b, k in np.transpose(self.boundary())],
         )
 
 
@@ -146,9 +146,9 @@ def certify_device(device: DeviceModel, K: float | None = None, B: float = 0.0) 
     linear = tuple(Case(f"hand {h.name}", device.loop(h)) for h in device.hands)
     k_linear, w, worst = linear_limit(linear, B)
     k_max = np.inf
-    for hand, case in sorted(zip(device.hands, frictional, strict=True), key=lambda one: one[1].loop.K_max(B)[0]):
-        expected, w_hand = case.loop.K_max(B)
-        if min(expected, k_max) == k_max and not trials.oscillates(device, hand, k_max, B):
+    expectations = [(hand, case, *case.loop.K_max(B)) for hand, case in zip(device.hands, frictional, strict=True)]
+    for hand, case, expected, w_hand in sorted(expectations, key=lambda one: one[2]):
+        if expected >= k_max and not trials.oscillates(device, hand, k_max, B):
             continue
         k_hand = trials.limit(device, hand, B, expected)
         if k_hand < k_max:
@@ -165,7 +165,7 @@ def certify_device(device: DeviceModel, K: float | None = None, B: float = 0.0) 
     reason = words.reason(K, k_max, verdict, loop, advice(frictional, B))
     if verdict == "marginal" and K is not None and SURE * k_linear < K:
         reason += f"; beyond {words.number(k_linear)} N/m it leans on the device's dry friction"
-    hands = {h.name: case.loop.K_max(B)[0] for h, case in zip(device.hands, frictional, strict=True)}
+    hands = {hand.name: expected for hand, _, expected, _ in expectations}
     return Certificate(
         B, k_max, k_linear, w / (2 * np.pi), worst.description, K, verdict, margin, reason, bounds, hands, frictional
     )

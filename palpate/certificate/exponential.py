@@ -11,7 +11,7 @@ from palpate.arrays import Array
 _ORDER = 13
 _LARGEST = 5.371920351148152  # 1-norm up to which the approximant of this order is exact to rounding (Higham 2005)
 #: Coefficients of the numerator of the diagonal Pade approximant of e^x; the denominator's alternate in sign.
-_PADE = [math.factorial(2 * _ORDER - k) * math.comb(_ORDER, k) / math.factorial(2 * _ORDER) for k in range(_ORDER + 1)]
+_PADE = [math.comb(_ORDER, k) / math.perm(2 * _ORDER, k) for k in range(_ORDER + 1)]
 
 
 def expm(A: Array) -> Array:
@@ -21,7 +21,7 @@ def expm(A: Array) -> Array:
     approximant is then squared once per halving.
     """
     norm = float(np.abs(A).sum(axis=0).max())
-    halvings = max(0, math.ceil(math.log2(norm / _LARGEST))) if norm > _LARGEST else 0
+    halvings = math.ceil(math.log2(max(norm / _LARGEST, 1.0)))
     X = A / 2.0**halvings
     X2 = X @ X
     even, odd = _PADE[_ORDER - 1] * np.eye(len(A)), _PADE[_ORDER] * np.eye(len(A))

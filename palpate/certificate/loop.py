@@ -45,6 +45,7 @@ _REFINEMENTS = 40  # bisection steps per crossing
 _SECANTS = 10  # steps of the faster search that is tried first
 _REFINED = 4  # number of lowest crossings that are refined
 _PERTURBATION = 1e-9  # relative perturbation of A that separates equal poles
+_NYQUIST = np.array([-1.0 + 0.0j])  # z at half the rate of the cycle, where all responses are real
 
 
 def zero_order_hold(A: Array, b: Array, T: float) -> tuple[Array, Array]:
@@ -64,10 +65,8 @@ def modes(A: Array) -> Modes:
     """Modes of A (n, n). Equal poles (critical damping) are separated by a relative perturbation of 1e-9."""
     poles, V = np.linalg.eig(A)
     if np.linalg.cond(V) > 1e10:
-        n = len(A)
-        poles, V = np.linalg.eig(
-            A + _PERTURBATION * np.linalg.norm(A) * np.outer(np.arange(1, n + 1), np.arange(n, 0, -1)) / n
-        )
+        noise = np.random.default_rng(0).normal(size=A.shape)
+        poles, V = np.linalg.eig(A + _PERTURBATION * np.linalg.norm(A) * noise)
     return poles.astype(complex), V.astype(complex), np.linalg.inv(V).astype(complex)
 
 
@@ -158,20 +157,19 @@ class SampledLoop:
         late = self.force(z) * z ** -float(self._split[0])
         states = (g0 + g1 / z[:, None]) / (z[:, None] - poles) * late[:, None]  # (m, n)
         y = states @ c
-        left = 1.0 / (1.0 + self.parallel_stiffness * y) if self.parallel_stiffness > 0.0 else 1.0
+        left = 1.0 / (1.0 + self.parallel_stiffness * y)
         return y * left, (states @ d) * left
 
     @cached_property
     def grid(self) -> Array:
         """Ascending w T (m,) below pi, dense enough to resolve the delay's phase and the plant's resonances."""
         turns = self.delay / self.T + 8.0
-        low, high = np.log10(np.pi * _LOWEST), np.log10(np.pi)
+        wide = np.geomspace(np.pi * _LOWEST, np.pi, _POINTS)[:-1]
         even = np.linspace(0.0, np.pi, int(_PER_PERIOD * turns) + 2)[1:-1]
-        poles = np.log(self._modal[0].astype(complex))
-        swings = poles.imag[(poles.imag > 1e-6) & (-poles.real < _RESONANT * np.abs(poles))]
-        near = (swings[:, None] * (1.0 + np.linspace(-0.05, 0.05, 41))).ravel()
-        points = np.concatenate([np.logspace(low, high, _POINTS)[:-1], even, near[near < np.pi]])
-        return np.unique(points)
+        poles = np.log(self._modal[0])
+        swings = poles.imag[(poles.imag > 0.0) & (-poles.real < _RESONANT * np.abs(poles))]
+        near = np.outer(swings, np.linspace(0.95, 1.05, 41)).ravel()
+        return np.unique(np.concatenate([wide, even, near[near < np.pi]]))
 
     @cached_property
     def _on_circle(self) -> tuple[Complex, Complex]:
@@ -186,7 +184,7 @@ class SampledLoop:
         w, K = self._real_where(H(*self._on_circle), lambda z: H(*self.P_and_Q(z)))
         P, Q = self.P_and_Q(np.exp(1j * w))
         there = np.abs(1.0 + K * P + B * Q) < 1e-6  # excludes sign changes at a pole of H (P = 0)
-        last = H(*self.P_and_Q(np.array([-1.0 + 0.0j]))).real  # z = -1, where both equations are real
+        last = H(*self.P_and_Q(_NYQUIST)).real
         K, w = np.append(K[there], last), np.append(w[there], np.pi)
         order = np.argsort(K)
         order = order[K[order] > 0.0]
@@ -196,8 +194,7 @@ class SampledLoop:
     def B_max(self) -> float:
         """The largest stable damping for K = 0 [N s/m]."""
         _, B = self._real_where(-1.0 / self._on_circle[1], lambda z: -1.0 / self.P_and_Q(z)[1])
-        last = (-1.0 / self.P_and_Q(np.array([-1.0 + 0j]))[1]).real
-        B = np.append(B, last)
+        B = np.append(B, (-1.0 / self.P_and_Q(_NYQUIST)[1]).real)
         return float(B[B > 0.0].min(initial=np.inf))
 
     def _real_where(self, on_grid: Complex, f: Callable[[Complex], Complex]) -> tuple[Array, Array]:

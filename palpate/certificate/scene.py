@@ -140,7 +140,7 @@ class _Arms:
         facts = words.LoopFacts(whole_servo_periods(self.o), self.o.rate, B, w / (2 * np.pi), case.description,
                                 f", {1e3 * servo:.3g} ms of the follower's servo" if servo > 0.0 else "")  # fmt: skip
         reason = words.reason(
-            K, k_max, verdict, facts, [*advice((case,), B), *self._faster(press, B)] if verdict != "stable" else []
+            K, k_max, verdict, facts, [*advice((case,), B), self._faster(press, B)] if verdict != "stable" else []
         )
         if verdict != "stable" and self.rig.scene.stability.passivity != "off":
             reason += f"; the passivity layer ({self.rig.scene.stability.passivity}) will take force to hold it"
@@ -204,11 +204,11 @@ class _Arms:
             R_LW = self.rig.arms.X_WL[:3, :3].T
             only = None if normal is None else [R_LW @ normal]
             tried = [
-                (held.loop(n).K_max(B)[0], i, pose, n)
-                for i, (pose, held) in enumerate(self.leaders.items())
+                (held.loop(n).K_max(B)[0], pose, n)
+                for pose, held in self.leaders.items()
                 for n in (only or _DIRECTIONS)
             ]
-            k, _, pose, n = min(tried, key=lambda limit: limit[:2])
+            k, pose, n = min(tried, key=lambda limit: limit[0])
             self._worst_cases[key] = (pose, n if only else self._steepest(self.leaders[pose], n, k, B))
         return self._worst_cases[key]
 
@@ -232,13 +232,11 @@ class _Arms:
             name: press.loop(replace(press.held, hand=hand.options())).K_max(B)[0] for name, hand in PRESETS.items()
         }
 
-    def _faster(self, press: _Press, B: float) -> list[words.Advice]:
-        if self.o.follower.bandwidth == 0.0 or self.fixture:
-            return []
+    def _faster(self, press: _Press, B: float) -> words.Advice:
         o = self.rig.options()
         o.follower.bandwidth *= 2.0
         loop = press.loop(replace(press.held, o=o))
-        return [(f"a follower's servo of {o.follower.bandwidth:g} Hz", lambda: loop.K_max(B)[0])]
+        return f"a follower's servo of {o.follower.bandwidth:g} Hz", lambda: loop.K_max(B)[0]
 
 
 def _servo_lag(o: _core.SimulationOptions) -> float:
@@ -250,7 +248,7 @@ def _along(n: Array) -> str:
     """A direction in W, in words."""
     n = n * np.sign(n[np.argmax(np.abs(n))])
     return next((f"along {axis}" for axis, e in zip("xyz", np.eye(3), strict=True) if n @ e > 0.999),
-                "along ({:.2f}, {:.2f}, {:.2f})".format(*n))  # fmt: skip
+                "along ({:.2f}, {:.2f}, {:.2f})".format(*np.round(n, 2) + 0.0))  # fmt: skip
 
 
 def _poses(rig: Rig) -> Iterator[tuple[str, Array]]:

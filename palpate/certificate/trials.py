@@ -69,7 +69,7 @@ def limit(device: DeviceModel, hand: Hand, B: float, expected: float) -> float:
         B: damping of the wall [N s/m].
         expected: limit of the linear loop with equivalent viscous friction [N/m].
     """
-    if not 0.0 < expected < np.inf:
+    if expected in (0.0, np.inf):
         return expected
     stable = 0.0
     for fraction in _LADDER + (_ABOVE if device.friction > 0.0 else ()):

@@ -17,8 +17,10 @@ def number(k: float) -> str:
     """A stiffness with three significant digits, without an exponent: ``2270``."""
     if not np.isfinite(k):
         return "any"
-    digits = max(0, 2 - int(np.floor(np.log10(max(abs(k), 1e-9)))))
-    return f"{round(k, 2 - int(np.floor(np.log10(max(abs(k), 1e-9))))):.{digits}f}" if k else "0"
+    if k == 0.0:
+        return "0"
+    decimals = 2 - int(np.floor(np.log10(abs(k))))
+    return f"{round(k, decimals):.{max(decimals, 0)}f}"
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import pytest
 
 import palpate
 from palpate.certificate import certify_all
-from palpate.certificate.at_once import _points, _stroke, groups
+from palpate.certificate.at_once import _gap, _points, _stroke, groups
 from palpate.certificate.scene import warn_outside
 from palpate.certificate.touched import touched
 from palpate.errors import PalpateWarning
@@ -90,8 +90,17 @@ def test_two_planes_in_one_place_are_judged_by_their_sum():
     assert together.K == 2800
     assert together.k_max <= a.k_max
     assert [one.name for one in touched(both)] == ["a", "b", "a and b at once"]
+    assert [(one.index, one.others) for one in touched(both)] == [(0, ()), (1, ()), (0, (1,))]
     with pytest.warns(PalpateWarning, match="a and b at once"):
         warn_outside(both)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         warn_outside(rig(plane("a", 1400)))
+
+
+def test_a_gap_is_the_least_distance_less_the_spacing_and_zero_inside():
+    surface = rig(ball("a", 0.1)).surfaces[0]
+    outside = np.array([[0.13, 0.0, 0.0], [0.1, 0.025, 0.0]])
+    assert _gap((outside, 0.001), surface) == pytest.approx(0.005 - 0.001, abs=2e-4)
+    inside = np.array([[0.13, 0.0, 0.0], [0.1, 0.005, 0.0]])
+    assert _gap((inside, 0.001), surface) == pytest.approx(-0.001, abs=1e-12)

@@ -7,8 +7,9 @@ import pytest
 
 import palpate
 from palpate.certificate import certify_all, trials
-from palpate.certificate.certificate import Certificate, judge
-from palpate.certificate.scene import _DIRECTIONS, _poses, worst_of
+from palpate.certificate.certificate import Case, Certificate, judge
+from palpate.certificate.device import as_viscous
+from palpate.certificate.scene import _DIRECTIONS, _along, _poses, worst_of
 from palpate.errors import OutputError, RecordingError
 from palpate.hands import PRESETS
 from palpate.scene.rig import build
@@ -86,7 +87,9 @@ def test_a_device_that_always_oscillates_has_no_stable_stiffness(monkeypatch):
 @pytest.mark.parametrize(("expected", "edge"), [(500.0, 200.0), (0.5, 0.2)])
 def test_the_limit_of_trials_is_where_they_begin_to_oscillate(monkeypatch, expected, edge):
     monkeypatch.setattr(trials, "oscillates", lambda device, hand, K, B: edge < K)
-    assert trials.limit(DEVICE, next(iter(PRESETS.values())), 0.0, expected) == pytest.approx(edge, rel=0.02)
+    found = trials.limit(DEVICE, next(iter(PRESETS.values())), 0.0, expected)
+    assert found == pytest.approx(edge, rel=0.02)
+    assert found <= edge, "a stiffness at which no trial oscillates"
 
 
 def test_trials_go_to_130_percent_with_friction_and_to_the_linear_limit_without(monkeypatch):
@@ -169,6 +172,8 @@ def test_trials_press_with_02_to_10_newtons_and_tap_both_ways():
     for k, press in enumerate(presses):
         taps = sorted((t.tap for t in walls if t.press == press), key=abs)
         np.testing.assert_allclose(taps, 0.5 * np.array([0.07, -0.3, 1.0 if k % 2 else -1.0]), rtol=1e-12)
+        assert all(abs(t.phase) <= 0.3 for t in walls), "nearly all of the energy is speed"
+    assert min(t.phase for t in walls) < 0.0 < max(t.phase for t in walls)
     assert {t.tap for t in trials.TRIALS if t.spring} == {0.5, 0.5 / 3.0}
 
 
@@ -203,7 +208,7 @@ def test_a_device_is_read_as_it_was_written(tmp_path):
 @pytest.mark.parametrize(
     ("text", "why"),
     [
-        ("kind: hand\nmass: 1\n", "no line kind: device"), ("kind: device\nmas: 1\n", "unknown key 'mas'"),
+        ("kind: hand\nmass: 1\n", "no line kind: device"), ("kind: device\nmas: 1\nx: 1\n", "unknown key 'mas'"),
         ("kind: device\nmass: heavy\n", "mass = 'heavy' is no number"), ("kind: device\nmass: 1\n", "damping"),
         ("kind: device\nmass: true\n", "mass = True is no number"), ("kind: device\nmass: [\n", "flow"),
         (None, "No such file"),
@@ -228,3 +233,62 @@ guidance: [{name: wall, role: forbid, geometry: {plane: {}}, law: {stiffness: 50
     assert plane.name == ball.name == "fixture wall"
     assert plane.k_max == pytest.approx(ball.k_max, rel=1e-9)
     assert plane.worst == ball.worst
+
+
+@pytest.mark.parametrize(
+    ("B", "largest", "top"), [(2.0, (100.0, 50.0), 30.0), (10.0, (100.0, 50.0), 40.0), (2.0, (100.0, 7.0), 7.0)]
+)
+def test_the_boundary_reaches_30_or_four_times_the_damping_or_the_largest_stable_one(B, largest, top):
+    """Each point is the limit of the worst case."""
+
+    def case(B_max):
+        return Case("", SimpleNamespace(B_max=B_max, K_max=lambda b: (1e3 - B_max - b, 1.0)))
+
+    limits = Certificate(B, 1.0, 1.0, 1.0, "", None, None, None, "", cases=tuple(map(case, largest)))
+    dampings, K = limits.boundary(21)
+    np.testing.assert_allclose(dampings, np.linspace(0.0, top, 21), rtol=1e-5)
+    np.testing.assert_allclose(K, 900.0 - dampings)
+
+
+def test_viscous_friction_dissipates_as_much_as_dry_friction():
+    """Reference: the work of both over one period of a velocity with amplitude 0.4 m/s."""
+    v = 0.4 * np.sin(np.linspace(0.0, 2.0 * np.pi, 10001))
+    dry, viscous = np.mean(0.3 * np.abs(v)), np.mean(as_viscous(0.3, 0.4) * v**2)
+    assert viscous == pytest.approx(dry, rel=1e-3)
+
+
+def test_jitter_counts_as_delay_in_full():
+    late, jitter = (palpate.DeviceModel(0.3, 2.0, delay=d, jitter=j) for d, j in ((0.005, 0.0), (0.003, 0.002)))
+    hand = PRESETS["normal"]
+    assert jitter.loop(hand).K_max(1.0) == pytest.approx(late.loop(hand).K_max(1.0))
+
+
+@pytest.mark.parametrize(
+    ("n", "text"),
+    [((0, 0, -1), "along z"), ((1, 0, 0), "along x"), ((0.6, 0, 0.8), "along (0.60, 0.00, 0.80)"),
+     ((0.6, 0, -0.8), "along (-0.60, 0.00, 0.80)")],
+)  # fmt: skip
+def test_a_direction_in_words_points_along_its_largest_component(n, text):
+    assert _along(np.array(n)) == text
+
+
+def test_a_tilted_plane_is_judged_along_its_normal():
+    tilted = palpate.Scene.parse("""
+objects: [{name: table, plane: {size: 0.3}, stiffness: 800, pose: {rpy_deg: [0, 30, 0]}}]
+operator: {path: [{t: 0, xyz: [0, 0, 0.02]}, {t: 1, xyz: [0, 0, 0.019]}]}
+""")
+    assert palpate.certify(tilted).worst.startswith("pressing along (0.50, 0.00, 0.87) ")
+
+
+@pytest.mark.parametrize(("share", "leans"), [(0.9, True), (0.5, False)])
+def test_a_marginal_stiffness_leans_on_friction_only_beyond_the_limit_without(monkeypatch, share, leans):
+    """The limit of the simulated trials is a share of the linear one with friction; the frictionless one is 60 %."""
+    monkeypatch.setattr(trials, "oscillates", lambda device, hand, K, B: True)
+    monkeypatch.setattr(trials, "limit", lambda device, hand, B, expected: share * expected)
+    hand = PRESETS["light"]
+    device = palpate.DeviceModel(0.05, 0.05, 1000.0, 0.006, friction=0.5, hand=hand)
+    dry, smooth = (device.loop(hand, lubricated).K_max(0.0)[0] for lubricated in (False, True))
+    assert share * dry < 0.9 * smooth or leans
+    found = palpate.certify(device, K=share * dry)
+    assert found.verdict == "marginal"
+    assert ("it leans on the device's dry friction" in found.reason) == leans

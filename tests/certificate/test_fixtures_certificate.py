@@ -9,7 +9,7 @@ import pytest
 import palpate
 from palpate import _core
 from palpate.certificate import certify_all
-from palpate.certificate.arms import HeldLeader
+from palpate.certificate.arms import HeldLeader, felt
 from palpate.certificate.entry import entries, stiffness
 from palpate.certificate.guidance import entry, entry_summary, fixture_springs, total_stiffness
 from palpate.record.ticks import as_ticks
@@ -75,6 +75,8 @@ def test_each_fixture_and_their_sum_have_a_certificate():
     assert [row.name for row in rows] == ["table", "fixture wall", "fixture two", "all fixtures at once"]
     assert rows[-1].K == 800.0
     assert total_stiffness(made.fixtures.list()) == 800.0
+    parallel = [row.cases[0].loop.parallel_stiffness for row in rows]
+    assert parallel == [pytest.approx(felt(made.options()) * 800.0), 0.0, 0.0, 0.0], "with the touched object alone"
     assert rows[1].k_max > certify_all(rig().scene, rig=rig())[0].k_max, "no servo in a fixture's loop"
 
 
@@ -97,7 +99,7 @@ def test_parallel_fixture_stiffness_reduces_an_objects_limit():
     held = HeldLeader(made.arms.leader, made.arms.q_leader0, o, o.hand, fixture=True)
     k = held.loop(n).K_max(2.0)[0]
     parallel = replace(held, parallel_stiffness=0.4 * k)
-    assert parallel.loop(n).K_max(2.0)[0] == pytest.approx(0.6 * k, rel=0.01)
+    assert parallel.loop(n).K_max(2.0)[0] == pytest.approx(0.6 * k, rel=1e-6)
     too_much = replace(held, parallel_stiffness=1.1 * k)
     assert too_much.loop(n).K_max(2.0)[0] == 0.0
 
@@ -141,3 +143,11 @@ def test_penetration_is_the_deflection_of_a_spring():
     """3 N of the hand against 500 N/m on the tool with forces doubled for the hand: 3 / 2 / 500 m."""
     assert entry(3.0, 500.0, 2.0) == pytest.approx(3e-3)
     assert entry_summary(500.0, 2.0) == "1, 2, 3 N get 1, 2, 3 mm in"
+
+
+def test_a_fixture_of_too_much_damping_holds_at_no_stiffness():
+    made = rig(0.02, [wall(300.0, 3000.0)])
+    row = certify_all(made.scene, rig=made)[1]
+    assert (row.verdict, row.k_max) == ("unstable", 0.0)
+    assert "too much damping, whatever the stiffness" in row.reason
+    assert "softly" not in row.reason

@@ -1,10 +1,12 @@
 """The sampled loop against closed-loop eigenvalues, closed forms, and numerical integration of the held force."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from palpate.certificate.loop import SampledLoop, difference, modes, zero_order_hold
+from palpate.certificate.loop import SampledLoop, _illinois, difference, modes, zero_order_hold
 
 
 def device(m=0.3, b=0.5, k=0.0, T=1e-3, delay=0.0, cutoff=0.0):
@@ -84,6 +86,8 @@ def test_zero_order_hold_matches_numerical_integration():
     Phi, Gamma = zero_order_hold(A, b, 0.02)
     x = solve_ivp(lambda t, x: A @ x + b, (0, 0.02), [0.01, -0.3], rtol=1e-11, atol=1e-14).y[:, -1]
     assert Phi @ [0.01, -0.3] + Gamma == pytest.approx(x, abs=1e-11)
+    Phi, Gamma = zero_order_hold(np.array([[-7.0]]), np.array([3.0]), 0.1)
+    assert (Phi.item(), Gamma.item()) == pytest.approx((np.exp(-0.7), 3.0 / 7.0 * -np.expm1(-0.7)))
 
 
 def test_a_critically_damped_device_has_equal_poles_and_a_limit():
@@ -114,3 +118,45 @@ def test_damping_raises_then_lowers_the_limit():
     few, some, much = (loop.K_max(share * loop.B_max)[0] for share in (0.0, 0.4, 0.98))
     assert few < some > much
     assert loop.K_max(1.01 * loop.B_max) == (0.0, 0.0)
+
+
+def test_a_filter_of_one_period_anywhere_in_the_loop_is_one_period_of_delay():
+    """The filter 1 / z acts on the force, or on position and velocity."""
+    loop = device(b=3.0, k=50.0, delay=1.4e-3, cutoff=90.0)
+    late = loop.delayed(2.4e-3)
+    on_force = replace(loop, force=lambda z: 1.0 / z)
+    on_motion = replace(loop, position=lambda z: 1.0 / z, velocity=lambda z: loop.velocity(z) / z)
+    for B in (0.0, 0.5 * late.B_max):
+        assert on_force.K_max(B) == pytest.approx(late.K_max(B), rel=1e-6)
+        assert on_motion.K_max(B) == pytest.approx(late.K_max(B), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("grams", "w", "zeta", "delay", "B"),
+    [(0.032, 241.3, 1.0e-5, 6.37e-3, 7.07), (0.166, 145.2, 1.3e-5, 7.55e-3, 7.49),
+     (0.352, 186.3, 2.1e-4, 6.91e-3, 7.12), (0.440, 710.2, 4.8e-5, 0.74e-3, 5.69),
+     (0.651, 224.1, 7.4e-5, 4.27e-3, 8.64), (1.343, 355.7, 4.3e-5, 2.38e-3, 6.87), (300.0, 500.0, 0.01, 3.0e-3, 5.0)],
+)  # fmt: skip
+def test_a_lightly_damped_resonance_is_not_missed(grams, w, zeta, delay, B):
+    """A small mass on a spring at the handle swings within a band much narrower than the distance of frequencies."""
+    m, m_2 = 0.1, 1e-3 * grams
+    k, b = m_2 * w**2, 2.0 * zeta * m_2 * w
+    M, A = np.array([m, m_2])[:, None], np.zeros((4, 4))
+    A[:2, 2:] = np.eye(2)
+    A[2:, :2] = -np.array([[k + 100.0, -k], [-k, k]]) / M
+    A[2:, 2:] = -np.array([[b + 3.0, -b], [-b, b]]) / M
+    y = np.array([1.0, 0.0, 0.0, 0.0])
+    loop = SampledLoop(A, np.array([0.0, 0.0, 1.0 / m, 0.0]), y, 1e-3, delay, velocity=difference(1e-3))
+    K, _ = loop.K_max(B)
+    assert radius(loop, 0.999 * K, B) < 1.0 + 1e-9
+    assert radius(loop, 1.001 * K, B) > 1.0
+    assert all(radius(loop, share * K, B) < 1.0 + 1e-9 for share in (0.1, 0.4, 0.7))
+
+
+def test_the_fast_search_finds_roots_of_bent_functions_from_either_side():
+    """Roots of x^3 - c and c - x^3 between 0 and 3, which are the cube roots."""
+    c = np.array([0.5, 2.0, 8.5, 20.0])
+    low, high = np.zeros(4), np.full(4, 3.0)
+    for sign in (1.0, -1.0):
+        found = _illinois(lambda x, sign=sign: sign * (x**3 - c), low, high, -sign * c, sign * (27.0 - c))
+        np.testing.assert_allclose(found, np.cbrt(c), rtol=1e-5)

@@ -8,6 +8,8 @@ import pytest
 import palpate
 from palpate.certificate import certify_all
 from palpate.certificate.arms import HeldLeader
+from palpate.certificate.coupled import CoupledLoop
+from palpate.certificate.loop import SampledLoop, modes
 from palpate.certificate.scene import _Arms
 from palpate.certificate.spheres import Spheres, longest, plane_contacts, postures
 from palpate.certificate.touched import touched
@@ -53,6 +55,13 @@ def test_planes_on_two_spheres_touch_both_and_cut_none_of_the_two():
     heights = tool.centres @ tool.tangent_normals().T - tool.radii[:, None]
     np.testing.assert_allclose(heights[0], heights[1], atol=1e-12)
     assert tool.length == pytest.approx(0.006 + np.linalg.norm(tool.centres[1]))
+    axis = tool.centres[1] / np.linalg.norm(tool.centres[1])
+    across = tool.tangent_normals() - (tool.tangent_normals() @ axis)[:, None] * axis
+    np.testing.assert_allclose(across.mean(axis=0), 0.0, atol=1e-12, err_msg="from all sides")
+    assert len(np.unique(across.round(9), axis=0)) == 72
+    np.testing.assert_allclose(np.linalg.norm(tool.tangent_normals(), axis=1), 1.0)
+    within = Spheres(np.array([[0, 0, 0], [0.001, 0, 0]]), np.array([0.004, 0.002]), np.zeros((2, 3, 6)))
+    assert len(within.tangent_normals()) == 0, "one within the other"
 
 
 def test_springs_are_the_derivative_of_forces_and_moments():
@@ -98,7 +107,7 @@ def test_one_sphere_on_the_tip_has_the_limit_of_the_single_loop(two):
         K, w = coupled.K_max(B)
         assert (K, w) == pytest.approx(single.K_max(B), rel=0.02)
         assert pytest.approx(single.K_max(B)[0], rel=1e-3) == K
-    assert coupled.K_max(1.01 * single.B_max)[0] == 0.0
+    assert coupled.K_max(1.01 * single.B_max) == single.K_max(1.01 * single.B_max) == (0.0, 0.0)
     assert coupled.delayed(0.01).K_max(0.0)[0] == pytest.approx(single.delayed(0.01).K_max(0.0)[0], rel=1e-3)
 
 
@@ -107,6 +116,8 @@ def test_two_spheres_oscillate_where_one_is_certified(two):
     alone, both = certify_all(two.scene, rig=two)
     assert (alone.verdict, both.verdict) == ("stable", "unstable")
     assert both.k_max == pytest.approx(0.5 * alone.k_max, rel=0.05)
+    passive = [one.bounds["colgate_brown_with_hand"] for one in (alone, both)]
+    assert passive[1] == pytest.approx(0.5 * passive[0]), "two springs, without damping"
     assert both.k_max == pytest.approx(1150.0, rel=0.01), "docs/certificate.md"
     assert "2 of its spheres" in both.worst
     one = build(palpate.Scene.parse(SCENE.format(K=1400, B=0, spheres="")))
@@ -147,3 +158,68 @@ def test_length_of_the_tool_is_the_largest_of_its_postures(two):
     alone = build(palpate.Scene.parse(SCENE.format(K=1400, B=0, spheres="")))
     assert longest(alone, ()) == pytest.approx(0.004)
     assert postures(alone, ())[0][0].length == pytest.approx(0.004)
+
+
+def masses(m, b, k):
+    """Independent masses (6,) with dampers and springs, as a plant of six axes, and each axis alone."""
+    zero, one = np.zeros((6, 6)), np.eye(6)
+    A = np.block([[zero, one], [-np.diag(k / m), -np.diag(b / m)]])
+    inputs, c, d = np.vstack([zero, np.diag(1.0 / m)]), np.hstack([one, zero]), np.hstack([zero, one])
+    return A, inputs, c, d
+
+
+def test_independent_axes_have_the_least_limit_of_all_and_springs_in_parallel_reduce_it():
+    """Reference: the loops of the single axes, within the spacing of the coupled loop's frequencies."""
+    rng = np.random.default_rng(4)
+    m, b, k = 10.0 ** rng.uniform(-1.0, 0.0, 6), rng.uniform(8.0, 25.0, 6), rng.uniform(0.0, 300.0, 6)
+    A, inputs, c, d = masses(m, b, k)
+    T, delay, parallel = 1e-3, 2.3e-3, 60.0
+    gains = np.array([1.0, 0.5, 2.0, 1.0, 0.3, 0.7])
+
+    def coupled(fixtures):
+        G, one = np.diag(gains), np.ones_like
+        return CoupledLoop(A, inputs, c, d, T, delay, G, G, fixtures * np.eye(6), one, one, one, modes(A))
+
+    def alone(i, fixtures):
+        loop = SampledLoop(A, inputs[:, i], c[i], T, delay, d=d[i], parallel_stiffness=fixtures)
+        return loop, [x / gains[i] for x in (loop.B_max, loop.K_max(0.0)[0], loop.K_max(gains[i] * 3.0)[0])]
+
+    for fixtures in (0.0, parallel):
+        B_max, K_0, K_3 = np.min([alone(i, fixtures)[1] for i in range(6)], axis=0)
+        loop = coupled(fixtures)
+        assert loop.B_max == pytest.approx(B_max, rel=0.01)
+        assert loop.K_max(0.0)[0] == pytest.approx(K_0, rel=0.01)
+        assert loop.K_max(3.0)[0] == pytest.approx(K_3, rel=0.01)
+    assert coupled(1e5).K_max(0.0) == (0.0, 0.0), "the parallel springs alone are too stiff"
+
+
+def test_all_spheres_touch_a_surface_without_stiffness(two):
+    far = build(palpate.Scene.parse(SCENE.format(K=1400, B=0, spheres="{at: [0, 0, -0.03], radius: 0.002}")))
+    arms = _Arms(far)
+    assert {one.count for one in arms._contacts(touched(far)[1], 0.0)} == {2}
+    assert [one.verdict for one in certify_all(two.scene, K=0.0, rig=two)] == ["stable", "stable"]
+
+
+def test_the_spheres_of_a_too_stiff_surface_are_those_that_touch_at_its_limit():
+    """Only one touches a very stiff surface before the force cap, two the one at the limit, and three a soft one."""
+    flat = build(palpate.Scene.parse(SCENE.format(K=1400, B=0, spheres="")))
+    R_WT = (flat.arms.X_WB @ flat.arms.follower.fk(flat.arms.q_follower0))[:3, :3]
+    places = ((R_WT.T @ [0.004, 0.0, height]).tolist() for height in (0.0005, 0.01))
+    spheres = ", ".join(f"{{at: {at}, radius: 0.002}}" for at in places)
+    rig = build(palpate.Scene.parse(SCENE.format(K=1400, B=0, spheres=spheres)))
+    stiff = certify_all(rig.scene, K=1e6, rig=rig)[1]
+    assert "2 of its spheres" in stiff.worst
+    assert stiff.k_max == pytest.approx(certify_all(rig.scene, K=stiff.k_max, rig=rig)[1].k_max, rel=1e-3)
+
+
+def test_postures_follow_the_path_with_closed_and_open_jaws():
+    text = SCENE.format(K=400, B=0, spheres="").replace("spheres: []", "whole_tool: true")
+    rig = build(palpate.Scene.parse(text.replace("]}\nstability", ", {t: 3, xyz: [0.005, 0, 0.004]}]}\nstability")))
+    assert rig.path.times[-1] == 3.0
+    start, half = postures(rig, (0.5,))
+    tip = (rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3]
+    there = rig.path.positions_W[np.argmin(np.abs(rig.path.times - 0.5 * rig.path.times[-1]))]
+    for (closed, opened), place in ((start, tip), (half, there)):
+        np.testing.assert_allclose(closed.centres[0], place, atol=1e-9)
+        gaps = [np.linalg.norm(one.centres[1] - one.centres[2]) for one in (closed, opened)]
+        assert gaps[1] > gaps[0] + 0.003

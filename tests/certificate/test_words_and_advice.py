@@ -38,6 +38,7 @@ def test_the_reason_states_the_limit_and_what_raises_it_by_15_percent():
     swing = "it would swing at 12.3 Hz, hand light"
     loop = FACTS.summary()
     assert reason(500.0, np.inf, "stable") == "stable: nothing is too stiff for this loop"
+    assert reason(500.0, 0.5, "unstable") == f"unstable: {loop}; stable below 0.500 N/m ({swing})"
     assert reason(500.0, 0.0, "unstable") == f"unstable: {loop}; that is too much damping, whatever the stiffness"
     stable = f"stable: {loop}; 100 N/m could be 3.1 times as stiff, 310 N/m (beyond, {swing})"
     assert reason(100.0, 310.0, "stable", less=870.0) == stable
@@ -67,6 +68,7 @@ class Loop:
         ((0.009, 0.002), 0.0, 30.0, "3 ms less delay", 436.0, "1.8 N s/m of damping", 410.0),
         ((0.002, 0.0012), 5.0, 30.0, "1 ms less delay", 481.0, "only 1.8 N s/m of damping", 480.0),
         ((0.0012, 0.0), 0.0, 4.0, "0.4 ms less delay", 488.0, "2.1 N s/m of damping", 488.0),
+        ((0.0, 0.0), 10.0, 100.0, None, None, "only 3.6 N s/m of damping", 497.56),
         ((0.0, 0.0), 0.0, 4.0, None, None, "2.1 N s/m of damping", 500.0),
     ],
 )

@@ -1,3 +1,5 @@
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from json_contract import keys, keys_of
@@ -76,3 +78,126 @@ def test_prediction_simulated_limit_and_certified_arm_of_a_case(monkeypatch, bre
     assert found["error"] == pytest.approx(1000.0 / found["simulated_N_per_m"] - 1.0)
     assert found["frequency_Hz"] == pytest.approx(20.0 / (2.0 * np.pi))
     assert found["certified_broken"] == broken, "at 0.97 of the prediction"
+
+
+def test_devices_lie_in_the_ranges_of_the_page():
+    """30 to 1500 g, 200 to 5000 Hz, up to 10 ms, 1 to 50 um, 0.02 to 0.8 N of dry friction: within, and over most."""
+    drawn = [study.drawn(seed) for seed in range(150)]
+    ranges = {"mass": (0.03, 1.5), "rate": (200.0, 5000.0), "delay": (0.0, 0.01), "quantum": (1e-6, 5e-5),
+              "friction": (0.02, 0.8), "damping": (0.02, 5.0)}  # fmt: skip
+    for name, (low, high) in ranges.items():
+        values = np.array([getattr(device, name) for device, _ in drawn])
+        assert low <= values.min() <= low + 0.05 * (high - low), name
+        assert 0.85 * high < values.max() <= high, name
+    hands = np.array([[d.hand.mass, d.hand.damping, d.hand.stiffness] for d, _ in drawn])
+    assert (hands.min(axis=0) >= [0.03, 1.0, 30.0]).all()
+    assert (hands.max(axis=0) <= [0.8, 25.0, 1000.0]).all()
+    assert (hands.max(axis=0) > [0.7, 22.0, 880.0]).all()
+    filters = np.array([d.filter for d, _ in drawn])
+    assert np.mean(filters == 0.0) == pytest.approx(0.3, abs=0.1)
+    assert filters[filters > 0.0].min() >= 10.0
+    assert filters.max() <= 300.0
+    B = np.array([b for _, b in drawn])
+    most = np.array([min(d.loop(d.hand).B_max, 20.0) for d, _ in drawn])
+    assert np.mean(B == 0.0) == pytest.approx(0.2, abs=0.1)
+    assert (0.6 * most >= B).all()
+    assert (B / most).max() > 0.55
+
+
+def test_random_disturbances_have_at_most_the_energy_of_a_tap_and_press_within_their_range(monkeypatch):
+    """Free ones meet a spring in any phase; presses meet a wall, and begin near its equilibrium or at full speed."""
+    device, _ = study.drawn(12)
+    calls = []
+
+    class Axis:
+        def __init__(self, options):
+            self.bilateral = options.bilateral
+
+        def run(self, x0, v0, push):
+            calls.append((self.bilateral, x0, v0, push))
+            return SimpleNamespace(oscillates=False)
+
+    monkeypatch.setattr(study._core, "Axis", Axis)
+    K = 500.0
+    assert not study.oscillates(device, K, 1.0, 300, np.random.default_rng(1))
+    spring, x0, v0, push = (np.array(column) for column in zip(*calls, strict=True))
+    assert len(calls) == 300
+    assert (spring == (push == 0.0)).all()
+    assert spring.sum() == 100
+    stiff, M = K + device.hand.stiffness, device.mass + device.hand.mass
+    share = (stiff * (x0 - push / stiff) ** 2 + M * v0**2) / (M * 0.5**2)
+    assert share.max() <= 1.0 + 1e-9
+    assert np.mean(share > 0.5) == pytest.approx(0.5 + 0.08, abs=0.08), "every second one is nearly a tap"
+    assert share.min() < 2e-3
+    presses = push[~spring]
+    assert 0.2 <= presses.min() < 0.25
+    assert 8.0 < presses.max() <= 10.0
+    turned = np.abs(np.arctan2((x0 - push / stiff) * np.sqrt(stiff / M), v0))
+    assert np.minimum(turned, np.pi - turned)[~spring].max() <= 0.5 + 1e-9
+    assert 0.3 * np.pi < np.median(turned[spring]) < 0.7 * np.pi
+
+
+@pytest.mark.parametrize(
+    ("edge", "limit"), [(20.0, 0.0), (40.0, 40.0), (1000.0, 1000.0), (9000.0, 9000.0), (2e9, np.inf)]
+)
+def test_the_simulated_limit_is_searched_from_3_percent_of_the_expected_one_to_a_gigantic_one(monkeypatch, edge, limit):
+    monkeypatch.setattr(study, "oscillates", lambda device, K, B, throws, rng: edge < K)
+    assert study.simulated_limit(None, 0.0, 1000.0, None) == pytest.approx(limit, rel=0.003)
+
+
+def test_the_summary_counts_devices_within_5_percent_and_broken_gains():
+    rows = [{"error": e, "linear_N_per_m": 110.0, "simulated_N_per_m": 100.0, "certified_broken": b}
+            for e, b in ((0.01, 0.0), (-0.03, 1.0), (0.051, 0.0), (-0.2, 2.0))]  # fmt: skip
+    assert study.summary(rows) == pytest.approx({
+        "count": 4, "median_error": 0.0405, "largest_error": 0.2, "share_within": 0.5, "linear_median_error": 0.1,
+        "certified_gains": 16, "certified_broken": 3,
+    })  # fmt: skip
+
+
+def test_a_press_swings_if_its_amplitude_is_felt_and_does_not_decay(monkeypatch):
+    t = np.linspace(0.0, 4.0, 4000)
+    wave = np.sin(40.0 * t)
+    for x, expected in (
+        (1e-4 * wave, True), (1e-4 * np.exp(0.2 * t) * wave, True), (1e-2 * np.exp(-2.0 * t) * wave, False),
+        (1.9e-5 * wave, False), (2.1e-5 * wave, True),
+        (np.where(t < 1.5, 1e-2 * wave, 0.0) + 1e-3 * np.exp(-t) * wave, False),
+    ):  # fmt: skip
+        monkeypatch.setattr(arms, "_press", lambda *_, x=x: (x, None))
+        assert arms.swings(None, None, 500.0, 0.0) == expected
+
+
+@pytest.mark.parametrize(("ideal", "K", "cap"), [(True, 2500.0, 1e3), (False, 2500.0, 5.0), (False, 900.0, 3.0)])
+def test_the_ideal_arm_has_no_friction_counts_or_caps(monkeypatch, ideal, K, cap):
+    """The complete one has a cap of 3 N, or of 2 mm times the stiffness if this is more."""
+    rig, seen = build(Scene.parse("objects: [{shape: organ}]")), []
+
+    class StoppedError(Exception):
+        pass
+
+    def stopped(o, *_):
+        seen.append(o)
+        raise StoppedError
+
+    monkeypatch.setattr(arms._core, "Simulation", stopped)
+    with pytest.raises(StoppedError):
+        arms._press(rig, np.array([0.0, 0.0, 1.0]), K, 5.0, ideal)
+    leader, caps = seen[0].leader, seen[0].stability
+    assert (np.any(leader.coulomb), leader.quantised) == (not ideal, not ideal)
+    assert caps.force_cap == pytest.approx(cap)
+    assert caps.rate_cap == pytest.approx(1e6 if ideal else max(50.0, 0.05 * K))
+
+
+def cells(table):
+    return [[str(cell) for cell in column.cells] for column in table.columns]
+
+
+def test_tables_state_errors_in_percent_and_delays_in_milliseconds():
+    summary = {"count": 40, "median_error": 0.0025, "largest_error": 0.042, "share_within": 0.975,
+               "linear_median_error": 0.031, "certified_gains": 160, "certified_broken": 2}  # fmt: skip
+    assert cells(study.table(summary))[1] == [
+        "40", "0.25 %", "4.2 %", "97.5 % of the devices", "3.10 % median disagreement", "2 of 160"]  # fmt: skip
+    wall = {"scene": "paper", "normal": 1, "B": 5.0, "delay": 0.006, "predicted_N_per_m": 205.2, "error": 0.024,
+            "simulated_N_per_m": 200.4, "frequency_Hz": 8.0, "certified_broken": 1.0}  # fmt: skip
+    rows = cells(arms_table([wall, wall | {"certified_broken": 0.0}]))
+    assert [column[0] for column in rows] == ["paper", "0.6, 0, 0.8", "6 ms", "5", "205", "200", "2.4 %", "swings"]
+    assert rows[-1][1] == "rests"

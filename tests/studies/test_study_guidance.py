@@ -52,12 +52,13 @@ def test_every_entry_is_counted_once():
     deep = 1e-3 * np.array([-1.0, 1.0, 0.5, 0.3, -0.01, 0.5, -1.5, 0.4, -2.0])
     task = replace(guidance.task_of("ring"), outside=lambda p: p[:, 0], off=lambda p: np.full(len(p), 3e-3))
     result = guidance.judged(
-        task, Trial(np.arange(9.0), deep[:, None] * np.eye(3)[0], np.arange(9.0), np.zeros(9), True)
+        task, Trial(np.arange(9.0), deep[:, None] * np.eye(3)[0], np.arange(9.0), 2.0 * np.arange(9.0), True)
     )
     assert result["entries"] == 2
     assert result["deepest_mm"] == pytest.approx(1.0)
     assert result["path_error_mm"] == pytest.approx(3.0)
-    assert result["peak_force_N"] == 8.0
+    assert (result["mean_force_N"], result["peak_force_N"], result["hand_peak_force_N"]) == (4.0, 8.0, 16.0)
+    assert (result["time_s"], result["done"]) == (8.0, 1.0)
 
 
 def made_up(wrong=1.0):
@@ -308,7 +309,7 @@ def test_drawn_trial_is_one_of_the_study(trials):
 
 
 def test_break_even_is_the_intersection_of_the_lines():
-    """Path error e + 0.5 mm with guidance misplaced by e, against 2 mm without: 1.5 mm; then never, and zero."""
+    """Path error e + 0.5 mm with guidance misplaced by e, against 2 mm without: 1.5 mm; 2.5 mm, never, and zero."""
 
     misplaced = ("haptics+guidance", *guidance.REGISTRATION, "control_wrong")
 
@@ -320,7 +321,12 @@ def test_break_even_is_the_intersection_of_the_lines():
             for k in range(2)
         ]
 
-    for given, at in (((1.0, 0.5), pytest.approx(1.5)), ((0.1, 0.5), None), ((1.0, 3.0), 0.0)):
+    for given, at in (
+        ((1.0, 0.5), pytest.approx(1.5)),
+        ((0.6, 0.5), pytest.approx(2.5)),
+        ((0.1, 0.5), None),
+        ((1.0, 3.0), 0.0),
+    ):
         assert guidance_effects._break_even(rows(*given), "ring")["break_even_mm"] == at
 
 

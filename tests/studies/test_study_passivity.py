@@ -1,11 +1,15 @@
 """The passivity study: its energy measure, its closed-form bound, and some of its runs."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from palpate import _core
+from palpate.certificate.certificate import Case, linear_limit
+from palpate.certificate.device import DeviceModel
+from palpate.hands import PRESETS, Hand
 from palpate.studies.passivity import work as passivity
 
 
@@ -80,3 +84,133 @@ def test_a_wall_is_passive_from_the_closed_form_bound_on():
     for K, passive in ((99.9, True), (100.1, False)):
         axis.K = K
         assert passivity.passive(axis) == passive
+
+
+@pytest.fixture(scope="module")
+def drawn():
+    return [passivity.case(seed) for seed in range(200)]
+
+
+def test_cases_lie_in_the_ranges_of_the_page(drawn):
+    """50 to 600 g, 500 to 4000 Hz, 1 to 50 um, 50 to 5000 N/m, up to 50 ms: within the ranges, and over most."""
+    ranges = {"mass": (0.05, 0.6), "quantum": (1e-6, 5e-5), "K": (50.0, 5000.0), "delay": (0.0, 0.05), "B": (0.0, 10.0),
+              "damping": (0.0, 1.0), "coulomb": (0.0, 0.3), "velocity_cutoff": (0.0, 100.0)}  # fmt: skip
+    for name, (low, high) in ranges.items():
+        values = np.array([getattr(one.axis, name) for one in drawn])
+        assert low <= values.min() <= low + 0.1 * (high - low), name
+        assert 0.85 * high < values.max() <= high, name
+    assert {one.axis.rate for one in drawn} == {500.0, 1000.0, 2000.0, 4000.0}
+    logs = np.log([[one.axis.mass / 0.05, one.axis.K / 50.0] for one in drawn]) / np.log([12.0, 100.0])
+    np.testing.assert_allclose(logs.mean(axis=0), 0.5, atol=0.06, err_msg="log-uniform")
+    for some in ("B", "delay", "velocity_cutoff"):
+        assert 0.2 < np.mean([getattr(one.axis, some) == 0.0 for one in drawn]) < 0.6, some
+
+
+def test_strokes_last_a_quarter_to_8_tenths_of_a_second_and_end_at_rest_in_the_last_quarter():
+    """A minimum-jerk stroke of length L in time T has the peak speed 15 L / 8 T."""
+    ends = []
+    for seed in range(60):
+        x = np.array(passivity.strokes(np.random.default_rng(seed), 4000, 1e-3))
+        assert len(x) == 4000
+        assert x.min() >= -0.020
+        assert x.max() <= 0.012
+        assert np.ptp(x[3000:]) == 0.0
+        rests = np.flatnonzero(np.abs(np.diff(x)) < 1e-12)
+        moves = np.split(np.arange(3999), rests)
+        lengths = [len(one) for one in moves if len(one) > 20]
+        assert all(len(one) < 2 * 801 for one in moves)
+        assert min(lengths) > 200
+        speed = np.abs(np.diff(x)).max() / 1e-3
+        assert speed <= 1.875 * 0.032 / 0.25
+        ends.append(x[-1])
+    assert np.mean(np.array(ends) > 0.0) > 0.6, "mostly inside the wall"
+    assert min(ends) >= -0.2 * 0.012
+
+
+def test_the_layer_knows_delay_counts_and_half_of_the_friction(drawn):
+    one = next(c for c in drawn if c.axis.delay > 0.0 and c.axis.mass < 0.2)
+    a = one.axis
+    for mode, share in (("observer", 0.5), ("tank", 0.5), ("alone", 0.0)):
+        o = one.options(mode)
+        assert (o.passivity, o.delay, o.quantum) == ("observer" if mode == "alone" else mode, a.delay, a.quantum)
+        assert o.friction.coulomb == pytest.approx([share * a.coulomb])
+        assert o.friction.viscous == pytest.approx([share * a.damping])
+        assert o.friction.quantum == pytest.approx([a.quantum])
+        lightest = min(hand.mass for hand in PRESETS.values())
+        assert o.acceleration >= o.force_cap / (a.mass + lightest) - 1e-12, "the cap accelerates a lightly held device"
+
+
+def test_force_and_speed_of_a_run_are_its_largest(found):
+    """Reference: speed from the positions; a spring without damping renders its stiffness times the depth."""
+    assert {one["calm"] for one in found[:20]} == {True, False}
+    for one in found[:20]:
+        axis = passivity.case(one["case_seed"])
+        rows = axis.run("off")[1]
+        speed = np.abs(np.diff(rows[:, 1])).max() * one["rate_Hz"]
+        assert one["speed_m_s"] == pytest.approx(speed, rel=0.05)
+        o, rate = axis.options("off"), np.abs(np.diff(rows[:, 3])).max() * one["rate_Hz"]
+        assert one["calm"] == (one["force_N"] < 0.999 * o.force_cap and rate < 0.999 * o.rate_cap)
+    springs = [one for one in found if one["B_N_s_per_m"] == 0.0 and one["calm"]][:5]
+    for one in springs:
+        rows = passivity.case(one["case_seed"]).run("off")[1]
+        assert one["force_N"] == pytest.approx(one["K_N_per_m"] * rows[:, 1].max(), rel=0.02, abs=0.01)
+    assert len(springs) == 5
+
+
+def test_a_case_is_certified_with_its_own_hand(drawn):
+    """Reference: the certificate of the same device and hand without dry friction."""
+    for one in drawn[:25]:
+        a = one.axis
+        hand = Hand("its", a.hand_mass, a.hand_damping, a.hand_stiffness)
+        device = DeviceModel(a.mass, a.damping, a.rate, a.delay, filter=a.velocity_cutoff, hand=hand)
+        assert one.certified == (linear_limit((Case("", device.loop(hand)),), a.B)[0] * 0.97 >= a.K)
+
+
+def test_energy_of_the_port_is_that_of_the_wall_with_the_losses_of_the_device():
+    """2 N s/m at 10 mm/s for 0.1 s lose 20 uJ; 0.5 N over 1 mm loses 500 uJ."""
+    axis = _core.AxisOptions()
+    axis.rate, axis.damping, axis.coulomb = 1000.0, 2.0, 0.5
+    rows = np.zeros((101, 5))
+    rows[:, 1], rows[:, 4] = 1e-5 * np.arange(101), -3e-3
+    rendered, whole = passivity.port(axis, rows)
+    assert (rendered[-1], whole[0]) == (-3e-3, -3e-3)
+    assert whole[-1] == pytest.approx(-3e-3 + 20e-6 + 500e-6)
+
+
+def test_the_change_of_a_run_is_relative_to_the_largest_force_without_the_layer():
+    axis = _core.AxisOptions()
+    axis.rate, axis.damping, axis.coulomb = 1000.0, 0.0, 0.0
+    without, rows = np.zeros((10, 5)), np.zeros((8, 5))
+    without[:, 3], rows[:, 3] = -4.0, -3.9
+    rows[:, 4] = np.linspace(0.0, -2e-3, 8)
+    result = SimpleNamespace(energy_min=-5e-3, diverged=False, oscillates=True)
+    found = passivity.outcome(axis, result, rows, without)
+    assert found["change"] == pytest.approx(0.025)
+    assert (found["rendered_J"], found["port_J"], found["oscillates"]) == (-5e-3, -2e-3, True)
+    without[:, 3] = 0.0
+    assert passivity.outcome(axis, result, rows, without)["change"] == 0.0
+
+
+def ran(change, port_J=0.0, **kind):
+    each = {
+        "rendered_J": 2.0 * port_J,
+        "port_J": port_J,
+        "diverged": False,
+        "oscillates": port_J < 0.0,
+        "change": change,
+    }
+    flags = dict.fromkeys(("passive", "certified", "calm", "silent"), False) | kind
+    return {"off": each, "observer": each, "tank": each, "alone": each, **flags}
+
+
+def test_runs_are_counted_below_1_mj_and_from_a_change_of_1_percent():
+    rows = [ran(0.0, silent=True), ran(0.0099, -0.9e-3, certified=True), ran(0.01, -0.4e-3, certified=True, calm=True),
+            ran(0.5, -1.1e-3)]  # fmt: skip
+    summed = passivity.summed_up(rows)
+    assert [one["mode"] for one in summed["modes"]] == ["off", "observer", "tank", "alone"]
+    for mode in summed["modes"]:
+        assert (mode["below_bound"], mode["rendered_below_bound"], mode["oscillates"]) == (1, 2, 3)
+        assert (mode["lowest_port_J"], mode["lowest_rendered_J"]) == (-1.1e-3, -2.2e-3)
+    changes = {one["of"]: (one["runs"], one["changed"], one["largest_change"]) for one in summed["changes"]}
+    assert changes == {"silent": (1, 0, 0.0), "passive": (0, 0, 0.0), "certified and calm": (1, 1, 0.01),
+                       "certified": (2, 1, 0.01), "all": (4, 2, 0.5)}  # fmt: skip

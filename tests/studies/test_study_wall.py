@@ -4,6 +4,7 @@ import json
 import math
 from dataclasses import asdict, astuple, fields
 from functools import partial
+from types import SimpleNamespace
 
 import json_contract
 import numpy as np
@@ -164,3 +165,177 @@ def test_json_has_the_documented_keys(tmp_path, monkeypatch):
     assert promised <= set(report["rows"][0])
     assert len(report["sensitivity"]) == 14
     assert all((tmp_path / name).stat().st_size > 10_000 for name in ("wall-figure13.png", "wall-hands.png"))
+
+
+def perfect(**changes):
+    """The published rows as outcomes, with changes of row 3."""
+    rows = [{"overshoot_percent": p.offshoot_percent, "settling_s": p.response_s, "steady_state_m": p.steady_state_m,
+             "limit_cycle": kd == 0.0} for kd, p in wall.TABLE_1.items()]  # fmt: skip
+    rows[2] |= changes
+    return rows
+
+
+def test_the_loss_is_zero_for_the_published_rows_and_weighs_overshoots_most():
+    assert fit.loss(perfect()) == pytest.approx(0.0, abs=1e-12)
+    of = {}
+    for name, value in perfect()[2].items():
+        if name != "limit_cycle":
+            small, large, less = (fit.loss(perfect(**{name: value * factor})) for factor in (1.2, 1.2**2, 1 / 1.2))
+            assert large == pytest.approx(4.0 * small), "squared logarithm"
+            assert less == pytest.approx(small)
+            of[name] = small
+    assert of["overshoot_percent"] > 5.0 * max(of["settling_s"], of["steady_state_m"]) > 0.0
+    first = perfect()
+    first[0] |= {"overshoot_percent": 1.2 * first[0]["overshoot_percent"]}
+    assert 0.0 < fit.loss(first) < 0.2 * of["overshoot_percent"]
+    second = perfect()
+    second[1] |= {"overshoot_percent": 1.2 * second[1]["overshoot_percent"]}
+    assert fit.loss(second) == pytest.approx(of["overshoot_percent"])
+    first[0] |= {"limit_cycle": False}
+    assert fit.loss(first) > 1.0, "row 1 oscillates"
+    assert fit.loss(perfect(settling_s=None)) > 1.0, "row 3 settles"
+
+
+def test_the_steady_states_are_read_as_hundredths_of_the_printed_ones():
+    assert [row.steady_state_m for row in wall.TABLE_1.values()] == pytest.approx([0.0100, 0.0015, 0.0020])
+
+
+def test_the_search_ends_with_small_steps_from_the_best_hand(monkeypatch):
+    """A loss with its minimum at a hand: random hands alone come not nearly as close."""
+    target = WallPress(0.2, 0.5, 60.0, 0.8, 0.7, 0.015)
+    away = lambda hand: float(np.sum(np.log(np.array(astuple(hand)) / astuple(target)) ** 2))  # noqa: E731
+    monkeypatch.setattr(fit, "press", lambda setting, hand: hand)
+    monkeypatch.setattr(fit, "judge", away)
+    monkeypatch.setattr(fit, "loss", lambda outcomes: outcomes[0])
+    told = []
+    found, least = fit.search(1, told.append)
+    assert least == away(found) < 0.02
+    assert [line.split()[0] for line in told] == ["100", "200", "300", "400", "500", "600"]
+    monkeypatch.setattr(fit, "STEPS", 0)
+    first = fit.search(1)[1]
+    assert first > 5.0 * least
+    monkeypatch.setattr(fit, "TRIES", 3)
+    assert fit.search(1)[1] > first
+
+
+def test_a_setting_is_that_of_the_simulated_scene():
+    setup = bench._rig(Setting(7.0, kp=300.0, rate=250.0, passivity="observer", coulomb_scale=0.5))
+    plain = bench._rig(Setting(7.0))
+    assert (setup.scene.objects[0].stiffness, setup.scene.objects[0].damping) == ((300.0,) * 3, (7.0,) * 3)
+    o, other = setup.options(), plain.options()
+    assert (o.rate, str(o.stability.passivity)) == (250.0, "observer")
+    np.testing.assert_allclose(o.leader.coulomb, 0.5 * other.leader.coulomb)
+    assert (other.rate, str(other.stability.passivity)) == (500.0, "off")
+
+
+def test_the_hand_moves_from_the_start_to_beyond_the_wall_by_its_push(monkeypatch):
+    """1.2 N of a spring of 60 N/m: 20 mm."""
+    seen = {}
+
+    class StoppedError(Exception):
+        pass
+
+    def path(times, positions):
+        seen.update(times=times, positions=positions)
+        raise StoppedError
+
+    monkeypatch.setattr(bench._core, "HandPath", path)
+    with pytest.raises(StoppedError):
+        press(Setting(5.0), WallPress(0.2, 1.0, 60.0, 1.2, 0.8, 0.02))
+    assert seen["times"] == pytest.approx([0.2, 1.0])
+    start, end = seen["positions"]
+    np.testing.assert_allclose(end[[0, 2]], start[[0, 2]])
+    assert end[1] == pytest.approx(-(WALL + 0.020))
+    assert start[1] == pytest.approx(-(WALL - 0.0205))
+
+
+def test_energy_and_swing_are_those_of_the_end():
+    t = np.arange(0.0, 4.0, 0.002)
+    y = WALL + 0.003 + np.where(t < 3.35, 0.01, 2e-4) * np.sin(30.0 * t)
+    found = judge(Trace(t, y, 0 * t, np.linspace(0.0, -0.5, len(t))))
+    assert found["energy_J"] == -0.5
+    assert found["swing_m"] == pytest.approx(4e-4, rel=0.01)
+    assert not found["limit_cycle"]
+    steady = judge(Trace(t, WALL + 0.003 + 0.002 * np.sin(30.0 * t), 0 * t, 0 * t))
+    assert steady["steady_state_m"] == pytest.approx(0.002, rel=0.01), "half of its swing"
+    assert steady["rigidity_N_per_m"] is None
+
+
+def test_quantiles_over_hands_leave_out_those_that_do_not_rest():
+    people = [{"kd": kd, "person": k, "overshoot_percent": float(k), "settling_s": 0.1 * k, "rebound": 0.01 * k,
+               "rigidity_N_per_m": 400.0 + k, "limit_cycle": float(k > 80), "energy_J": 0.0}
+              for kd in (0.0, 5.0) for k in range(101)]  # fmt: skip
+    people[3]["settling_s"] = float("nan")
+    found = wall.spread(people, 0.0)
+    assert found["people"] == 101
+    assert found["overshoot_percent"] == pytest.approx([5.0, 50.0, 95.0])
+    assert found["rebound"] == pytest.approx([0.05, 0.5, 0.95])
+    assert found["rigidity_N_per_m"] == pytest.approx([404.0, 440.0, 476.0])
+    rest = [k for k in range(81) if k != 3]
+    assert found["settling_s"] == pytest.approx([0.1 * float(np.quantile(rest, q)) for q in (0.05, 0.5, 0.95)])
+    assert found["limit_cycle_share"] == pytest.approx(20 / 101)
+    never = wall.spread([one | {"limit_cycle": 1.0} for one in people], 5.0)
+    assert (never["settling_s"], never["limit_cycle_share"]) == (None, 1.0)
+
+
+def test_all_hands_press_the_walls_of_the_table_and_a_hundred_the_others():
+    tried = [(kd, k) for kd in (5.0, 7.5) for k in (0, 99, 100, 500) if wall.included({"kd": kd, "person": k})]
+    assert tried == [(5.0, 0), (5.0, 99), (5.0, 100), (5.0, 500), (7.5, 0), (7.5, 99)]
+
+
+def test_measures_of_another_hand_are_numbers_and_none_is_not_a_number(monkeypatch):
+    outcome = dict.fromkeys(wall.LABELS, 1.0) | {"settling_s": None, "limit_cycle": True}
+    monkeypatch.setattr(wall, "press", lambda setting, hand: (setting, hand))
+    seen = []
+    monkeypatch.setattr(wall, "judge", lambda trace: seen.append(trace) or outcome)
+    found = wall.measure({"kd": 7.5, "person": 4}, 1)
+    assert seen == [(Setting(7.5), HAND.of_another(4))]
+    assert math.isnan(found["settling_s"])
+    assert found["limit_cycle"] == found["overshoot_percent"] == 1.0
+
+
+def test_values_of_other_hands_are_half_to_twice_as_large_each_by_itself():
+    """The median is 1, and 95 % lie within half and twice the value."""
+    names = [field.name for field in fields(HAND) if field.name != "delay_s"]
+    ratios = np.array([[getattr(HAND.of_another(k), n) / getattr(HAND, n) for n in names] for k in range(500)])
+    np.testing.assert_allclose(np.median(ratios, axis=0), 1.0, atol=0.06)
+    np.testing.assert_allclose(np.mean((ratios > 0.5) & (ratios < 2.0), axis=0), 0.95, atol=0.035)
+    assert np.abs(np.corrcoef(np.log(ratios.T)) - np.eye(len(names))).max() < 0.25
+
+
+@pytest.mark.parametrize(("size", "swing"), [(2.4e-4, "undecided"), (2.6e-4, "lasts")])
+def test_a_handle_that_still_moves_is_followed_for_twelve_seconds(monkeypatch, size, swing):
+    """Its swing is judged from the end of the hand's motion on, with the slowest period of arm and hand."""
+    judged, steps = [], []
+
+    class Simulation:
+        def __init__(self, *_):
+            pass
+
+        def run(self, n):
+            steps.append(n)
+            t = np.arange(n) / 500.0
+            y = np.zeros((n, 3))
+            y[:, 1] = -0.4 - size * np.sin(30.0 * t)
+            return {"t": t, "p_LH": y, "F_cell_L": y, "energy_port": t}
+
+    monkeypatch.setattr(bench._core, "Simulation", Simulation)
+    monkeypatch.setattr(bench, "as_ticks", lambda ticks: ticks)
+    monkeypatch.setattr(
+        bench._core, "judge_swing", lambda *given: judged.append(given) or SimpleNamespace(swing="lasts")
+    )
+    trace = press(Setting(5.0), WallPress(0.2, 1.0, 60.0, 1.2, 0.8, 0.02))
+    assert trace.swing == swing
+    assert np.ptp(trace.y) == pytest.approx(2.0 * size, rel=1e-3)
+    assert steps == ([2000] if swing == "undecided" else [2000, 6000])
+    for y, dt, slowest, least in judged:
+        assert (len(y), dt, least) == (8000 - 500, 0.002, pytest.approx(2.5e-4))
+        assert slowest == pytest.approx(2.0 * np.pi * np.sqrt(0.75 / 60.0))
+
+
+@pytest.mark.parametrize(("returns", "ratio"), [(True, 0.4), (False, 0.0)])
+def test_a_rebound_is_measured_once_the_handle_turns_again(returns, ratio):
+    t = np.arange(0.0, 4.0, 0.002)
+    out = WALL + 0.01 - 0.04 * (t - 1.1)
+    y = np.where(t < 1.1, WALL + 0.1 * (t - 1.0), np.maximum(out, WALL - 0.02 + 0.02 * (t - 1.85)) if returns else out)
+    assert judge(Trace(t, y, t, t))["rebound"] == pytest.approx(ratio, rel=0.05)

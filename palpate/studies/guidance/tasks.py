@@ -100,9 +100,6 @@ def sleeve(path: Array, inner: Array, thickness: float, sides: int = 24) -> _cor
         quads.append((a, b, b + out, a + out) if not flip else (a, a + out, b + out, b))
     corners = [np.stack([q[0], q[1], q[2]], 1) for q in quads] + [np.stack([q[0], q[2], q[3]], 1) for q in quads]
     triangles = np.concatenate(corners).astype(np.int32)
-    a, b, c = (vertices[triangles[:, j]] for j in range(3))
-    if float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum()) < 0.0:
-        triangles = triangles[:, ::-1].copy()
     return _core.Mesh(vertices, triangles)
 
 

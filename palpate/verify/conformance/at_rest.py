@@ -151,6 +151,6 @@ def frame_change(c: Combination) -> str:
         if np.abs(F - here.F[-1]).max() > near + 1e-4 * np.abs(here.F[-1]).max():
             return f"wrench {np.round(here.F[-1], 5)} here, {np.round(F, 5)} there"
         X = np.linalg.inv(X_WG) @ there.X[-1]
-        if np.abs(X - here.X[-1])[:3].max() > (SOLVED / LEVER + SPECIMENS[c.geometry].near if c.corrects else 1e-9):
+        if np.abs(X - here.X[-1]).max() > (SOLVED / LEVER + SPECIMENS[c.geometry].near if c.corrects else 1e-9):
             return "the goal is corrected otherwise in another frame"
     return ""

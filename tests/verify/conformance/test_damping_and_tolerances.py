@@ -14,7 +14,14 @@ RCM = Combination("rcm", "point", "spring", "hard")
 TURNS = Combination("orient against the normal", "sphere", "spring", "soft")
 LAWS = [replace(c, law=law) for c in (BALL, TURNS) for law in ("spring", "potential", "optimise", "admittance")]
 PATH = Combination("guide", "path", "admittance", "soft")
-FEW = [*LAWS, *(replace(c, policy="hard") for c in (BALL, TURNS)), RCM, PATH]
+FEW = [
+    *LAWS,
+    *(replace(c, policy="hard") for c in (BALL, TURNS)),
+    RCM,
+    replace(RCM, law="admittance"),
+    PATH,
+    replace(PATH, geometry="sphere"),
+]
 
 
 def planted(monkeypatch, **law):
