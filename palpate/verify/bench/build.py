@@ -120,7 +120,7 @@ def run(on_progress: Callable[[str], None] = lambda _: None) -> Figures:
 
 
 def read_last() -> Figures:
-    """Wall time per file of this environment's last whole build, from ninja's log; nothing is compiled.
+    """Wall time per file of this environment's last whole build, from ninja's log; only the control is compiled.
 
     Raises:
         PalpateError: there is no such log.
@@ -129,9 +129,12 @@ def read_last() -> Figures:
     if not logs:
         raise PalpateError("no log of a build", where=str(root() / "build"), mend="run make setup")
     rows = [line.split("\t") for line in logs[-1].read_text().splitlines() if not line.startswith("#")]
-    made = [(int(begin), int(end), name) for begin, end, _, name, *_ in rows if name.endswith((".o", ".gch"))]
-    units = [Unit(name=_named(name), seconds=(end - begin) / 1000) for begin, end, name in made]
-    return _figures(None, max((end for _, end, _ in made), default=0) / 1000, None, units, [])
+    last = {name: (int(begin), int(end)) for begin, end, _, name, *_ in rows if name.endswith((".o", ".gch"))}
+    units = [Unit(name=_named(name), seconds=(end - begin) / 1000) for name, (begin, end) in last.items()]
+    with tempfile.TemporaryDirectory(prefix="palpate-build-") as name:
+        (Path(name) / "stopwatch.py").write_text(_STOPWATCH, encoding="utf-8")
+        control = _cpu_of(_flags(logs[-1].parent / "compile_commands.json"), CONTROL, Path(name))
+    return _figures(None, max((end for _, end in last.values()), default=0) / 1000, control, units, [])
 
 
 def _figures(
@@ -152,8 +155,8 @@ def tables(figures: Figures, most: int) -> list[Table]:
     """The dearest files and headers, and the total; for a terminal."""
     cpu, control = figures["cpu_s"], figures["control_cpu_s"]
     title = f"compiled in {figures['wall_s']:.0f} s on {figures['cores']} cores"
-    if cpu is not None and control is not None:
-        title += f", {cpu:.0f} CPU-seconds; control (Eigen and one header of Pinocchio) {control:.1f} CPU-seconds"
+    title += f", {cpu:.0f} CPU-seconds" if cpu is not None else ""
+    title += f"; control (Eigen and one header of Pinocchio) {control:.1f} CPU-seconds" if control is not None else ""
     files = Table(title=title, box=None, padding=(0, 2, 0, 0), title_justify="left")
     files.add_column("file, or folder compiled as one")
     files.add_column("seconds", justify="right")
@@ -178,7 +181,7 @@ def _rows(log: Path) -> list[tuple[str, str]]:
 def _named(made: str) -> str:
     """The source behind an object file: `core/palpate/arm/ik.cpp`, or the name of a group of files compiled as one."""
     name = re.sub(r"^CMakeFiles/[^/]*\.dir/", "", made).removesuffix(".o")
-    unit = re.search(r"unity_(\w+)_cxx\.", name)
+    unit = re.search(r"unity_([\w+]+)_cxx\.", name)
     return unit.group(1).replace("__", "/") + "/" if unit else name
 
 

@@ -32,6 +32,10 @@ def test_stopwatch_writes_cpu_time_and_returns_the_exit_code(tmp_path):
             "CMakeFiles/palpate_core.dir/Unity/unity_core__palpate__guidance__law_cxx.cxx.o",
             "core/palpate/guidance/law/",
         ),
+        (
+            "CMakeFiles/palpate_core.dir/Unity/unity_core__palpate__types+mapping_cxx.cxx.o",
+            "core/palpate/types+mapping/",
+        ),
         ("CMakeFiles/_core.dir/cmake_pch.hxx.gch", "cmake_pch.hxx.gch"),
     ],
 )
