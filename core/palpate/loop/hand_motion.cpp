@@ -15,6 +15,7 @@ namespace {
 constexpr double kOpenHand = 0.6;        // [rad] default pinch angle
 constexpr double kGlideFrequency = 8.0;  // [rad/s] of the critically damped transition to another path
 constexpr double kGlideSpeed = 0.25;     // [m/s] largest speed of that transition
+constexpr double kGlideEnd = 1e-18;      // [m], [m/s] rest of a transition that no position of a hand can show
 constexpr int kSinusoids = 5;            // number of sinusoids of a tremor
 
 /// Share of a minimum-jerk motion that is done after the share s of its time.
@@ -169,6 +170,10 @@ const HandMotion::Target& HandMotion::step(double dt) noexcept {
     v_glide_ *= kGlideSpeed / speed;
   }
   glide_ += dt * v_glide_;
+  if (glide_.squaredNorm() < kGlideEnd * kGlideEnd && v_glide_.squaredNorm() < kGlideEnd * kGlideEnd) {
+    glide_.setZero();  // it would decay to denormal numbers, which processors compute a hundred times slower
+    v_glide_.setZero();
+  }
   steered_ += dt * v_steered_;
 
   HandPath::Point hand = intended(t_);
