@@ -112,7 +112,8 @@ def _data_uri(figure: Figure) -> str:
     stream = BytesIO()
     figure.dpi = 200  # of embedded images
     # Draws once, which also arranges the axes; savefig draws each figure twice.
-    FigureCanvasSVG(figure).print_svg(stream, metadata={"Date": None, "Creator": None})
+    canvas = FigureCanvasSVG(figure)
+    canvas.print_svg(stream, metadata={"Date": None, "Creator": None})  # type: ignore[no-untyped-call]
     return "data:image/svg+xml;base64," + base64.b64encode(stream.getvalue()).decode()
 
 

@@ -27,7 +27,7 @@ class Command:
     most: int = 12
     """Number of files and headers to print [-]."""
     last: bool = False
-    """Read the log of this environment's last build instead of compiling; it has only the wall time per file. The control is compiled."""
+    """Read the log of this environment's last build, with wall times, and compile nothing but the control."""
 
     def __call__(self) -> int:
         """Compile or read the log, print the table, write the JSON contract."""
