@@ -24,10 +24,15 @@ FAILED, NOTHING = 1, 5  # exit codes of pytest after failed tests, and where no 
 ENDLESS = 124  # our exit code of a part that did not end
 LIMIT = 1800.0  # [s] a part that takes longer is ended
 #: A simulated robot and its client are several processes, some with real-time priority: these tests run one by one.
-REAL_TIME = ("tests/ros", "tests/realtime", "tests/package")
+REAL_TIME = (
+    "tests/ros",
+    "tests/realtime/test_no_allocation.py",
+    "tests/package/test_readme.py",
+    "tests/package/test_wheel.py",
+)
 #: Each part has its own list of failures.
 PARTS = {
-    "computing": ["-o", "cache_dir=.pytest_cache/computing", *(f"--ignore={folder}" for folder in REAL_TIME), "tests"],
+    "computing": ["-o", "cache_dir=.pytest_cache/computing", *(f"--ignore={path}" for path in REAL_TIME), "tests"],
     "real time": ["-o", "cache_dir=.pytest_cache/realtime", *REAL_TIME],
 }
 #: A worker that a test has ended repeats this test in its successor: one successor, no more.

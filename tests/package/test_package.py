@@ -1,9 +1,6 @@
-"""Version, public names, type stubs and the README example of the package."""
+"""Version, public names, models and scenes of the package."""
 
-import os
 import re
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
@@ -25,25 +22,6 @@ def test_public_names_exist():
         assert getattr(palpate, name) is not None
     with pytest.raises(AttributeError, match="no attribute 'Sessoin'"):
         palpate.Sessoin  # noqa: B018
-
-
-def test_readme_example_runs(tmp_path):
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.S)
-    if not blocks:
-        pytest.skip("README.md has no python block yet")
-    (tmp_path / "scenes").symlink_to(ROOT / "scenes")
-    for block in blocks:
-        script = tmp_path / "readme.py"
-        script.write_text(block)
-        run = subprocess.run(
-            [sys.executable, script],
-            cwd=tmp_path,
-            env={**os.environ, "MPLBACKEND": "Agg"},
-            capture_output=True,
-            text=True,
-            timeout=120,
-        )
-        assert run.returncode == 0, run.stderr
 
 
 def test_package_contains_models_and_scenes():

@@ -34,7 +34,8 @@ def test_messages_survive_the_conversion_to_plain_values(built):
         topic.message_type("std_msgs/msg/Boole")
 
 
-def test_unknown_topic_is_reported(built, capsys):
+def test_unknown_topic_is_reported(built, capsys, monkeypatch):
+    monkeypatch.setattr(topic, "FIND", 0.3)
     assert main(["ros", "topic", "echo", "/nobody/here"]) == 2
     assert "nobody publishes /nobody/here" in capsys.readouterr().err
 
