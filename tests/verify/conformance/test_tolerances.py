@@ -1,12 +1,13 @@
 """Judges of the conformance suite accept errors just below their tolerance and refuse errors just above it."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from palpate.verify.conformance import at_rest, bench, damping, in_motion, live, probes, rejected
+from palpate.verify.conformance import at_rest, bench, damping, entry, in_motion, live, master, probes, rejected
 from palpate.verify.conformance.bench import Answer, Bench, Motion, constant_pose, fixture
 from palpate.verify.conformance.combinations import Combination
 from palpate.verify.conformance.laws import B_TURN, B
@@ -272,3 +273,76 @@ def test_a_loop_may_yield_4_per_mille_of_the_energy_that_it_moves(monkeypatch, g
 def test_a_fixture_that_engages_does_so_in_another_frame_and_in_a_moving_one():
     c = replace(BALL, policy="engages and releases")
     assert at_rest.frame_change(c) == in_motion.moving(c) == ""
+
+
+@pytest.mark.parametrize("error", [0.9, 1.1])
+def test_wrenches_on_both_masters_may_differ_by_a_tenth_of_a_per_mille(monkeypatch, error):
+    """Of the largest wrench of the path, in one tick of it, at which the wrench is small."""
+    c = replace(BALL, law="admittance")
+    largest, run = [], Bench.run
+
+    def changed(self, motion, *more):
+        out = run(self, motion, *more)
+        if len(motion.X) == 200:
+            if self.damping:
+                out.F[1, 2] += error * (1e-6 + 1e-4 * largest[-1])
+            else:
+                largest.append(np.linalg.norm(out.F * at_rest.WEIGHTS, axis=1).max())
+        return out
+
+    assert master.admittance_master(c) == ""
+    monkeypatch.setattr(Bench, "run", changed)
+    assert bool(master.admittance_master(c)) == (error > 1.0)
+
+
+@pytest.mark.parametrize("verdict", ["stable", "marginal", "unstable"])
+def test_only_a_wall_that_is_certified_as_stable_has_a_certified_stiffness(monkeypatch, verdict):
+    found = [SimpleNamespace(name="object 1", k_max=1.0, verdict="stable"),
+             SimpleNamespace(name="fixture wall", k_max=700.0, verdict=verdict)]  # fmt: skip
+    monkeypatch.setattr(entry, "certify_all", lambda *_, **__: found)
+    monkeypatch.setattr(entry, "entries", lambda *_: None)
+    monkeypatch.setattr(entry, "stiffness", lambda *_: 400.0)
+    entry._certified.cache_clear()
+    np.testing.assert_equal(entry._certified(), (700.0, 400.0 if verdict == "stable" else np.nan))
+    entry._certified.cache_clear()
+
+
+def test_edits_without_a_smooth_place_are_not_judged(monkeypatch):
+    c = replace(BALL, policy="engages and releases")
+    for name, value in (("smooth", False), ("moved_to_gap", None)):
+        with monkeypatch.context() as patch:
+            patch.setattr(live, name, lambda *_, value=value: value)
+            with pytest.raises(LookupError, match="no smooth point"):
+                live._edit_probe(c)
+
+
+def test_a_carried_hand_may_be_braked_by_20_newton_seconds_per_metre_but_never_driven():
+    """By a velocity law. 1 mN and 2 % for all laws; 400 N/m times the way of two ticks if the pose is corrected."""
+    x, y = np.eye(6)[:2]
+    V, rests = np.tile(0.02 * x, (3, 1)), np.tile(0.5 * y, (3, 1))
+    limit = Combination("limit of force", "plane", "spring", "soft")
+    cases = ((BALL, 0.011), (HARD, 0.027), (limit, 0.027), (replace(BALL, law="admittance"), 0.411),
+             (replace(BALL, geometry="distance grid"), 0.011 + 0.032))  # fmt: skip
+    for c, allowed in cases:
+        for error, found in ((0.95, False), (1.05, True)):
+            assert bool(in_motion._carried_failure(c, rests - error * allowed * x, rests, V)) == found, (c, error)
+    driven = rests + 1e-4 * x
+    assert "gives 2e-06 W" in in_motion._carried_failure(replace(BALL, law="admittance"), driven, rests, V)
+    assert in_motion._carried_failure(BALL, driven, rests, V) == ""
+
+
+@pytest.mark.parametrize(("factor", "size", "found"), [(0.61, 0.0, False), (0.61, 1e-3, True), (0.59, 1e-3, False)])
+def test_steps_shrink_to_60_percent_with_a_quarter_of_the_tick(monkeypatch, factor, size, found):
+    """Steps of 1 N, and 2 per mille of the largest force, which is that of these steps or far larger."""
+    c, run = replace(BALL, law="spring"), Bench.run
+
+    def stepped(self, motion, *more):
+        out = run(self, motion, *more)
+        out.F[:] = 0.0
+        out.F[50] = 1.0 if len(out.F) == 400 else factor
+        out.F[50, 1:] = 0.0
+        out.F[:, 3] = 0.0 if size else 100.0
+        return out
+
+    monkeypatch.setattr(Bench, "run", stepped)
+    assert bool(in_motion.continuity(c)) == found
