@@ -10,23 +10,32 @@ as many unstable poles as
 has zeros outside the unit circle. D has no poles there, and D(infinity) = 1: the loop is stable if D(e^(i w T))
 does not wind around zero (argument principle). For a given B, D is D_0 times the product of 1 + K mu_j with the
 eigenvalues mu_j of (I + F G + B W N G_v)^-1 U M G, so that one set of eigenvalues serves all stiffnesses.
+
+Between two frequencies the change of D's phase is known up to a whole turn. The gain at which the winding number
+changes is the one at which such a change passes half a turn. If D turns fast there, because an axis is lightly damped,
+the number changes too early: the frequencies are refined between these two until the gain no longer depends on them.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.arrays import Array
 from palpate.certificate.loop import Complex, Modes, Path, SampledLoop, integral
 
 _STIFFNESS = np.geomspace(1e-1, 1e6, 60)  # [N/m]
 _DAMPING = np.geomspace(1e-2, 1e5, 60)  # [N s/m]
+_BLOCK = 8  # number of gains that are scanned at a time
 _FINE = 1.0002  # ratio of the bounds at which a bisection ends
+_REFINED, _SAME = 32, 1e-3  # number of frequencies between two, and relative change of the gain at which this ends
+_REFINEMENTS = 20  # largest number of intervals that are refined
+#: det(I + F G) (m,), W N G_v and U M G (m, r, r) -> D_0 (m,), mu (m, r)
+Determinant = Callable[[Any, Any, Any], tuple[Any, Any]]
 
 
 @dataclass(frozen=True)
@@ -65,10 +74,10 @@ class CoupledLoop:
         return replace(self, delay=delay)
 
     @cached_property
-    def _z(self) -> Complex:
-        """Points on the upper half of the unit circle, from close to z = 1 to z = -1."""
+    def _w(self) -> Array:
+        """Angles w T on the upper half of the unit circle, from close to z = 1 to z = -1."""
         one = SampledLoop(self.A, self.b[:, 0], self.c[0], self.T, self.delay, modes=self.modes)
-        return np.exp(1j * np.append(one.grid, np.pi))
+        return np.append(one.grid, np.pi)
 
     def responses(self, z: Complex) -> tuple[Complex, Complex]:
         """G and G_v at z (m,), each (m, 6, 6)."""
@@ -82,13 +91,12 @@ class CoupledLoop:
         states = held[:, :, None] * (V_inverse @ self.b)
         return (self.c @ V) @ states, (self.d @ V) @ states
 
-    @cached_property
-    def _on_circle(self) -> tuple[Any, Any, Any]:
+    def _on_circle(self, w: Array) -> tuple[Any, Any, Any]:
         """det(I + F G) (m,); W N G_v and U M G, with F connected, on the wrenches that the wall exerts (m, r, r).
 
-        By Sylvester's identity, det(I + Q X) = det(I + X Q) for wrenches Q (6, r).
+        By Sylvester's identity, det(I + Q X) = det(I + X Q) for wrenches Q (6, r). w (m,): angles on the circle.
         """
-        z = self._z
+        z = np.exp(1j * w)
         G, G_v = self.responses(z)
         U, sizes, _ = np.linalg.svd(np.hstack([self.spring, self.damper]))
         Q = U[:, sizes > 1e-9 * sizes[0]]
@@ -99,41 +107,69 @@ class CoupledLoop:
         return np.linalg.det(start), damped, sprung
 
     @cached_property
+    def _on_grid(self) -> tuple[Any, Any, Any]:
+        return self._on_circle(self._w)
+
+    @cached_property
     def B_max(self) -> float:
         """The largest stable damping for K = 0 [N s/m]."""
-        start, damped, _ = self._on_circle
-        return _first_unstable(start, np.linalg.eigvals(damped), _DAMPING)
+        return self._limit(lambda start, damped, _: (start, np.linalg.eigvals(damped)), _DAMPING)[0]
 
     def K_max(self, B: float) -> tuple[float, float]:
         """Largest stable K [N/m] for this B, and the frequency of the oscillation at this limit [rad/s].
 
         K is 0 if B or the parallel springs alone make the loop unstable, and infinity if every stiffness is stable.
         """
-        start, damped, sprung = self._on_circle
-        before = np.eye(damped.shape[-1]) + B * damped
-        mu = np.linalg.eigvals(np.linalg.solve(before, sprung))
-        K = _first_unstable(start * np.linalg.det(before), mu, _STIFFNESS)
-        if not 0.0 < K < np.inf:
-            return K, 0.0
-        nearest = np.argmin(np.abs(1.0 + K * mu).min(axis=1))
-        return K, float(np.angle(self._z[nearest])) / self.T
+
+        def determinant(start: Any, damped: Any, sprung: Any) -> tuple[Any, Any]:
+            before = np.eye(damped.shape[-1]) + B * damped
+            return start * np.linalg.det(before), np.linalg.eigvals(np.linalg.solve(before, sprung))
+
+        K, w = self._limit(determinant, _STIFFNESS)
+        return K, w / self.T if 0.0 < K < np.inf else 0.0
+
+    def _limit(self, determinant: Determinant, scan: Array) -> tuple[float, float]:
+        """Largest stable gain, and the angle w T at which the loop oscillates at this limit."""
+        D_0, mu = determinant(*self._on_grid)
+        # D is positive at z = 1, or beside a pole there: its phase begins at zero, below the lowest frequency.
+        w, D_0, mu = np.insert(self._w, 0, 0.0), np.insert(D_0, 0, 1.0), np.insert(mu, 0, 0.0, axis=0)
+        limit, i = _first_unstable(D_0, mu, scan)
+        for _ in range(_REFINEMENTS):
+            if limit == np.inf:
+                break
+            before, between = limit, np.linspace(w[i], w[i + 1], _REFINED + 2)[1:-1]
+            D_between, mu_between = determinant(*self._on_circle(between))
+            w, D_0 = np.insert(w, i + 1, between), np.insert(D_0, i + 1, D_between)
+            mu = np.insert(mu, i + 1, mu_between, axis=0)
+            limit, i = _first_unstable(D_0, mu, scan)
+            if abs(limit - before) <= _SAME * before:
+                break
+        return limit, float(w[i])
 
 
-def _first_unstable(D_0: Any, mu: Any, scan: Array) -> float:
-    """The smallest gain k at which D_0 prod(1 + k mu_j) winds around zero; D_0 (m,), mu (m, r)."""
+def _first_unstable(D_0: Any, mu: Any, scan: Array) -> tuple[float, int]:
+    """The smallest gain k at which D_0 prod(1 + k mu_j) winds around zero, and the interval where this begins.
 
-    def winds(k: Array) -> NDArray[np.bool_]:
+    D_0 (m,), mu (m, r). In this interval the phase's change passes half a turn.
+    """
+
+    def turns(k: Array) -> Array:
         D = D_0 * np.prod(1.0 + k[:, None, None] * mu, axis=2)
-        return np.asarray(np.abs(np.angle(D[:, 1:] / D[:, :-1]).sum(axis=1)) > 0.5 * np.pi)
+        return np.asarray(np.angle(D[:, 1:] / D[:, :-1]))
 
-    unstable = winds(np.concatenate([[0.0], scan]))
-    if unstable[:2].any():
-        return 0.0
-    if not unstable.any():
-        return float(np.inf)
-    first = int(np.argmax(unstable)) - 1
-    low, high = float(scan[first - 1]), float(scan[first])
-    while high / low > _FINE:
+    gains, low, high = np.concatenate([[0.0], scan]), 0.0, np.inf
+    for block in np.array_split(gains, -(-len(gains) // _BLOCK)):
+        unstable = np.abs(turns(block).sum(axis=1)) > 0.5 * np.pi
+        if unstable.any():
+            first = int(np.argmax(unstable))
+            low, high = float(block[first - 1]) if first else low, float(block[first])
+            break
+        low = float(block[-1])
+    while scan[0] <= low < high < np.inf and high / low > _FINE:
         middle = float(np.sqrt(low * high))
-        low, high = (low, middle) if winds(np.array([middle]))[0] else (middle, high)
-    return low
+        stable = np.abs(turns(np.array([middle])).sum()) <= 0.5 * np.pi
+        low, high = (middle, high) if stable else (low, middle)
+    if high == np.inf:
+        return high, 0
+    before, after = turns(np.array([low, high]))
+    return low if low >= scan[0] else 0.0, int(np.argmax(np.abs(after - before if high > 0.0 else after)))

@@ -193,6 +193,24 @@ def test_independent_axes_have_the_least_limit_of_all_and_springs_in_parallel_re
     assert coupled(1e5).K_max(0.0) == (0.0, 0.0), "the parallel springs alone are too stiff"
 
 
+@pytest.mark.parametrize("seed", [3, 6, 9])
+def test_limits_of_lightly_damped_axes_are_those_of_each_axis_alone(seed):
+    """Damping ratios below 5 %, where the phase turns fast, and springs so soft that a pole lies below the grid."""
+    rng = np.random.default_rng(seed)
+    m, b, k = 10.0 ** rng.uniform(-1.0, 0.0, 6), rng.uniform(0.05, 0.2, 6), rng.uniform(0.0, 300.0, 6)
+    A, inputs, c, d = masses(m, b, k)
+    gains, one = np.array([1.0, 0.5, 2.0, 1.0, 0.3, 0.7]), np.ones_like
+    G = np.diag(gains)
+    coupled = CoupledLoop(A, inputs, c, d, 1e-3, 2.3e-3, G, G, np.zeros((6, 6)), one, one, one, modes(A))
+    alone = [SampledLoop(A, inputs[:, i], c[i], 1e-3, 2.3e-3, d=d[i]) for i in range(6)]
+    assert coupled.B_max == pytest.approx(min(x.B_max / g for x, g in zip(alone, gains, strict=True)), rel=5e-4)
+    for B in (0.0, 3.0):
+        limits = [(x.K_max(g * B)[0] / g, x.K_max(g * B)[1]) for x, g in zip(alone, gains, strict=True)]
+        K, w = min(limits)
+        assert coupled.K_max(B)[0] == pytest.approx(K, rel=5e-4)
+        assert coupled.K_max(B)[1] == pytest.approx(w, rel=5e-3)
+
+
 def test_all_spheres_touch_a_surface_without_stiffness(two):
     far = build(palpate.Scene.parse(SCENE.format(K=1400, B=0, spheres="{at: [0, 0, -0.03], radius: 0.002}")))
     arms = _Arms(far)

@@ -15,7 +15,6 @@ from palpate.verify.conformance.bench import DT, RESERVE, Bench, Motion, constan
 from palpate.verify.conformance.combinations import (
     ENGAGE,
     LATER,
-    NEAR,
     PER_TURN,
     POLICIES,
     QUICK,
@@ -136,7 +135,7 @@ def _time(c: Combination, probe: Probe) -> str:
 
 
 def _distance(c: Combination, probe: Probe) -> str:
-    share = min(abs(probe.gap) / (NEAR * (PER_TURN if ROLES[c.role].turns else 1.0)), 1.0)
+    share = c.activation(probe.gap)
     F = Bench(c, quick=True).run(_violating_motion(c, probe, settle(c))).F[-1]
     return _wrench_failure(F, _full_wrench(c, probe), share, f"gap {probe.gap:.3g}", 2e-3)
 

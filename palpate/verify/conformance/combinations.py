@@ -100,8 +100,6 @@ class Combination:
 
     def activation(self, gap: float) -> float:
         """Activation of the law's wrench at rest [-]."""
-        if ROLES[self.role].speed and not np.isfinite(gap):
-            return POLICIES[self.policy].activation(0.0)
         return POLICIES[self.policy].activation(gap / PER_TURN if ROLES[self.role].turns else gap)
 
     @property

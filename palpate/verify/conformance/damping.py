@@ -53,8 +53,6 @@ def _twists(c: Combination, probe: Probe) -> list[Array]:
     """Twists that increase and decrease the violation, and three of any direction."""
     rng = np.random.default_rng(7)
     scale = np.r_[np.full(3, SPEED), np.full(3, TURN)]
-    if not ROLES[c.role].turns and not np.any(probe.J[3:]):
-        scale[3:] = 0.1
     along = SPEED * probe.J / np.linalg.norm(probe.J) if not ROLES[c.role].turns else np.r_[0, 0, 0, TURN * probe.J[3:]]
     return [-along, along, *(scale * rng.uniform(-1.0, 1.0, (3, 6)))]
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from functools import cache, lru_cache
 
 import numpy as np
 
@@ -32,7 +32,7 @@ def paths(c: Combination) -> tuple[tuple[Array, Array], ...]:
     return tuple(_path(c.role, c.geometry, probe) for probe in probes(c)[:2])
 
 
-@lru_cache(maxsize=64)
+@lru_cache
 def _path(role: str, geometry: str, probe: Probe) -> tuple[Array, Array]:
     if ROLES[role].speed:
         return probe.X, moved(probe.X, 0.2 * probe.V)
@@ -60,14 +60,13 @@ def continuity(c: Combination) -> str:
     The rate limit of the stage is off in this check because it would hide a discontinuity.
     """
     for a, b in paths(c):
-        largest, size = [], 0.0
+        found = []
         for n in (TICKS, FINER * TICKS):
             bench = Bench(c, quick=True).begin(a)
             bench.run(constant_pose(a, settle(c)))
-            out = bench.run(_join(between(a, b, n), between(b, a, n)))
-            largest.append(out.steps().max(axis=0))
-            size = float(np.abs(out.F).max())
-        coarse, fine = largest
+            found.append(bench.run(_join(between(a, b, n), between(b, a, n))))
+        coarse, fine = (out.steps().max(axis=0) for out in found)
+        size = float(np.abs(found[-1].F).max())
         for k, unit in enumerate(("N", "N m")):
             if fine[k] > 0.6 * coarse[k] + 2e-3 * size + edge_reserve(c, -1.0) + 1e-5:
                 return f"steps of {coarse[k]:.3g} {unit} a tick; of {fine[k]:.3g} {unit} with {FINER} times the ticks"
@@ -84,7 +83,7 @@ def _loops(c: Combination) -> list[tuple[Motion, Motion]]:
     return [approached_loop(found[k].X.tobytes(), n, sign) for k, n in ((0, 600), (1, 200)) for sign in (1.0, -1.0)]
 
 
-@lru_cache(maxsize=64)
+@lru_cache
 def approached_loop(X: bytes, n: int, sign: float) -> tuple[Motion, Motion]:
     """The approach path from X (4, 4), as bytes, to a loop of n ticks around X in the direction of sign, and the loop.
 
@@ -138,7 +137,7 @@ AMPLITUDE, PERIOD, CARRIED, DAMPED = 0.004, 1.25, 900, 40.0
 """Oscillation of a moving fixture [m, s], number of ticks, and its damping [N s/m]."""
 
 
-@lru_cache(maxsize=1)
+@cache
 def _carriage() -> tuple[_core.Frame, Array, Array]:
     """An oscillating frame, its poses (n, 4, 4) and its velocities (n, 6) per tick."""
     wave = _core.Wave(shift=np.array([AMPLITUDE, 0.0, 0.0]), period=PERIOD)

@@ -110,6 +110,7 @@ def live_edit(c: Combination) -> str:
 def _edit_failure(c: Combination, probe: Probe, motion: Motion, damping: bool) -> str:
     shape, frame, settings = SPECIMENS[c.geometry].make(), _core.LiveFrame(), edits(c, probe)
     controls = {edit: _control(c, setting, shape, motion, damping) for edit, setting in settings.items()}
+    seen = {edit: _probe_after(c, probe, setting) for edit, setting in settings.items()}
     (before, first), *rest = settings.items()
     bench = Bench(c, first.fixture(c, shape, frame), damping=damping).begin(probe.X)
     now = _run(bench, first, motion, _transition_ticks(c))
@@ -120,8 +121,8 @@ def _edit_failure(c: Combination, probe: Probe, motion: Motion, damping: bool) -
         after = _run(bench, setting, motion, _transition_ticks(c) + len(motion.X))
         was, becomes = controls[before], controls[edit]
         goals = max(_largest_goal_step(was.X), _largest_goal_step(becomes.X)) + RETURN_SPEED * DT + 4.0 * RESERVE
-        seen = (_probe_after(c, probe, settings[before]), _probe_after(c, probe, setting))
-        bound = _step_bound(c, edit, seen, motion, was, becomes) + damping * DT * np.array([FORCE_RATE, 0.0])
+        bound = _step_bound(c, edit, (seen[before], seen[edit]), motion, was, becomes)
+        bound[0] += damping * DT * FORCE_RATE
         failure = _step_failure(c, now, after, bound, goals) or _residual_failure(c, after, becomes)
         if failure:
             return f"{edit}: {failure}"
@@ -129,7 +130,7 @@ def _edit_failure(c: Combination, probe: Probe, motion: Motion, damping: bool) -
     return ""
 
 
-@lru_cache(maxsize=64)
+@lru_cache
 def _smooth_shift(role: str, geometry: str, X: bytes, along: bytes, far: float) -> Array:
     """Displacement of the fixture (4, 4) by ``far`` [m] after which the constraint is smooth at the tool pose X.
 
@@ -218,12 +219,7 @@ def _probe_after(c: Combination, probe: Probe, setting: Setting) -> Probe:
     """The probe relative to the fixture's pose in a setting."""
     if ROLES[c.role].speed:
         return probe
-    return _probe(c.role, c.geometry, (np.linalg.inv(setting.X_WF @ setting.X_FG) @ probe.X).tobytes())
-
-
-@lru_cache(maxsize=64)
-def _probe(role: str, geometry: str, X: bytes) -> Probe:
-    return probe_at(role, geometry, np.frombuffer(X).reshape(4, 4))
+    return probe_at(c.role, c.geometry, np.linalg.inv(setting.X_WF @ setting.X_FG) @ probe.X)
 
 
 def _step_bound(

@@ -101,7 +101,7 @@ def _step_failure(c: Combination, X: Array, steps: Array, motion: Motion) -> str
     return ""
 
 
-@lru_cache(maxsize=64)
+@lru_cache
 def _steepness(role: str, geometry: str, X: bytes) -> Array:
     """Norms (TICKS, 2) of the gradient's linear and angular part along the loop, the largest of three ticks each."""
     case, s = ROLES[role], SPECIMENS[geometry]

@@ -59,6 +59,7 @@ A, B = np.array([-0.03, -0.01, 0.0]), np.array([0.03, 0.01, 0.01])
 BOX = np.array([0.03, 0.024, 0.02])
 HALF = np.array([0.03, 0.02, 0.015])
 TUBE, BALL, MARGIN = 0.006, 0.02, 0.005
+CLOUD = np.random.default_rng(3).uniform(-0.02, 0.02, (40, 3))
 
 
 def segment(p: Array, a: Array, b: Array) -> Array:
@@ -195,14 +196,9 @@ def _inside(p: Array, a: Array, b: Array, c: Array) -> NDArray[np.bool_]:
     return np.asarray(np.abs(2.0 * np.arctan2(_dot(x, np.cross(y, z)), rest).sum(axis=1)) > 2.0 * np.pi)
 
 
-@cache
-def _cloud() -> Array:
-    return np.random.default_rng(3).uniform(-0.02, 0.02, (40, 3))
-
-
 def cloud(p: Array) -> Array:
     """Distance to balls of 3 mm around every point; inside, it is a lower bound of the true depth."""
-    return np.asarray(np.linalg.norm(p[:, None] - _cloud(), axis=2).min(axis=1) - 0.003)
+    return np.asarray(np.linalg.norm(p[:, None] - CLOUD, axis=2).min(axis=1) - 0.003)
 
 
 @cache
@@ -266,7 +262,7 @@ SPECIMENS: dict[str, Specimen] = {
     "implicit surface": Specimen(_surface(lambda: _core.ImplicitSurface(HALF**-2.0, (2, 2, 2), 1.0)), ellipsoid, True,
                                  classes=(_core.ImplicitSurface,), near=1e-7),
     "mesh": Specimen(_surface(lambda: _core.Mesh(*_solid_mesh())), mesh, True, classes=(_core.Mesh,), near=1e-8),
-    "cloud": Specimen(_surface(lambda: _core.Cloud(_cloud(), 0.003)), cloud, True, classes=(_core.Cloud,), near=1e-8),
+    "cloud": Specimen(_surface(lambda: _core.Cloud(CLOUD, 0.003)), cloud, True, classes=(_core.Cloud,), near=1e-8),
     "distance grid": Specimen(_surface(_grid), ball, True, classes=(_core.DistanceGrid,), near=2e-5),
     "offset": Specimen(lambda: _core.OffsetGeometry(_core.SurfaceGeometry(_core.Box(BOX)), MARGIN),
                        lambda p: box(p) - MARGIN, True),
