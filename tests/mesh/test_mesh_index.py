@@ -75,6 +75,16 @@ def test_an_image_with_bytes_after_it_is_refused():
         _core.Mesh.from_image(np.concatenate([IMAGE, np.zeros(8, np.uint8)]))
 
 
+@pytest.mark.parametrize("from_end", [57, 58])
+def test_a_flag_that_is_neither_true_nor_false_is_refused(from_end):
+    """`two_sided` and `closed` stand before the volume and two corners: reading another value is undefined in C++."""
+    changed = IMAGE.copy()
+    assert changed[-from_end] <= 1
+    changed[-from_end] = 101
+    with pytest.raises(ValueError, match="damaged"):
+        _core.Mesh.from_image(changed)
+
+
 @pytest.fixture
 def cached(tmp_path, monkeypatch):
     """A user's cache of its own, used for meshes of any size."""

@@ -57,6 +57,12 @@ class Reader {
   void scalar(T& value) {
     array(&value, 1);
   }
+  void scalar(bool& value) {
+    std::uint8_t byte = 0;
+    array(&byte, 1);
+    if (byte > 1) throw std::invalid_argument("mesh: the stored index is damaged");  // no other byte is a bool
+    value = byte == 1;
+  }
   template <class T>
   void list(std::vector<T>& values) {
     std::size_t n = 0;
