@@ -32,8 +32,11 @@ def main(folder):
         begin = time.monotonic()
         link("down")
         time.sleep(0.5)
+        while not (reported := any("the leader is silent" in line for line in node.output.lines[first:])):
+            if time.monotonic() > begin + 3.0:  # the watchdog acts within milliseconds; its words are printed in turn
+                break
+            time.sleep(0.02)
         away = time.monotonic()
-        reported = any("the leader is silent" in line for line in node.output.lines[first:])
         link("up")
         stand.press(30.0)
         felt = stand.mock_leader.wrenches

@@ -31,6 +31,7 @@ class Script:
         self.node = rclpy.create_node(name, context=self._context)
         self._thread = NodeThread(self.node, self._context, name)
         self._ends, self.events, self.last = [], {}, {}
+        self.were_busy = set()  # topics; a motion of no length is over before the waiting thread wakes up
 
     def arm(self, name):
         return Arm(self, name)
@@ -41,6 +42,8 @@ class Script:
 
         def keep(message):
             self.last[topic] = message
+            if getattr(message, "is_busy", False):
+                self.were_busy.add(topic)
             self.events[topic].set()
 
         self._ends.append(self.node.create_subscription(message_type(_row(topic).type), topic, keep, 10))
@@ -120,14 +123,14 @@ class Arm:
 
     def move(self, name, message, seconds=10.0):
         """Send a motion and wait until the arm is busy, then until it is not."""
-        topic, busy, end = f"/{self.name}/operating_state", False, time.monotonic() + seconds
+        topic, end = f"/{self.name}/operating_state", time.monotonic() + seconds
         self.script.events[topic].clear()
+        self.script.were_busy.discard(topic)
         self.send(name, message)
         while True:
             assert self.script.events[topic].wait(end - time.monotonic()), f"{name} of {self.name} does not end"
             self.script.events[topic].clear()
-            busy = busy or self.script.last[topic].is_busy
-            if busy and not self.script.last[topic].is_busy:
+            if topic in self.script.were_busy and not self.script.last[topic].is_busy:
                 return
 
     @property
