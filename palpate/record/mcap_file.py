@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import hashlib
 import struct
+import tempfile
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -23,6 +24,7 @@ from numpy.typing import NDArray
 
 MAGIC = b"\x89MCAP0\r\n"
 MESSAGE_HEAD = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
+PIECE = 1 << 20  # [bytes] of the chunks' index that are read back at once
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,8 @@ class McapFile:
         self._size = 0
         self._schemas: list[records.Schema] = []
         self._channels: list[records.Channel] = []
-        self._chunk_indexes = bytearray()  # serialised: a run of days has hundreds of thousands
+        #: Serialised, in a file without a name: a run of days has hundreds of thousands, which would fill the memory.
+        self._chunk_indexes = tempfile.TemporaryFile(dir=path.parent)  # noqa: SIM115 (closed with the record)
         self._chunk_count = 0
         self._start, self._end = 0, 0  # times of the first and the last message [ns]
         self._attachments: list[records.AttachmentIndex] = []
@@ -132,7 +135,7 @@ class McapFile:
             self.counts[channel] = self.counts.get(channel, 0) + len(places)
         index.message_index_length = len(tail)
         self._write(chunk + tail)
-        self._chunk_indexes += _bytes(index)
+        self._chunk_indexes.write(_bytes(index))
         self._start = self._start if self._chunk_count else start
         self._end = max(self._end, end)
         self._chunk_count += 1
@@ -152,21 +155,26 @@ class McapFile:
             metadata_count=len(self._metadata),
             schema_count=len(self._schemas),
         )
-        groups = [
-            (Opcode.SCHEMA, _joined(self._schemas)),
-            (Opcode.CHANNEL, _joined(self._channels)),
-            (Opcode.STATISTICS, _bytes(statistics)),
-            (Opcode.CHUNK_INDEX, bytes(self._chunk_indexes)),
-            (Opcode.ATTACHMENT_INDEX, _joined(self._attachments)),
-            (Opcode.METADATA_INDEX, _joined(self._metadata)),
+        self._chunk_indexes.seek(0)
+        groups: list[tuple[Opcode, Iterable[bytes]]] = [
+            (Opcode.SCHEMA, map(_bytes, self._schemas)),
+            (Opcode.CHANNEL, map(_bytes, self._channels)),
+            (Opcode.STATISTICS, [_bytes(statistics)]),
+            (Opcode.CHUNK_INDEX, iter(lambda: self._chunk_indexes.read(PIECE), b"")),
+            (Opcode.ATTACHMENT_INDEX, map(_bytes, self._attachments)),
+            (Opcode.METADATA_INDEX, map(_bytes, self._metadata)),
         ]
-        summary, offsets = b"", b""
-        for opcode, data in groups:
-            offsets += _bytes(records.SummaryOffset(opcode, start + len(summary), len(data))) if data else b""
-            summary += data
-        footer = _bytes(records.Footer(start, start + len(summary), 0))
-        crc = zlib.crc32(summary + offsets + footer[:-4])
-        self._write(summary + offsets + footer[:-4] + crc.to_bytes(4, "little") + MAGIC)
+        offsets, crc = b"", 0
+        for opcode, pieces in groups:
+            begin = self._size
+            for piece in pieces:
+                crc = zlib.crc32(piece, crc)
+                self._write(piece)
+            if self._size > begin:
+                offsets += _bytes(records.SummaryOffset(opcode, begin, self._size - begin))
+        rest = offsets + _bytes(records.Footer(start, self._size, 0))[:-4]  # without its checksum, which is 0 here
+        self._write(rest + zlib.crc32(rest, crc).to_bytes(4, "little") + MAGIC)
+        self._chunk_indexes.close()
         self._file.close()
         return self._sha256.hexdigest()
 
@@ -177,6 +185,7 @@ class McapFile:
         except OSError:
             pass  # the reader ignores an incomplete record at the end
         finally:
+            self._chunk_indexes.close()
             self._file.close()
 
     def _write(self, data: bytes) -> None:
@@ -185,10 +194,6 @@ class McapFile:
             rest = rest[self._file.write(rest) :]
         self._sha256.update(data)
         self._size += len(data)
-
-
-def _joined(members: Sequence[records.McapRecord]) -> bytes:
-    return b"".join(_bytes(member) for member in members)
 
 
 def _bytes(record: records.McapRecord) -> bytes:

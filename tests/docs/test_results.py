@@ -187,6 +187,14 @@ def passivity_rows(found: Result) -> list[str]:
     ]
 
 
+def passivity_text(found: Result) -> list[str]:
+    (off,) = (row for row in found["modes"] if row["mode"] == "off")
+    return [
+        f"Without the layer {off['oscillates']} runs keep oscillating. "
+        f"{off['oscillates_certified']} of them are certified with their hand"
+    ]
+
+
 def passivity_changes(found: Result) -> list[str]:
     rows = {row["of"]: row for row in found["changes"]}
     every = [f"{row['runs']:,}" if row["runs"] >= 10_000 else str(row["runs"]) for row in rows.values()]
@@ -238,7 +246,7 @@ def registration_chain(found: Result) -> list[str]:
 PHRASES: dict[str, tuple[str, list[Callable[[Result], list[str]]]]] = {
     "wall": ("wall.md", [wall_rows, wall_misses, wall_text, wall_hands]),
     "certificate": ("certificate.md", [certificate_devices, certificate_arms]),
-    "passivity": ("stability-study.md", [passivity_rows, passivity_changes]),
+    "passivity": ("stability-study.md", [passivity_rows, passivity_text, passivity_changes]),
     "registration": ("registration.md", [registration_markers, registration_surfaces, registration_chain]),
     "planning": ("planning.md", [planning_rows, planning_again]),
     "execution": ("planning-execution.md", [execution_rows]),

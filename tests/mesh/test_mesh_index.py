@@ -1,5 +1,6 @@
 """A mesh read from its image is the mesh that was built; damaged images are refused; large meshes use the cache."""
 
+import functools
 import itertools
 
 import numpy as np
@@ -83,6 +84,57 @@ def test_a_flag_that_is_neither_true_nor_false_is_refused(from_end):
     changed[-from_end] = 101
     with pytest.raises(ValueError, match="damaged"):
         _core.Mesh.from_image(changed)
+
+
+@functools.cache
+def hierarchy():
+    """Offset of the nodes of the hierarchy in IMAGE, and their number: only this place fits the image's length."""
+    node, block, after = 480, 9 * 4 * 8 + 4 * 4, 3 * 8 + 8 + 11 * 8 + 2 + 8 + 6 * 8  # sizes [bytes]
+    found = []
+    for start in range(8):
+        words = np.frombuffer(IMAGE[start : start + (len(IMAGE) - start) // 8 * 8].tobytes(), np.uint64)
+        likely = np.flatnonzero((words[:-1] > 0) & (words[:-1] < 1_000_000) & (words[1:] < 1_000_000))
+        for k in likely.tolist():
+            at, nodes, blocks = start + 8 * k + 16, int(words[k]), int(words[k + 1])
+            if at + nodes * node + blocks * block + after == len(IMAGE):
+                found.append((at, nodes))
+    (place,) = found
+    return place
+
+
+def with_children(children):
+    """The image with other children at some (node, lane); children: from the number of nodes."""
+    at, count = hierarchy()
+    changed = IMAGE.copy()
+    nodes = changed[at : at + 480 * count].reshape(count, 480)
+    for (node, lane), child in children(count).items():
+        nodes[node, 448 + 4 * lane : 452 + 4 * lane] = np.frombuffer(np.int32(child).tobytes(), np.uint8)
+    return changed
+
+
+def test_the_same_children_make_the_same_image():
+    at, count = hierarchy()
+    children = IMAGE[at : at + 480 * count].reshape(count, 480)[:, 448:].copy().view(np.int32)
+    assert sorted(children[children > 0]) == list(range(1, count)), "each node but the root has one parent"
+    same = with_children(lambda _: {(n, i): children[n, i] for n in range(count) for i in range(8)})
+    np.testing.assert_array_equal(same, IMAGE)
+
+
+@pytest.mark.parametrize(
+    "children",
+    [
+        lambda count: {(n, lane): n + 1 if lane == 0 else -1 for n in range(count - 1) for lane in range(8)},
+        lambda count: {(0, 0): 1, (0, 1): 1},
+        lambda count: {(count - 1, 0): 1},
+        lambda count: {(0, lane): -1 for lane in range(8)},
+        lambda count: {(count - 1, 0): count},
+    ],
+    ids=["deeper than the stack of a query", "two parents", "a loop", "without a parent", "beyond the last node"],
+)
+def test_a_hierarchy_that_is_no_shallow_tree_is_refused(children):
+    """A query has a stack of fixed size: found by fuzzing, nodes in a row of 42 and more wrote beyond it."""
+    with pytest.raises(ValueError, match="damaged"):
+        _core.Mesh.from_image(with_children(children))
 
 
 @pytest.fixture

@@ -29,6 +29,9 @@ struct alignas(32) BvhNode {
 
 inline constexpr std::size_t kTrianglesPerBlock = 4;
 
+/// Largest number of nodes between the root and a block, both ends counted. It bounds the stack of a query.
+inline constexpr int kBvhLevels = 42;
+
 /// Four triangles (a, a + e1, a + e2) [m]. A leaf with fewer triangles repeats its last one.
 struct alignas(32) TriangleBlock {
   double a[3][4];   ///< corner 0 of each triangle

@@ -23,9 +23,11 @@ constexpr std::size_t kSmall = 128;           // smaller ranges are split at mul
 constexpr std::size_t kMinSide = 8;           // smallest part of a binned split, which bounds the number of blocks
 constexpr int kBins = 16;                     // bins of a binned split
 constexpr int kBinnedDepth = 14;              // deeper nodes are split at medians, which bounds the depth of the tree
+constexpr int kMedianDepth = 28;              // each median halves the blocks, and a mesh has fewer than 2^28 of them
 constexpr std::size_t kDisc = 256;            // a range with more triangles is hardly flat and gets no disc
 constexpr std::size_t kThreadedSize = 50000;  // a smaller mesh is built on one thread
 constexpr float kInf = std::numeric_limits<float>::infinity();
+static_assert(kBinnedDepth + kMedianDepth <= kBvhLevels);
 
 /// Axis-aligned bounding box, initially empty.
 struct Bounds {

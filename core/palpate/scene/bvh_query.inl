@@ -117,7 +117,7 @@ PALPATE_TARGET inline BvhHit closest_in(const Bvh& bvh, const double p[3], const
     float distance2;
     std::int32_t child;
   };
-  Entry stack[256];  // at most 7 entries per level and one more; the builder keeps the depth below 36
+  Entry stack[7 * kBvhLevels + 1];  // visiting a node removes one entry and adds at most eight
   int top = 0;
   stack[top++] = {0.0F, 0};
   while (top > 0) {

@@ -127,19 +127,29 @@ bool within(std::span<const std::int32_t> values, std::int64_t lowest, std::size
   return std::ranges::all_of(values, [&](std::int32_t i) { return i >= lowest && i < static_cast<std::int64_t>(end); });
 }
 
-/// Whether every child is a later node, a block, or an unused lane (child 0 with an empty box). No query can loop then.
+/// Whether every child is a later node, a block, or an unused lane (child 0 with an empty box), every node but the root
+/// has one parent, and no node is deeper than a query's stack allows.
 bool is_tree(const Bvh& bvh) {
+  if (bvh.node_count == 0) return false;
+  std::vector<int> level(bvh.node_count, 0);  // 1: the root; 0: no parent was met
+  level[0] = 1;
   for (std::size_t n = 0; n < bvh.node_count; ++n) {
     const BvhNode& node = bvh.nodes[n];
+    if (level[n] == 0 || level[n] > kBvhLevels) return false;
     for (std::size_t i = 0; i < 8; ++i) {
       const std::int32_t child = node.child[i];
-      const bool unused = child == 0 && node.lo[0][i] > node.hi[0][i];
-      const bool block = child < 0 && to_index(~child) < bvh.block_count;
-      const bool inner = child > 0 && to_index(child) > n && to_index(child) < bvh.node_count;
-      if (!unused && !block && !inner) return false;
+      if (child > 0) {
+        const std::size_t c = to_index(child);
+        if (c <= n || c >= bvh.node_count || level[c] != 0) return false;
+        level[c] = level[n] + 1;
+      } else {
+        const bool unused = child == 0 && node.lo[0][i] > node.hi[0][i];
+        const bool block = child < 0 && to_index(~child) < bvh.block_count;
+        if (!unused && !block) return false;
+      }
     }
   }
-  return bvh.node_count > 0;
+  return true;
 }
 
 /// Whether every half-edge is the twin of its twin. A walk around a vertex ends only then.

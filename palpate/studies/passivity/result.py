@@ -45,6 +45,7 @@ class Mode(TypedDict):
     rendered_below_bound: int
     diverged: int
     oscillates: int
+    oscillates_certified: int  #: of these, the runs that are certified with their hand
 
 
 class Change(TypedDict):

@@ -175,6 +175,7 @@ def summed_up(found: list[Ran]) -> StudyResult:
             "below_bound": sum(r["port_J"] < -BOUND for r in rows),
             "rendered_below_bound": sum(r["rendered_J"] < -BOUND for r in rows),
             "diverged": sum(r["diverged"] for r in rows), "oscillates": sum(r["oscillates"] for r in rows),
+            "oscillates_certified": sum(f["certified"] and f[mode]["oscillates"] for f in found),
         }  # fmt: skip
 
     def changes(name: str, rows: list[Ran]) -> Change:
