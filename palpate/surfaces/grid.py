@@ -209,16 +209,17 @@ def error_of(grid: DistanceGrid, mesh: Mesh, points: int = 40_000, seed: int = 0
 
 def _sample(
     mesh: Mesh, low: Array, step: float, nodes: npt.NDArray[np.int_], on_progress: Callable[[int, int], None]
-) -> tuple[npt.NDArray[np.float32], int]:
-    """Distances at all nodes, and the number of nodes inside; computed layer by layer on all cores."""
+) -> tuple[npt.NDArray[np.float32], float]:
+    """Distances at all nodes, and the number of cells inside; computed layer by layer on all cores."""
     values = np.empty(nodes, np.float32)
 
-    def fill(i: int) -> int:
+    def fill(i: int) -> float:
         layer = values[i : i + 1]
         _core.sample_distance(mesh.core, low + np.array([i * step, 0.0, 0.0]), np.full(3, step), layer)
-        return int(np.count_nonzero(layer < 0.0))
+        on_surface = np.abs(layer) < 1e-4 * step  # half of such a cell is inside: planes often lie on nodes
+        return float(np.count_nonzero((layer < 0.0) & ~on_surface) + 0.5 * np.count_nonzero(on_surface))
 
-    inside = 0
+    inside = 0.0
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for done, count in enumerate(pool.map(fill, range(len(values))), start=1):
             inside += count

@@ -9,7 +9,7 @@ import trimesh
 from scipy.spatial.transform import Rotation
 
 from palpate.cli import main
-from palpate.errors import GuidanceError, SurfaceError
+from palpate.errors import GuidanceError, PalpateWarning, SurfaceError
 from palpate.guidance import Fixture, FixtureContext
 from palpate.guidance.curve import path
 from palpate.guidance.demonstration import Shown, deviation, simplified
@@ -147,5 +147,7 @@ def test_open_mesh_is_rejected_as_a_grid(ball, tmp_path):
     half = trimesh.load(ball)
     half.update_faces(np.arange(len(half.faces)) > 5)
     half.export(tmp_path / "open.stl")
+    with pytest.warns(PalpateWarning, match="the surface is open"):
+        mesh = Mesh.load(tmp_path / "open.stl")
     with pytest.raises(SurfaceError, match=r"(?s)the mesh is open.*a signed distance needs a closed surface"):
-        DistanceGrid.from_mesh(Mesh.load(tmp_path / "open.stl"), 1e-3)
+        DistanceGrid.from_mesh(mesh, 1e-3)
