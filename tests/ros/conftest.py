@@ -24,11 +24,16 @@ else:
     _ABSENT = ""
 
 
+LONGEST = ("test_faults.py", "test_move.py", "test_topic.py", "test_haptics_node.py", "test_patient_side.py")
+"""They come first, so that the workers end at about the same time."""
+
+
 def pytest_collection_modifyitems(items):
     here = Path(__file__).parent
     for item in items:
         if _ABSENT and here in item.path.parents:
             item.add_marker(pytest.mark.skip(reason=_ABSENT))
+    items.sort(key=lambda item: LONGEST.index(item.path.name) if item.path.name in LONGEST else len(LONGEST))
 
 
 def _domain():
