@@ -11,7 +11,7 @@ import numpy as np
 from palpate.arrays import Array
 
 SECONDS = 1.0
-"""Duration of the measurement [s]."""
+"""Duration of the measurement [s]; half of it for a regular stream."""
 FIND = 3.2
 """Longest wait for the first state [s]: a publisher of Fast DDS announces itself every 3 s."""
 MARGIN = 2.0
