@@ -12,7 +12,7 @@ from hypothesis import settings
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 
-SLOW = ("viewer", "studies", "verify", "report", "cli", "package")
+SLOW = ("viewer", "studies", "verify", "report", "cli", "package", "realtime")
 """Folders whose files take longest: they come first, so that the workers end at about the same time."""
 
 

@@ -23,7 +23,9 @@ ROOT = Path(__file__).resolve().parents[1]
 FAILED, NOTHING = 1, 5  # exit codes of pytest after failed tests, and where no test was selected
 ENDLESS = 124  # our exit code of a part that did not end
 LIMIT = 1800.0  # [s] a part that takes longer is ended
-#: A simulated robot and its client are several processes, some with real-time priority: these tests run one by one.
+#: A simulated robot and its client are several processes, some with real-time priority, which wait for each other half
+#: of the time: so many tests in real time run at once.
+AT_ONCE = 2
 REAL_TIME = (
     "tests/ros",
     "tests/realtime/test_no_allocation.py",
@@ -39,7 +41,7 @@ PARTS = {
 SPREAD = ["--dist", "loadfile", "--max-worker-restart", "1", "--durations", "20"]
 PARALLEL = {
     "computing": ["-n", str(max(2, os.cpu_count() or 1)), *SPREAD, "--no-loadscope-reorder"],
-    "real time": ["-n", "1", *SPREAD],
+    "real time": ["-n", str(AT_ONCE), *SPREAD, "--no-loadscope-reorder"],
 }
 
 

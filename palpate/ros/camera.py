@@ -11,7 +11,7 @@ import numpy as np
 
 from palpate.errors import SceneError
 from palpate.record.ticks import as_ticks
-from palpate.ros.around.convert import WORLD, latched, transform
+from palpate.ros.around.convert import WORLD, latched, transforms
 from palpate.scene.rig import build
 from palpate.scene.scene import Scene
 from palpate.sensing import messages
@@ -89,7 +89,7 @@ class CameraNode:
         if self._is_live or not self._is_told:
             from tf2_msgs.msg import TFMessage
 
-            self._tf.publish(TFMessage(transforms=[transform(WORLD, self.frame, frame.X_WC, stamp)]))
+            self._tf.publish(TFMessage(transforms=transforms([(WORLD, self.frame, frame.X_WC)], stamp)))
             self._is_told = True
         self._cloud.publish(self._cloud_message(stamp))
         self._publish_image(stamp)

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 FIND = 3.0
 """Time in which the arm's topics must be found and speak [s]."""
+_COUNTED = 40  # measurements after which their rate is known to 3 %
 
 
 class CrtkArm:
@@ -55,9 +56,9 @@ class CrtkArm:
             raise PalpateError(f"{self.name} is silent: {missing}", mend="check the name with `palpate ros topic list`")
 
     def rate(self, seconds: float = 0.4) -> float:
-        """Rate at which the arm measures its joints [Hz], counted for `seconds`."""
+        """Rate at which the arm measures its joints [Hz], counted for `seconds`, or until it is known to 3 %."""
         begin, before = time.monotonic(), self.received
-        while time.monotonic() < begin + seconds:
+        while time.monotonic() < begin + seconds and self.received - before < _COUNTED:
             topic.spin(self._here, 0.02)
         return (self.received - before) / (time.monotonic() - begin)
 

@@ -80,8 +80,9 @@ class HapticLoop:
         self.guardian = Guardian(f"palpate_guardian_{mark}", self.names.wrench, context)
         try:
             self.context = self.native.Context(**context)
-            measured = jitter.measure(self.native, self.context, f"/{self.names.leader}/measured_cp")
             watch = cycle.watch
+            topic = f"/{self.names.leader}/measured_cp"
+            measured = jitter.measure(self.native, self.context, topic, watch.stale_after)
             watch.stale_after, self.advice = jitter.tolerance(measured, watch.stale_after)
             cycle.watch = watch
             options = self.native.HapticNodeOptions(

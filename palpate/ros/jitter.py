@@ -11,7 +11,7 @@ import numpy as np
 from palpate.arrays import Array
 
 SECONDS = 1.0
-"""Duration of the measurement [s]."""
+"""Duration of the measurement [s]; half of it for a regular stream."""
 FIND = 3.2
 """Longest wait for the first state [s]: a publisher of Fast DDS announces itself every 3 s."""
 MARGIN = 2.0
@@ -31,14 +31,14 @@ class Jitter:
     """Longest time between two arrivals, or age of a stamp [s]."""
 
 
-def measure(native: Any, context: Any, topic: str, seconds: float = SECONDS) -> Jitter | None:
-    """Listen to a topic of poses; None if nothing arrives within `FIND`.
+def measure(native: Any, context: Any, topic: str, least: float) -> Jitter | None:
+    """Listen to a topic of poses for `SECONDS`, or half as long to a regular one; None if none arrives within `FIND`.
 
     Args:
         native: the compiled module.
         context: ROS context.
         topic: full name of the topic.
-        seconds: duration, from the first state [s].
+        least: smallest tolerance [s]. A stream counts as regular if its tolerance would be half of this at most.
     """
     meter = native.StreamMeter(context, topic)
     end = time.monotonic() + FIND
@@ -46,8 +46,12 @@ def measure(native: Any, context: Any, topic: str, seconds: float = SECONDS) -> 
         if time.monotonic() > end:
             return None
         time.sleep(0.01)
-    time.sleep(seconds)
-    return jitter(np.array(meter.rows()), time.monotonic())
+    for part in (0.5, 0.5):
+        time.sleep(part * SECONDS)
+        found = jitter(np.array(meter.rows()), time.monotonic())
+        if MARGIN * found.gap <= 0.5 * least:
+            break
+    return found
 
 
 def jitter(rows: Array, now: float) -> Jitter:

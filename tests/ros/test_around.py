@@ -18,10 +18,12 @@ def stand(native):
 @pytest.fixture(scope="module")
 def node(stand, tmp_path_factory):
     node = bench.Node(stand, tmp_path_factory.mktemp("around"))
-    stand.press(60.0)
-    yield node
-    node.process.terminate()
-    node.process.wait(20)
+    try:
+        stand.press(60.0)
+        yield node
+    finally:
+        node.process.terminate()
+        node.process.wait(20)
 
 
 @pytest.fixture(scope="module")

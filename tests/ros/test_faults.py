@@ -42,12 +42,14 @@ def stand(native):
 @pytest.fixture(scope="module")
 def node(stand, tmp_path_factory):
     node = bench.Node(stand, tmp_path_factory.mktemp("faults"))
-    stand.press(60.0)
-    yield node
-    if node.process.poll() is None:
-        node.process.send_signal(signal.SIGCONT)
-        node.process.terminate()
-        node.process.wait(20)
+    try:
+        stand.press(60.0)
+        yield node
+    finally:
+        if node.process.poll() is None:
+            node.process.send_signal(signal.SIGCONT)
+            node.process.terminate()
+            node.process.wait(20)
 
 
 def freed(stand, act, detectable, tries=3):

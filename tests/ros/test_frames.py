@@ -23,9 +23,11 @@ def stand(request, native, tmp_path_factory):
     stand = bench.Stand(native, f"FRAME{os.getpid()}{request.param}")
     node = bench.Node(stand, tmp_path_factory.mktemp(request.param), *(["--tip-frame"] * (request.param == "tip")))
     stand.tip = request.param == "tip"
-    stand.press(60.0)
-    yield stand
-    node.end()
+    try:
+        stand.press(60.0)
+        yield stand
+    finally:
+        node.end()
 
 
 def read(felt, R_LH):

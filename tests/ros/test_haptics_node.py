@@ -5,13 +5,14 @@ import os
 import signal
 import threading
 import time
-from itertools import pairwise
+from itertools import count, pairwise
 from pathlib import Path
 
 import pytest
 
 HERE = Path(__file__).parent
 RATE = 250.0  # a rate that the mock master in Python reaches on a busy machine
+NUMBERS = count(1)
 SCENE = """
 objects: [{name: wall, box: {size: [0.2, 0.2, 0.05]}, stiffness: 300, damping: 2}]
 record: {report: false}
@@ -19,10 +20,10 @@ record: {report: false}
 
 
 class MasterOutput:
-    """JSON lines that the mock master prints."""
+    """JSON lines that the mock master prints; `arm` is its present name, after which the lists begin anew."""
 
     def __init__(self, process):
-        self.process, self.lines = process, []
+        self.process, self.lines, self.arm = process, [], ""
         self.forces = []  # (stamp [s], force [N]) of every wrench so far
         self.thread = threading.Thread(target=self._read, daemon=True)
         self.thread.start()
@@ -31,7 +32,9 @@ class MasterOutput:
         for line in self.process.stdout:
             if line.startswith("{"):
                 self.lines.append(json.loads(line))
-                if "force" in self.lines[-1]:
+                if "arm" in self.lines[-1]:
+                    self.lines, self.forces, self.arm = [], [], self.lines[-1]["arm"]
+                elif "force" in self.lines[-1]:
                     self.forces.append((self.lines[-1]["t"], self.lines[-1]["force"]))
 
     def send(self, command):
@@ -46,37 +49,36 @@ class MasterOutput:
             time.sleep(0.01)
 
 
-@pytest.fixture
-def scene(tmp_path):
-    file = tmp_path / "wall.yaml"
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory):
+    file = tmp_path_factory.mktemp("scene") / "wall.yaml"
     file.write_text(SCENE)
     return file
 
 
-@pytest.fixture
-def master(start, scene):
-    """A mock master, which may still be starting."""
-    return MasterOutput(start(HERE / "fake_master.py", RATE, scene))
+@pytest.fixture(scope="module")
+def masters(start_once, scene):
+    """The process of the mock masters."""
+    return MasterOutput(start_once(HERE / "fake_master.py", RATE, scene))
 
 
 @pytest.fixture
-def node(start, scene, tmp_path):
+def master(masters):
+    """A mock master of a name that no other test has: a node that was killed stays in the graph for seconds."""
+    wanted = f"MTM{next(NUMBERS)}"
+    masters.send(f"arm {wanted}")
+    masters.until(lambda: masters.arm == wanted, "the mock master starts", 60.0)
+    return masters
+
+
+@pytest.fixture
+def node(start, scene, tmp_path, master):
     """A function that starts the haptic node with options."""
 
     def run(*options):
-        command = [
-            "ros",
-            "haptics",
-            scene,
-            "--follower",
-            "virtual",
-            "--rate",
-            RATE,
-            "--out",
-            tmp_path / "runs",
-            *options,
-        ]
-        return start("-m", "palpate", *command)
+        command = ["ros", "haptics", scene, "--leader", master.arm, "--console", f"{master.arm}_console"]
+        command += ["--follower", "virtual", "--rate", RATE, "--out", tmp_path / "runs"]
+        return start("-m", "palpate", *command, *options)
 
     return run
 
@@ -118,11 +120,11 @@ def test_wall_force_is_within_the_default_cap_and_sigterm_ends_with_zero(master,
     from palpate.record.reader import Record
 
     assert Record.open(record).ticks["depth"].max() > 1e-3
-    assert "MTMR" in out
+    assert master.arm in out
 
 
 def test_wrench_is_zero_when_an_external_teleoperation_stops_following(master, node):
-    process = pressing(master, node, "--teleop", "MTMR_PSM1")
+    process = pressing(master, node, "--teleop", f"{master.arm}_PSM1")
     master.send("following 0")
     t = time.time()
     zero_after(master, t, 0.15)  # up to 0.1 s of it from the pipe to the message
@@ -176,7 +178,6 @@ def test_two_nodes_on_one_arm_send_no_force(master, node):
 
 def test_own_teleoperation_is_inactive_while_another_one_is_on(master, node):
     master.send("teleop ENABLED")
-    master.until(lambda: master.lines, "the mock master starts", 60.0)
     process = node("--teleop", "none", "--duration", 3)
     master.send("operator 1")
     out, err = process.communicate(timeout=60)

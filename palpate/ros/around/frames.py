@@ -10,7 +10,7 @@ from palpate.arm import Arm
 from palpate.arrays import Array
 from palpate.arrays.so3 import pose
 from palpate.record.ticks import Ticks
-from palpate.ros.around.convert import WORLD, latched, transform
+from palpate.ros.around.convert import WORLD, latched, transforms
 from palpate.trackers.sending import object_poses
 
 if TYPE_CHECKING:
@@ -58,9 +58,9 @@ class Frames:
         from tf2_msgs.msg import TFMessage
 
         stamp = self._node.get_clock().now().to_msg()
-        found = [transform(*edge, stamp) for edge in self._edges(live=False)]
+        found = self._edges(live=False)
         if found and self._draws_objects:
-            self._static.publish(TFMessage(transforms=found))
+            self._static.publish(TFMessage(transforms=transforms(found, stamp)))
 
     def show(self, tick: Ticks) -> None:
         """Publish all frames and joint states of a tick."""
@@ -82,8 +82,8 @@ class Frames:
         if self._draws_objects:
             found += [(WORLD, f"palpate_object_{name}", X_WO) for name, X_WO in poses.items()]
             found += self._edges(live=True)
-        good = [transform(parent, child, X, stamp) for parent, child, X in found if np.isfinite(X).all()]
-        self._tf.publish(TFMessage(transforms=good))
+        good = [edge for edge in found if np.isfinite(edge[2]).all()]
+        self._tf.publish(TFMessage(transforms=transforms(good, stamp)))
 
 
 def _tf_name(frame: str) -> str:
