@@ -23,8 +23,8 @@ ROOT = Path(__file__).resolve().parents[1]
 FAILED, NOTHING = 1, 5  # exit codes of pytest after failed tests, and where no test was selected
 ENDLESS = 124  # our exit code of a part that did not end
 LIMIT = 1800.0  # [s] a part that takes longer is ended
-#: A simulated robot and its client are several processes, some with real-time priority, which wait for each other half
-#: of the time: so many tests in real time run at once.
+#: Number of tests in real time that run at once. A simulated robot and its client are several processes, some with
+#: real-time priority, which wait for each other half of the time.
 AT_ONCE = 2
 REAL_TIME = (
     "tests/ros",
