@@ -7,10 +7,10 @@
 namespace palpate::arm {
 
 struct alignas(64) LaneDynamics {
-  Lanes M[kLanes]{};    ///< inertia, full and symmetric
-  Lanes bias{};         ///< C(q, v) v + G(q)
-  Lanes J[6]{};         ///< rows of the tip's Jacobian, linear over angular, in base axes
-  double tip[4][4]{};   ///< base to tip X_0T: three columns of R and the origin, each with a fourth number of zero
+  Lanes M[kLanes]{};       ///< inertia, full and symmetric
+  Lanes bias{};            ///< C(q, v) v + G(q)
+  Lanes J[6]{};            ///< rows of the tip's Jacobian, linear over angular, in base axes
+  double tip[4][4]{};      ///< base to tip X_0T: three columns of R and the origin, each with a fourth number of zero
   double Jdot_v[6 + 2]{};  ///< tip acceleration at zero joint acceleration, linear over angular; then zeros
 };
 

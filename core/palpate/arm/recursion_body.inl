@@ -292,7 +292,7 @@ PALPATE_TARGET inline void newton_euler(const Inertias& b, ChainState& s) noexce
   for (auto& x : F) sum_backward(x);
   for (int k = 0; k < kLanes; ++k) {
     s.bias[k] = s.Jv[0][k] * F[0][k] + s.Jv[1][k] * F[1][k] + s.Jv[2][k] * F[2][k] + s.Jw[0][k] * F[3][k] +
-               s.Jw[1][k] * F[4][k] + s.Jw[2][k] * F[5][k];
+                s.Jw[1][k] * F[4][k] + s.Jw[2][k] * F[5][k];
   }
 }
 

@@ -86,8 +86,7 @@ void Follower::command(const FollowerCommand& command) noexcept {
 
 void Follower::discretise(double dt) noexcept {
   dt_ = dt;
-  const Eigen::Matrix2d phi =
-      servo_transition(2.0 * std::numbers::pi * options_.bandwidth, options_.damping_ratio, dt);
+  const Eigen::Matrix2d phi = servo_transition(2.0 * std::numbers::pi * options_.bandwidth, options_.damping_ratio, dt);
   transition_[0] = phi(0, 0), transition_[1] = phi(0, 1), transition_[2] = phi(1, 0), transition_[3] = phi(1, 1);
 }
 
