@@ -188,9 +188,13 @@ def roughness(mesh: _core.Mesh) -> float:
     return float(np.quantile(np.abs(normal_part), 0.25) / np.quantile(np.abs(unit), 0.25))
 
 
-def turn_per_ms_deg(radius: float) -> float:
-    """Rotation of the force per millisecond while a sphere rolls over an edge at ``EDGE_SPEED`` [deg]."""
-    return float(np.degrees(EDGE_SPEED * 1e-3 / radius))
+def turn_per_ms_deg(radius: float, depth: float = 0.0) -> float:
+    """Rotation of the force per millisecond while a sphere rolls over an edge at ``EDGE_SPEED`` [deg].
+
+    At a depth [m] its centre turns around the edge at the distance radius - depth. Infinite from a depth of the radius
+    on, where the centre meets the edge itself.
+    """
+    return float(np.degrees(EDGE_SPEED * 1e-3 / (radius - depth))) if depth < radius else float("inf")
 
 
 def _edges(mesh: _core.Mesh) -> _Edges:
