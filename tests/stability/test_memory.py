@@ -135,3 +135,25 @@ def test_account_is_limited_to_potential_and_reserve(potential):
     assert before > 0.07
     port.step(port.x, 0.0, 0.0, potential)
     assert port.stage.stored == (before if math.isnan(potential) else limit)
+
+
+@pytest.mark.parametrize("K", [100.0, 500.0, 3000.0])
+def test_object_that_disappears_for_a_moment_is_released_as_before(K):
+    """While the tool presses an object, it is taken away and put back; the release is that of an unlimited account."""
+    depth = 2.5 / K
+    v = np.concatenate([speeds_of(depth, 0.02, 2.0), np.zeros(600), -speeds_of(depth, 0.05, 2.0)])
+    x = np.concatenate([[0.0], np.cumsum(v)]) * DT
+    arrived = int(np.argmax(x >= depth * (1 - 1e-9)))
+    forces = {}
+    for known in (True, False):
+        port, felt = Port(), []
+        strokes(port, 2, 0.0 if known else UNKNOWN)
+        for k in range(len(v)):
+            gone = arrived + 200 <= k < arrived + 300
+            stored = 0.0 if gone else 0.5 * K * max(x[k], 0.0) ** 2
+            wanted = 0.0 if gone else -K * max(x[k], 0.0)
+            felt.append(port.step(x[k], v[k - 1] if k else 0.0, wanted, stored if known else UNKNOWN))
+        forces[known] = felt
+    assert min(np.abs(forces[False][arrived + 280 : arrived + 300])) == 0.0
+    assert max(np.abs(forces[False][arrived + 400 :])) == pytest.approx(2.5, rel=1e-6)
+    assert forces[True] == forces[False]
