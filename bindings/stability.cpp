@@ -150,8 +150,8 @@ void bind_stability_stage(nb::module_& m) {
           "t_leader"_a = 0.0, "engaged"_a = true, "R_LH"_a = Eigen::Matrix3d(Eigen::Matrix3d::Identity()),
           "w_LH"_a = Vec3(Vec3::Zero()), "potential"_a = std::numeric_limits<double>::infinity(),
           "One tick at t [s] with the handle at p_LH (3,) [m], R_LH (3, 3), v_LH (3,) [m/s], w_LH (3,) [rad/s], joints "
-          "q (n,), and the wrench F_H_L (6,) to be rendered. potential: energy that its springs store now [J]; infinity: "
-          "unknown. Call rendered() after each step.")
+          "q (n,), and the wrench F_H_L (6,) to be rendered. potential: energy that its springs store now [J]; "
+          "infinity: unknown. Call rendered() after each step.")
       .def(
           "rendered", [](Stability& self, const VectorArg& F_H_L) { self.rendered(wrench(F_H_L, "F_H_L")); }, "F_H_L"_a,
           "Reports the wrench (6,) that the drives rendered after their torque limits.")

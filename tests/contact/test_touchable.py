@@ -114,7 +114,7 @@ def test_recommended_radius_satisfies_both_limits_if_feasible():
 
 
 def test_share_of_slivers_and_creases():
-    """A box of 12 triangles has 12 creases, two for each triangle; a smooth ball has none, until a triangle is split."""
+    """A box of 12 triangles has 12 creases, two for each triangle; a smooth ball has none until one is split."""
     assert touchable.fineness(_core.Mesh(*SHAPES["box"].mesh(12)), 500.0).stepping_share == pytest.approx(2 / 3)
     vertices, faces = SHAPES["sphere"].mesh(2000)
     assert touchable.fineness(_core.Mesh(vertices, faces), 500.0).stepping_share == 0.0

@@ -153,8 +153,8 @@ ToolForce Haptics::contact_force(const HapticsInput& in) const noexcept {
 }
 
 // Energy that the springs behind the wrench on the hand store now, at the hand's port [J]; infinity for a soft body,
-// another instrument and a measured contact, whose stored energy is not known. Where the tool does not reach the goal of
-// the hand (a hard fixture, the follower's lag or limits), the hand has also worked against the present wrench along
+// another instrument and a measured contact, whose stored energy is not known. Where the tool does not reach the goal
+// of the hand (a hard fixture, the follower's lag or limits), the hand has also worked against the present wrench along
 // the distance between both.
 double Haptics::potential(const HapticsInput& in) const noexcept {
   const bool others = in.tool.F_others_W.f != Vec3::Zero() || in.tool.F_others_W.t != Vec3::Zero();
