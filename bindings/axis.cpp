@@ -35,7 +35,7 @@ AxisMotion motion(std::optional<double> duration, double x0, double v0, double p
 /// The stage `stability` between the wall and the drive; null without options.
 std::unique_ptr<verify::AxisLayer> make_layer(const Axis& axis, const std::optional<stability::Options>& options) {
   if (!options) return nullptr;
-  return std::make_unique<verify::AxisLayer>(*options, axis.options().K, 1.0 / axis.options().rate);
+  return std::make_unique<verify::AxisLayer>(*options, axis.options());
 }
 
 void bind_result(nb::module_& m) {

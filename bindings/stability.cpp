@@ -6,6 +6,7 @@
 #include <nanobind/stl/tuple.h>
 
 #include <array>
+#include <limits>
 #include <string>
 
 #include "bindings.hpp"
@@ -48,6 +49,13 @@ void observer_field(Class& c, const char* name, double stability::ObserverOption
   c.def_prop_rw(
       name, [field](const Options& o) { return o.passivity.observer.*field; },
       [field](Options& o, double x) { o.passivity.observer.*field = x; }, doc);
+}
+
+template <typename Class>
+void passivity_field(Class& c, const char* name, double stability::PassivityOptions::* field, const char* doc) {
+  c.def_prop_rw(
+      name, [field](const Options& o) { return o.passivity.*field; },
+      [field](Options& o, double x) { o.passivity.*field = x; }, doc);
 }
 
 void bind_stability_options(nb::module_& m) {
@@ -94,10 +102,15 @@ void bind_stability_options(nb::module_& m) {
   observer_field(options, "quantum", &O::quantum, "Resolution of the handle's position [m].");
   observer_field(options, "allowance", &O::allowance,
                  "Energy that may be returned in excess of the certified input energy [J].");
-  observer_field(options, "tank_capacity", &O::capacity, "Capacity of the energy tank [J].");
   observer_field(options, "acceleration", &O::acceleration, "Largest assumed acceleration of the handle [m/s^2].");
   observer_field(options, "angular_acceleration", &O::angular_acceleration,
                  "Largest assumed angular acceleration of the handle [rad/s^2].");
+  using P = stability::PassivityOptions;
+  passivity_field(options, "tank_capacity", &P::capacity, "Capacity of the energy tank [J].");
+  passivity_field(options, "speed", &P::speed,
+                  "Fastest motion along the largest force for which the account keeps a reserve [m/s].");
+  passivity_field(options, "angular_speed", &P::angular_speed,
+                  "Fastest rotation along the largest moment for which the account keeps a reserve [rad/s].");
 }
 
 void bind_stability_stage(nb::module_& m) {
@@ -121,7 +134,8 @@ void bind_stability_stage(nb::module_& m) {
       .def(
           "step",
           [](Stability& self, const VectorArg& F_H_L, const Vec3& p_LH, const Vec3& v_LH, const Eigen::VectorXd& q,
-             double stiffness, double t, double t_leader, bool engaged, const Eigen::Matrix3d& R_LH, const Vec3& w_LH) {
+             double stiffness, double t, double t_leader, bool engaged, const Eigen::Matrix3d& R_LH, const Vec3& w_LH,
+             double potential) {
             stability::Input in;
             in.commanded.F = wrench(F_H_L, "F_H_L");
             in.t = t;
@@ -129,19 +143,24 @@ void bind_stability_stage(nb::module_& m) {
             in.tool = {t, true};
             in.engaged = engaged;
             in.stiffness = stiffness;
+            in.potential = potential;
             return self.step(in);
           },
           "F_H_L"_a, "p_LH"_a, "v_LH"_a, "q"_a = Eigen::VectorXd(), "stiffness"_a = 0.0, "t"_a = 0.0,
           "t_leader"_a = 0.0, "engaged"_a = true, "R_LH"_a = Eigen::Matrix3d(Eigen::Matrix3d::Identity()),
-          "w_LH"_a = Vec3(Vec3::Zero()),
+          "w_LH"_a = Vec3(Vec3::Zero()), "potential"_a = std::numeric_limits<double>::infinity(),
           "One tick at t [s] with the handle at p_LH (3,) [m], R_LH (3, 3), v_LH (3,) [m/s], w_LH (3,) [rad/s], joints "
-          "q (n,), and the wrench F_H_L (6,) to be rendered. Call rendered() after each step.")
+          "q (n,), and the wrench F_H_L (6,) to be rendered. potential: energy that its springs store now [J]; "
+          "infinity: unknown. Call rendered() after each step.")
       .def(
           "rendered", [](Stability& self, const VectorArg& F_H_L) { self.rendered(wrench(F_H_L, "F_H_L")); }, "F_H_L"_a,
           "Reports the wrench (6,) that the drives rendered after their torque limits.")
       .def_prop_ro(
           "stored", [](const Stability& self) { return self.passivity().stored(); },
           "Energy that may be returned to the hand [J].")
+      .def_prop_ro(
+          "reserve", [](const Stability& self) { return self.passivity().reserve(); },
+          "Energy that the account may hold beyond the potential, in mode 'observer' [J].")
       .def_prop_ro(
           "reserved", [](const Stability& self) { return self.passivity().reserved(); },
           "Part of `stored` that is reserved for wrenches still in the delay [J].");

@@ -2391,13 +2391,6 @@ class StabilityOptions:
     def allowance(self, arg: float, /) -> None: ...
 
     @property
-    def tank_capacity(self) -> float:
-        """Capacity of the energy tank [J]."""
-
-    @tank_capacity.setter
-    def tank_capacity(self, arg: float, /) -> None: ...
-
-    @property
     def acceleration(self) -> float:
         """Largest assumed acceleration of the handle [m/s^2]."""
 
@@ -2410,6 +2403,31 @@ class StabilityOptions:
 
     @angular_acceleration.setter
     def angular_acceleration(self, arg: float, /) -> None: ...
+
+    @property
+    def tank_capacity(self) -> float:
+        """Capacity of the energy tank [J]."""
+
+    @tank_capacity.setter
+    def tank_capacity(self, arg: float, /) -> None: ...
+
+    @property
+    def speed(self) -> float:
+        """
+        Fastest motion along the largest force for which the account keeps a reserve [m/s].
+        """
+
+    @speed.setter
+    def speed(self, arg: float, /) -> None: ...
+
+    @property
+    def angular_speed(self) -> float:
+        """
+        Fastest rotation along the largest moment for which the account keeps a reserve [rad/s].
+        """
+
+    @angular_speed.setter
+    def angular_speed(self, arg: float, /) -> None: ...
 
 class StabilityOutput:
     """
@@ -2464,10 +2482,12 @@ class Stability:
         engaged: bool = True,
         R_LH: Annotated[NDArray[numpy.float64], "(3, 3)"] = ...,
         w_LH: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
+        potential: float = float('inf'),
     ) -> StabilityOutput:
         """
         One tick at t [s] with the handle at p_LH (3,) [m], R_LH (3, 3), v_LH (3,) [m/s], w_LH (3,) [rad/s], joints q
-        (n,), and the wrench F_H_L (6,) to be rendered. Call rendered() after each step.
+        (n,), and the wrench F_H_L (6,) to be rendered. potential: energy that its springs store now [J]; infinity:
+        unknown. Call rendered() after each step.
         """
 
     def rendered(self, F_H_L: numpy.typing.ArrayLike) -> None:
@@ -2478,6 +2498,12 @@ class Stability:
     @property
     def stored(self) -> float:
         """Energy that may be returned to the hand [J]."""
+
+    @property
+    def reserve(self) -> float:
+        """
+        Energy that the account may hold beyond the potential, in mode 'observer' [J].
+        """
 
     @property
     def reserved(self) -> float:

@@ -22,6 +22,7 @@ RUNS: dict[str, tuple[str, tuple[str, ...]]] = {
     "certificate": ("study certificate --devices 500", ("devices",)),
     "passivity": ("study passivity", ()),
     "registration": ("study registration", ("layouts",)),
+    "organs": ("bench contact --organs", ()),  # with the organ meshes of the test data
     "planning": ("bench planning", ()),
     "execution": ("bench execution --stops 50", ()),
     "execution_ros": ("bench execution --ros --stops 20", ()),

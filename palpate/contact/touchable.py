@@ -27,6 +27,8 @@ COARSE_DEG, COARSE_MN = 2.0, 50.0
 """Estimated errors between facets above which a mesh counts as coarse; 50 mN is 5 % of 1 N."""
 DOUBTFUL_DEG = 60.0
 """Edges sharper than this are real; those between the crease angle and this may be a coarsely meshed round shape."""
+SLIVER = 0.1
+"""Height over longest edge below which a triangle is a sliver, whose normal tilts the smooth surface [-]."""
 EDGE_SPEED = 0.05
 """Speed of a tool that slides over an edge [m/s]."""
 
@@ -41,6 +43,7 @@ class Fineness:
     force_error_mN: float  #: magnitude error of that force
     facet_error_mN: float  #: force error without smoothing: stiffness times the sagitta of the facets
     doubtful_share: float  #: fraction of the surface next to edges of 30 to 60 deg: coarse round shapes, or real edges
+    stepping_share: float  #: fraction of the surface on slivers or next to creases, where the direction may step
     triangles_needed: int  #: number for errors below COARSE_DEG and COARSE_MN
 
     @property
@@ -103,8 +106,19 @@ def fineness(mesh: _core.Mesh, stiffness: float) -> Fineness:
         force_error_mN=float(force),
         facet_error_mN=float(1e3 * stiffness * sagitta),
         doubtful_share=share,
+        stepping_share=_stepping_share(mesh, e),
         triangles_needed=int(np.ceil(n * max(more, 1.0))) if more > 1 else n,
     )
+
+
+def _stepping_share(mesh: _core.Mesh, e: _Edges) -> float:
+    """Fraction of the surface next to creases, each with a third of its two facets, or on slivers."""
+    corners = mesh.vertices[mesh.triangles]
+    sides = np.roll(corners, -1, axis=1) - corners
+    double = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    thin = double < SLIVER * (sides**2).sum(axis=2).max(axis=1)
+    total = max(double.sum() / 2, 1e-300)
+    return float(min(e.area[np.abs(e.turn) >= _core.CREASE_ANGLE].sum() / 3 + double[thin].sum() / 2, total) / total)
 
 
 def radius(mesh: _core.Mesh, given: float, *, feature: float | None = None, noise: float | None = None) -> Radius:
@@ -188,9 +202,13 @@ def roughness(mesh: _core.Mesh) -> float:
     return float(np.quantile(np.abs(normal_part), 0.25) / np.quantile(np.abs(unit), 0.25))
 
 
-def turn_per_ms_deg(radius: float) -> float:
-    """Rotation of the force per millisecond while a sphere rolls over an edge at ``EDGE_SPEED`` [deg]."""
-    return float(np.degrees(EDGE_SPEED * 1e-3 / radius))
+def turn_per_ms_deg(radius: float, depth: float = 0.0) -> float:
+    """Rotation of the force per millisecond while a sphere rolls over an edge at ``EDGE_SPEED`` [deg].
+
+    At a depth [m] its centre turns around the edge at the distance radius - depth. Infinite from a depth of the radius
+    on, where the centre meets the edge itself.
+    """
+    return float(np.degrees(EDGE_SPEED * 1e-3 / (radius - depth))) if depth < radius else float("inf")
 
 
 def _edges(mesh: _core.Mesh) -> _Edges:

@@ -33,7 +33,8 @@ class StabilitySection(Section):
     stale_after: Positive = _S.stale_after
     """maximum age of a measured state; with older states the force ramps to zero [s]"""
     passivity: Annotated[Literal["observer", "tank", "off"], BeforeValidator(_off)] = _S.passivity
-    """observer: the hand receives at most the energy it put in; tank: at most the energy in the tank; off: no limit"""
+    """observer: the hand receives at most the energy it put in, of which the account keeps what the springs store now
+    and a reserve to remove the force; tank: at most the energy in a tank of fixed capacity; off: no limit"""
     allowance: NotNegative = _S.allowance
     """energy that the hand may receive beyond this limit [J]"""
     tank_capacity: NotNegative = _S.tank_capacity
@@ -47,6 +48,10 @@ class StabilitySection(Section):
     that force_cap gives to a handle held by a relaxed hand of 50 g [m/s^2]"""
     angular_acceleration: Positive = _S.angular_acceleration
     """maximum angular acceleration of the handle assumed by the layer [rad/s^2]"""
+    speed: Positive = _S.speed
+    """fastest motion of the handle along the largest force for which the observer keeps a reserve [m/s]"""
+    angular_speed: Positive = _S.angular_speed
+    """fastest rotation of the handle along the largest moment for which the observer keeps a reserve [rad/s]"""
     coupling_stiffness: NotNegative = _S.coupling_stiffness
     """stiffness of a virtual coupling between handle and virtual tool; 0: no coupling [N/m]"""
     coupling_damping: NotNegative = _S.coupling_damping

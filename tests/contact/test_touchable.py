@@ -111,3 +111,22 @@ def test_recommended_radius_satisfies_both_limits_if_feasible():
     against = touchable.radius(mesh, 2e-3, feature=4e-3, noise=rough)
     assert against.conflict
     assert against.recommended_mm == pytest.approx(2.0)
+
+
+def test_share_of_slivers_and_creases():
+    """A box of 12 triangles has 12 creases, two for each triangle; a smooth ball has none until one is split."""
+    assert touchable.fineness(_core.Mesh(*SHAPES["box"].mesh(12)), 500.0).stepping_share == pytest.approx(2 / 3)
+    vertices, faces = SHAPES["sphere"].mesh(2000)
+    assert touchable.fineness(_core.Mesh(vertices, faces), 500.0).stepping_share == 0.0
+    a, b, c = faces[0]
+    near_edge = 0.49 * vertices[a] + 0.49 * vertices[b] + 0.02 * vertices[c]  # three triangles, one of them thin
+    n = len(vertices)
+    split = np.concatenate([faces[1:], [[a, b, n], [b, c, n], [c, a, n]]]).astype(np.int32)
+    share = touchable.fineness(_core.Mesh(np.concatenate([vertices, near_edge[None]]), split), 500.0).stepping_share
+    areas = np.linalg.norm(np.cross(*(vertices[faces[:, k]] - vertices[faces[:, 0]] for k in (1, 2))), axis=1)
+    assert share == pytest.approx(0.02 * areas[0] / areas.sum())
+
+
+@pytest.mark.parametrize(("depth", "degrees"), [(0.0, 1.43), (1e-3, 2.86), (2e-3, np.inf), (3e-3, np.inf)])
+def test_an_edge_turns_the_force_faster_the_deeper_the_tip(depth, degrees):
+    assert touchable.turn_per_ms_deg(2e-3, depth) == pytest.approx(degrees, abs=0.01)

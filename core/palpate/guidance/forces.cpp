@@ -76,9 +76,9 @@ Change explained(const Fixture& fixture, const FixtureState& now, const Input& i
 
 }  // namespace
 
-double apply_laws(FixtureStates& states, const Corrector& hard, const Corrector& joint, const FollowerLimits& follower,
-                  const Input& in) noexcept {
-  double credit = 0.0;
+FixtureEnergy apply_laws(FixtureStates& states, const Corrector& hard, const Corrector& joint,
+                         const FollowerLimits& follower, const Input& in) noexcept {
+  FixtureEnergy energy;
   for (int i = 0; i < states.size(); ++i) {
     FixtureState& now = states[i];
     now.force = ConstraintForce{};
@@ -97,10 +97,11 @@ double apply_laws(FixtureStates& states, const Corrector& hard, const Corrector&
       if (is_hard) now.force.F.f += pulls * follower.lag_direction();
     }
     if (!finite(now.force)) now.force = ConstraintForce{};
-    if (earns_credit(f.policy)) credit += now.rise * now.force.U;
+    energy.potential += now.force.U;
+    if (earns_credit(f.policy)) energy.credit += now.rise * now.force.U;
     scale(now.force, now.authority);
   }
-  return credit;
+  return energy;
 }
 
 void Priorities::apply(FixtureStates& states, bool renders_damping) noexcept {

@@ -8,10 +8,15 @@
 
 namespace palpate::guidance {
 
+/// Energies of all fixtures [J].
+struct FixtureEnergy {
+  double potential = 0.0;  ///< stored by the fixtures that act, at full authority
+  double credit = 0.0;     ///< stored by those whose authority rose without motion of the hand, by that rise
+};
+
 /// Sets the force of every fixture: at the mapped goal, or along its share of the correction if a corrector handles it.
-/// Returns the energy stored by fixtures whose authority rose without motion of the hand [J].
-double apply_laws(FixtureStates& states, const Corrector& hard, const Corrector& joint, const FollowerLimits& follower,
-                  const Input& in) noexcept;
+FixtureEnergy apply_laws(FixtureStates& states, const Corrector& hard, const Corrector& joint,
+                         const FollowerLimits& follower, const Input& in) noexcept;
 
 /// Enforces the priorities: a fixture never pushes against one that ranks above it; hard fixtures rank above soft ones.
 class Priorities {

@@ -48,7 +48,7 @@ const Output& Guidance::step(const Input& in) noexcept {
   follower_.observe(in.tool.X_WT.p, before_.X_WT_goal);
   out_.status = authority_.step(states_, in);
   correct(in);
-  out_.credit = apply_laws(states_, hard_, joint_, follower_, in);
+  out_.energy = apply_laws(states_, hard_, joint_, follower_, in);
   priorities_.apply(states_, in.handle.renders_damping);
   out_.on_tool = blend_.step(states_, in, before_);
   report(in);

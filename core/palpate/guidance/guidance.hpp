@@ -24,7 +24,7 @@ struct Output {
   int strongest = -1;              ///< index of the fixture with the largest wrench; -1: no fixture exerts one
   double gap = 0.0;                ///< gap of that fixture, or without force the smallest gap [m, rad]
   Vec3 correction = Vec3::Zero();  ///< corrected minus mapped position of the goal [m]
-  double credit = 0.0;             ///< energy stored by fixtures whose authority rose without motion of the hand [J]
+  FixtureEnergy energy;            ///< energies of the fixtures
   unsigned status = 0;             ///< bits of Status
 };
 

@@ -6,6 +6,7 @@
 
 #include "palpate/guidance/deformed_scope.hpp"
 #include "palpate/loop/soft_objects.hpp"
+#include "palpate/types/so3.hpp"
 
 namespace palpate::loop {
 namespace {
@@ -16,6 +17,11 @@ double period(double rate) {
                                 " Hz: the haptic cycle runs between 50 and 10000 Hz, for example 1000");
   }
   return 1.0 / rate;
+}
+
+bool touches_soft_body(const ContactSet& contacts) noexcept {
+  return std::any_of(contacts.contact.begin(), contacts.contact.begin() + contacts.size,
+                     [](const Contact& c) { return c.stored >= 0.0; });
 }
 
 }  // namespace
@@ -146,12 +152,28 @@ ToolForce Haptics::contact_force(const HapticsInput& in) const noexcept {
   }
 }
 
+// Energy that the springs behind the wrench on the hand store now, at the hand's port [J]; infinity for a soft body,
+// another instrument and a measured contact, whose stored energy is not known. Where the tool does not reach the goal
+// of the hand (a hard fixture, the follower's lag or limits), the hand has also worked against the present wrench along
+// the distance between both.
+double Haptics::potential(const HapticsInput& in) const noexcept {
+  const bool others = in.tool.F_others_W.f != Vec3::Zero() || in.tool.F_others_W.t != Vec3::Zero();
+  if (options_.source != force::Source::contact || others || touches_soft_body(*out_.contacts)) {
+    return std::numeric_limits<double>::infinity();
+  }
+  const Wrench F = tool_force_.F_T_W + out_.guided.on_tool.F;
+  const double away = (out_.mapped.X_WT_goal.p - out_.guided.correction - in.tool.X_WT.p).norm();
+  const double turned = rotation_vector(out_.R_WT_mapped * in.tool.X_WT.R.transpose()).norm();
+  return mapping_.energy_ratio() * (stability::spring_energy(*out_.contacts, in.controls.stiffness_scale) +
+                                    out_.guided.energy.potential + F.f.norm() * away + F.t.norm() * turned);
+}
+
 stability::Output Haptics::stabilise(const HapticsInput& in) noexcept {
   const Vec3 F_T_W = out_.force.F + out_.guided.on_tool.F.f;
   const double K = stability::stiffness_along(F_T_W, *out_.contacts, in.controls.stiffness_scale) +
                    guidance_.stiffness_along(F_T_W) + in.tool.K_others;
   return stability_.step({out_.commanded, in.t, in.handle, in.tool, feels(in), mapping_.stiffness_on_hand(K),
-                          mapping_.energy_ratio() * out_.guided.credit});
+                          mapping_.energy_ratio() * out_.guided.energy.credit, potential(in)});
 }
 
 }  // namespace palpate::loop

@@ -127,6 +127,7 @@ class Haptics {
   void guide(const HapticsInput& in) noexcept;
   [[nodiscard]] double torque_on_jaws(const ToolWithSpheres& tool) const noexcept;
   [[nodiscard]] ToolForce contact_force(const HapticsInput& in) const noexcept;
+  [[nodiscard]] double potential(const HapticsInput& in) const noexcept;
   [[nodiscard]] stability::Output stabilise(const HapticsInput& in) noexcept;
   stability::Energy book(const HapticsInput& in, const Wrench& F_H_L) noexcept;
   void record(const HapticsInput& in, Tick& tick) const noexcept;

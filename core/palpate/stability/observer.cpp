@@ -39,8 +39,6 @@ Observer::Observer(const ObserverOptions& options, double dt)
           "must lie in 0..0.01 m");
   require("stability", options.allowance >= 0.0 && std::isfinite(options.allowance), "allowance", options.allowance,
           "must be 0 J or more, and finite");
-  require("stability", options.capacity >= options.allowance, "tank_capacity", options.capacity,
-          "must not be below stability.allowance [J]");
   require("stability", options.acceleration > 0.0 && std::isfinite(options.acceleration), "acceleration",
           options.acceleration, "must be above 0 m/s^2, and finite; for example 5");
   require("stability", options.angular_acceleration > 0.0 && std::isfinite(options.angular_acceleration),
@@ -65,8 +63,10 @@ void Observer::step(const Pose& X_LH, const Twist& V_LH, double dissipated) noex
   const Wrench &now = line_.acting(0), &before = line_.acting(1);
   const double work_now = now.f.dot(dx) + now.t.dot(turn);
   const double work_before = before.f.dot(dx) + before.t.dot(turn);
-  stored_ = std::min(stored_ - (1.0 - fraction) * work_now - fraction * work_before + dissipated, options_.capacity);
+  stored_ += dissipated - (1.0 - fraction) * work_now - fraction * work_before;
 }
+
+void Observer::limit(double most) noexcept { stored_ = std::min(stored_, most); }
 
 void Observer::sent(const Wrench& F_H_L) noexcept {
   line_.push(F_H_L);

@@ -12,7 +12,6 @@ struct ObserverOptions {
   double delay = 0.0;                   ///< known delay from measurement to torque [s]
   double quantum = 0.0;                 ///< resolution of the handle's position [m]
   double allowance = 5e-4;              ///< energy that may be returned beyond the energy put in [J]
-  double capacity = 0.03;               ///< largest energy in the account, in mode `tank` [J]
   double acceleration = 5.0;            ///< bound on the acceleration of the handle by hand or force [m/s^2]
   double angular_acceleration = 100.0;  ///< the same bound for its rotation [rad/s^2]
 };
@@ -26,7 +25,7 @@ struct RampDownRates {
 /// The observer of Hannaford and Ryu (2002) with the force that really acted (Ryu, Kim and Hannaford 2004); with a
 /// delay that is a force sent earlier:
 ///
-///   E_k+1 = min(E_k - F_k-d . (x_k+1 - x_k) - t_k-d . (turn from R_k to R_k+1) + D_k, capacity),   E_0 = allowance
+///   E_k+1 = E_k - F_k-d . (x_k+1 - x_k) - t_k-d . (turn from R_k to R_k+1) + D_k,   E_0 = allowance
 ///
 /// d is the delay in periods (for a fraction of a period, two forces count in proportion), and D_k is the certified
 /// dissipation of the device. x is the measured position after a backlash (hysteresis) of half-width
@@ -46,6 +45,8 @@ class Observer {
   void step(const Pose& X_LH, const Twist& V_LH, double dissipated) noexcept;
   /// Reports the wrench that this tick sends; it acts after the delay.
   void sent(const Wrench& F_H_L) noexcept;
+  /// Discards the energy in the account beyond `most` [J].
+  void limit(double most) noexcept;
   /// Resets a deficit to the allowance if no wrench acts or is in flight.
   void clear_deficit() noexcept;
   /// Credits the energy [J] of a potential that was switched on at the hand's position: the hand did not put it in, but

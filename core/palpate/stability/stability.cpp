@@ -32,14 +32,14 @@ DampedWrench with_damping(const Wrench& rendered, const Wrench& commanded, const
 Stability::Stability(const Options& options, double dt)
     : coupling_(options.coupling, dt),
       low_pass_(options.low_pass, dt),
-      passivity_(options.passivity, options, dt),
+      passivity_(options.passivity, options, low_pass_.lag(), dt),
       limiter_(options, dt) {}
 
 Output Stability::step(const Input& in) noexcept {
   Output out;
   const Handle& handle = in.handle;
   const Wrench commanded = in.commanded.total(handle.V_LH.v);
-  passivity_.observe(handle.X_LH, handle.V_LH, handle.q);
+  passivity_.observe(handle.X_LH, handle.V_LH, handle.q, in.potential);
   if (!in.engaged || !believable(commanded)) {
     coupling_.reset();
     low_pass_.reset();

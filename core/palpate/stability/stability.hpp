@@ -6,6 +6,8 @@
 // rendered() reports such a loss, so that the wrench returns by a ramp.
 #pragma once
 
+#include <limits>
+
 #include "palpate/stability/coupling.hpp"
 #include "palpate/stability/limiter.hpp"
 #include "palpate/stability/low_pass.hpp"
@@ -34,6 +36,8 @@ struct Input {
   bool engaged = true;     ///< following and not clutched; otherwise the wrench ramps to zero
   double stiffness = 0.0;  ///< stiffness felt by the hand along the wanted force [N/m]
   double credit = 0.0;     ///< energy of potentials that were switched on in this tick, at the hand's port [J]
+  /// Energy that the springs behind `commanded` store now, at the hand's port; infinity: unknown [J].
+  double potential = std::numeric_limits<double>::infinity();
 };
 
 /// Lag of a ramp of force in each element [s].

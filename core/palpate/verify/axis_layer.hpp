@@ -14,10 +14,12 @@ namespace palpate::verify {
 /// over the last four if the position is quantised.
 class AxisLayer : public AxisStage {
  public:
-  /// options.passivity.friction: of one joint, or empty. stiffness: felt stiffness [N/m]. dt: period of the cycle [s].
-  AxisLayer(const stability::Options& options, double stiffness, double dt)
-      : stage_(options, dt), window_(options.passivity.observer.quantum > 0.0 ? kWindow : 1) {
-    in_.stiffness = stiffness;
+  /// options.passivity.friction: of one joint, or empty.
+  AxisLayer(const stability::Options& options, const AxisOptions& axis)
+      : stage_(options, 1.0 / axis.rate),
+        bilateral_(axis.bilateral),
+        window_(options.passivity.observer.quantum > 0.0 ? kWindow : 1) {
+    in_.stiffness = axis.K;
     in_.handle.q = JointVector::Zero(1);
     in_.handle.valid = in_.tool.valid = true;
   }
@@ -30,6 +32,7 @@ class AxisLayer : public AxisStage {
     x_[steps_++ % kWindow] = x;
     in_.commanded.F.f.x() = F;
     in_.handle.X_LH.p.x() = in_.handle.q[0] = x;
+    in_.potential = bilateral_ || x > 0.0 ? 0.5 * in_.stiffness * x * x : 0.0;
     const stability::Output out = stage_.step(in_);
     stage_.rendered(out.F_H_L);
     acted_ = acted_ || out.F_passivity.f.x() != 0.0;
@@ -44,6 +47,7 @@ class AxisLayer : public AxisStage {
 
   stability::Stability stage_;
   stability::Input in_;
+  bool bilateral_;
   std::size_t window_;
   std::array<double, kWindow> x_{};
   std::size_t steps_ = 0;

@@ -173,9 +173,14 @@ def _touch_rows(fine: touchable.Fineness, suits: touchable.Radius, touch: Touch)
     bounds = [f"up to {suits.largest_mm:.2g} mm reaches into the hollows"] if math.isfinite(suits.largest_mm) else []
     if suits.smallest_mm:
         bounds.append(f"noise of {suits.noise_mm:.2g} mm needs {suits.smallest_mm:.2g} mm or more")
-    turn = touchable.turn_per_ms_deg(touch.radius)
+    turn, depth = touchable.turn_per_ms_deg(touch.radius), 1.0 / touch.stiffness
+    deep, mm = touchable.turn_per_ms_deg(touch.radius, depth), 1e3 * depth
     return (
-        ("facets", f"edges of {fine.edge_mm:.2g} mm; 95 % turn by less than {fine.turn_deg:.2g} deg"),
+        (
+            "facets",
+            f"edges of {fine.edge_mm:.2g} mm; 95 % turn by less than {fine.turn_deg:.2g} deg; "
+            f"{fine.stepping_share:.1%} of the surface is on slivers or creases, where the force may step",
+        ),
         (
             "felt",
             f"force off by {fine.direction_error_deg:.2g} deg, {fine.force_error_mN:.2g} mN at {touch.stiffness:g} N/m "
@@ -184,7 +189,13 @@ def _touch_rows(fine: touchable.Fineness, suits: touchable.Radius, touch: Touch)
         ("radius", "; ".join([f"{suits.recommended_mm:g} mm suits", *bounds])),
         (
             "sharp edges",
-            f"rounded by {suits.given_mm:g} mm: the force turns by {turn:.2g} deg per millisecond at 50 mm/s",
+            f"rounded by {suits.given_mm:g} mm: at 50 mm/s the force turns by {turn:.2g} deg per millisecond"
+            + (f", {deep:.2g} deg at 1 N" if math.isfinite(deep) else "")
+            + (
+                ""
+                if math.isfinite(deep)
+                else f"; at 1 N ({mm:.2g} mm deep) it jumps: a radius above {mm:.2g} mm turns it"
+            ),
         ),
     )
 
