@@ -1,6 +1,7 @@
 #include "palpate/types/so3.hpp"
 
 #include <Eigen/Geometry>
+#include <cmath>
 
 namespace palpate {
 namespace {
@@ -29,6 +30,24 @@ Vec3 rotation_vector(const Mat3& R) noexcept {
 Mat3 rotation_by(const Vec3& theta) noexcept {
   const double angle = theta.norm();
   return angle > 0.0 ? Eigen::AngleAxisd(angle, theta / angle).toRotationMatrix() : Mat3::Identity();
+}
+
+// As Eigen's FromTwoVectors, which takes a singular value decomposition for opposite vectors: most of its compilation.
+Mat3 rotation_between(const Vec3& a, const Vec3& b) noexcept {
+  constexpr double kOpposite = -1.0 + 1e-12;
+  const Vec3 from = a.normalized(), to = b.normalized();
+  const double c = to.dot(from);
+  Eigen::Quaterniond q;
+  if (c < kOpposite) {
+    q.w() = 0.0;
+    q.vec() = from.unitOrthogonal();
+  } else {
+    const double s = std::sqrt((1.0 + c) * 2.0);
+    const Vec3 axis = from.cross(to);
+    q.vec() = axis * (1.0 / s);
+    q.w() = s * 0.5;
+  }
+  return q.toRotationMatrix();
 }
 
 }  // namespace palpate

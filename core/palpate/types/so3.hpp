@@ -10,5 +10,7 @@ namespace palpate {
 [[nodiscard]] Vec3 rotation_vector(const Mat3& R) noexcept;
 /// Rotation by the rotation vector theta [rad]: the exponential of SO(3).
 [[nodiscard]] Mat3 rotation_by(const Vec3& theta) noexcept;
+/// The smallest rotation that turns the direction of a into the direction of b; half a turn when they are opposite.
+[[nodiscard]] Mat3 rotation_between(const Vec3& a, const Vec3& b) noexcept;
 
 }  // namespace palpate

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 
 #include "palpate/types/lanes.hpp"
+#include "palpate/types/small.hpp"
 
 namespace palpate {
 

@@ -7,6 +7,8 @@
 #include <string>
 #include <utility>
 
+#include "palpate/types/so3.hpp"
+
 namespace palpate::guidance {
 namespace {
 
@@ -194,7 +196,7 @@ Mat3 Path::attitude(const Best& where, double arc_length, const Vec3& tangent) c
   const double share = std::clamp((arc_length - start_[where.piece]) / whole, 0.0, 1.0);
   const Mat3 R = attitude_[where.piece].slerp(share, attitude_[where.piece + 1]).toRotationMatrix();
   if (!tangential_) return R;
-  return Eigen::Quaterniond::FromTwoVectors(R.col(2), tangent).toRotationMatrix() * R;
+  return rotation_between(R.col(2), tangent) * R;
 }
 
 Query Path::query_local(const Pose& X_WT, double, double) const noexcept {
