@@ -200,7 +200,7 @@ def ran(change, port_J=0.0, **kind):
         "change": change,
     }
     flags = dict.fromkeys(("passive", "certified", "calm", "silent"), False) | kind
-    return {"off": each, "observer": each, "tank": each, "alone": each, **flags}
+    return {"delay_s": 0.0, "off": each, "observer": each, "tank": each, "alone": each, **flags}
 
 
 def test_runs_are_counted_below_1_mj_and_from_a_change_of_1_percent():
@@ -214,3 +214,12 @@ def test_runs_are_counted_below_1_mj_and_from_a_change_of_1_percent():
     changes = {one["of"]: (one["runs"], one["changed"], one["largest_change"]) for one in summed["changes"]}
     assert changes == {"silent": (1, 0, 0.0), "passive": (0, 0, 0.0), "certified and calm": (1, 1, 0.01),
                        "certified": (2, 1, 0.01), "all": (4, 2, 0.5)}  # fmt: skip
+
+
+def test_changes_are_counted_by_delay():
+    rows = [ran(change, certified=True, calm=True) | {"delay_s": delay}
+            for change, delay in ((0.5, 0.0), (0.0, 0.0009), (0.2, 0.001), (0.3, 0.02), (0.0, 0.05))]  # fmt: skip
+    rows.append(ran(0.9, certified=True) | {"delay_s": 0.0})  # a cap acted
+    found = passivity.summed_up(rows)["by_delay"]
+    assert [(row["runs"], row["changed"]) for row in found] == [(2, 1), (1, 1), (0, 0), (0, 0), (2, 1)]
+    assert [row["to_s"] for row in found] == [0.001, 0.005, 0.010, 0.020, None]
