@@ -49,10 +49,12 @@ def _dynamics(arm: str) -> Run:
                ("terms", "consistency", "unknown"))  # fmt: skip
 
 
-_BOUNDS = ("change_low", "change_high", "hedges_g_low", "hedges_g_high", "expected_change", "expected_hedges_g", "source",
-           "than_right_low_mm", "than_right_high_mm", "than_none_low_mm", "than_none_high_mm",
-           *(f"{key}_more_{end}" for key in ("path_error_mm", "mean_force_N", "peak_force_N", "time_s")
-             for end in ("low", "high")))  # fmt: skip
+_BOUNDS = (
+    *("change_low", "change_high", "hedges_g_low", "hedges_g_high", "expected_change", "expected_hedges_g", "source"),
+    *(f"than_{other}_{end}_mm" for other in ("right", "none") for end in ("low", "high")),
+    *(f"{key}_more_{end}" for key in ("path_error_mm", "mean_force_N", "peak_force_N", "time_s")
+      for end in ("low", "high")),
+)  # fmt: skip
 _TIMES = ("p50_us", "p99_us", "load_s", "memory_MB")
 
 RUNS: dict[str, Run] = {
@@ -73,7 +75,9 @@ RUNS: dict[str, Run] = {
     "planning_stiffness": Run("study planning --stiffness --routes 8 --operators 8", ("trials",)),
     "execution": Run("bench execution --stops 50"),
     "execution_ros": Run("bench execution --ros --stops 20"),
-    "contact": Run("study contact", ("planes", *_TIMES), lambda row: row.get("path") == "shallow" and row["triangles"] > 50_000),
+    "contact": Run(
+        "study contact", ("planes", *_TIMES), lambda row: row.get("path") == "shallow" and row["triangles"] > 50_000
+    ),
     "contact_bench": Run("bench contact", _TIMES, lambda row: row.get("path") != "tool"),
     "contact_times": Run("bench contact", (), lambda row: row.get("path") == "deep"),  # on an idle machine
     "laws": Run("study laws", (), lambda row: row.get("K_N_per_m") == 400.0 or row.get("law") == "stiffness"),
@@ -87,8 +91,10 @@ RUNS: dict[str, Run] = {
     "cloud": Run("bench cloud", ("frame_to_force_ms", "frame_cpu_ms", "missed", "control_missed", "frames", "ticks")),
     "cloud_times": Run("bench cloud", ("cases",)),  # on an idle machine
     "scan": Run(f"scan scenes/liver.yaml --views 12 --noise 1 --out {OUT}/organ.ply", ("poses", "holes", "seconds")),
-    "scan_room": Run(f"scan {DATA}/clouds/capture0001.pcd {DATA}/clouds/capture0002.pcd --unit m --out {OUT}/room.ply",
-                     ("poses", "holes", "seconds")),  # fmt: skip
+    "scan_room": Run(
+        f"scan {DATA}/clouds/capture0001.pcd {DATA}/clouds/capture0002.pcd --unit m --out {OUT}/room.ply",
+        ("poses", "holes", "seconds"),
+    ),
     "radius": Run("study radius", ("filtered_mN", "bias_mN", "step_deg", "step_mN", "error_mN")),
     "geometry": Run("study geometry", ("point_contact", "deflection", "slopes")),
     "tissue": Run("bench tissue", ("tick_ms", "control_ms", "viscosity")),
@@ -133,7 +139,11 @@ def needed(value: Any, run: Run) -> Any:
 def measured(name: str, folder: Path) -> dict[str, Any]:
     """Run a documented command; its result with what is needed to repeat it."""
     run = RUNS[name]
-    head: dict[str, Any] = {"command": f"palpate {run.command}", "commit": commit(), "control_numpy_import_s": control()}
+    head: dict[str, Any] = {
+        "command": f"palpate {run.command}",
+        "commit": commit(),
+        "control_numpy_import_s": control(),
+    }
     file, start = folder / "result.json", time.monotonic()
     places = {"OUT": str(folder), "PALPATE_DATA": os.environ.get("PALPATE_DATA", str(ROOT.parent / "shared" / "data"))}
     arguments = [Template(word).substitute(places) for word in run.command.split()]
@@ -147,9 +157,7 @@ def measured(name: str, folder: Path) -> dict[str, Any]:
     found = json.loads(file.read_text(encoding="utf-8"))
     found = {"rows": found} if isinstance(found, list) else found
     head["seed"] = found.get("seed", 0)  # a sweep without a seed of its own has 0
-    return rounded(
-        head | {"wall_s": time.monotonic() - start, "cores": os.cpu_count(), "result": needed(found, run)}
-    )
+    return rounded(head | {"wall_s": time.monotonic() - start, "cores": os.cpu_count(), "result": needed(found, run)})
 
 
 def main() -> None:

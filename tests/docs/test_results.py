@@ -20,7 +20,7 @@ _NUMBER = re.compile(r"none|\d+(?:[.,]\d+)*")
 
 
 def missing(page: str, phrases: list[str]) -> list[str]:
-    """The phrases that are not on the page; line breaks count as spaces, `\\|.*\\|` leaves columns of other runs out."""
+    """The phrases that are not on the page; line breaks are spaces, `\\|.*\\|` stands for columns of other runs."""
     text = " ".join(page.split())
     parts = {phrase: re.escape(phrase).replace(re.escape(r"\|.*\|"), r"\|[^|]*\|[^|]*\|") for phrase in phrases}
     return [phrase for phrase, part in parts.items() if not re.search(rf"(?<![\w.,]){part}(?![.,]?\d)", text)]

@@ -378,7 +378,9 @@ def test_operators_who_yield_less_are_guided_less(yields):
     """A weaker trait reduces the effect of guidance; without forces on the hand the trait has no effect."""
     report = {row["share"]: row["change"] for row in yields if row["task"] == "insertion"}
     assert report[1.0] < report[0.5] < report[0.0]
-    all_, not_ = (guidance.attempt(2, "ring", "none", 5, assumed=guidance.Assumed(yields=share)) for share in (1.0, 0.0))
+    all_, not_ = (
+        guidance.attempt(2, "ring", "none", 5, assumed=guidance.Assumed(yields=share)) for share in (1.0, 0.0)
+    )
     np.testing.assert_array_equal(all_.p_WT, not_.p_WT)
 
 

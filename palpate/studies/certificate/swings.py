@@ -1,7 +1,7 @@
 """``palpate study certificate --swings``: the judge of oscillations against the eigenvalues of random loops.
 
-A bilateral loop without friction and counts is linear: it oscillates if an eigenvalue of its sampled motion lies outside
-the unit circle. The judge (`core/palpate/verify/swing.hpp`) sees only the simulated motion.
+A bilateral loop without friction and counts is linear: it oscillates if an eigenvalue of its sampled motion lies
+outside the unit circle. The judge (`core/palpate/verify/swing.hpp`) sees only the simulated motion.
 """
 
 from __future__ import annotations

@@ -118,8 +118,8 @@ def _status_mb(key: str) -> float:
     return next((int(line.split()[1]) * 1024 / 1e6 for line in lines if line.startswith(f"{key}:")), float("nan"))
 
 
-# Reference figures of deep slides on the same input by CHAI3D 3.3.0, which is no part of this project: dynamic proxy, shaded
-# normals, scene scaled by 500, one core of a shared machine. They were given with the definition of this benchmark.
+# Reference figures of deep slides on the same input by CHAI3D 3.3.0, which is no part of this project: dynamic proxy,
+# shaded normals, scene scaled by 500, one core of a shared machine. The definition of this benchmark came with them.
 # Columns: p50, p99 [us]; direction median, p95, max [deg]; magnitude p95, max [mN]; step [deg], [mN].
 CHAI3D: dict[tuple[str, int], tuple[float, ...]] = {
     ("sphere", 10_000): (17, 24, 0.13, 0.21, 0.4, 8, 9, 0.3, 1),

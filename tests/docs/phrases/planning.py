@@ -41,7 +41,40 @@ def execution_load(found: Result) -> list[str]:
     return [f"under a load of {max(row['load'] for row in found['rows']):.0f}"]
 
 
+def study_rows(found: Result) -> list[str]:
+    by = found["conditions"]
+    return [
+        f"| {words} | {by[name]['entry_mm_s']:.3f} mm s | {by[name]['deepest_mm']:.2f} mm | "
+        f"{by[name]['path_error_mm']:.2f} mm |"
+        for name, words in (("none", "none"), ("follow", "led along the plan, in its tube"))
+    ]
+
+
+def study_text(found: Result) -> list[str]:
+    led = found["conditions"]["follow"]
+    low, high = (f"{100 * share:.0f}" for share in led["entry_reduction_95"])
+    trials = sum(row["trials"] for row in found["conditions"].values())
+    assert led["done"] == 1.0
+    return [
+        f"16 simulated operators, {trials} trials)",
+        f"by {100 * led['entry_reduction']:.0f} % less (95 % interval: {low} to {high} %)",
+    ]
+
+
+def stiffness_rows(found: Result) -> list[str]:
+    phrases = []
+    for name, row in found["conditions"].items():
+        low, high = (f"{100 * share:.0f}" for share in row["entry_reduction_95"])
+        less = "" if name == "none" else f"{100 * row['entry_reduction']:.0f} % ({low} to {high} %)"
+        spring = "none" if name == "none" else f"{name} N/m"
+        phrases.append(f"| {spring} | {row['entry_mm_s']:.3f} mm s | {less} | {row['deepest_mm']:.2f} mm | "
+                       f"{row['path_error_mm']:.2f} mm |")  # fmt: skip
+    return [*phrases, f"({sum(row['trials'] for row in found['conditions'].values())} trials)"]
+
+
 TIES = [
+    Tie("planning-study.md", "planning_study", (study_rows, study_text)),
+    Tie("planning-study.md", "planning_stiffness", (stiffness_rows,)),
     Tie("planning.md", "planning", (planning_rows, planning_again)),
     Tie("planning-execution.md", "execution", (execution_rows,)),
     Tie("planning-execution.md", "execution_ros", (execution_rows, execution_load)),

@@ -6,6 +6,7 @@ import math
 
 from phrases.values import Result, Tie
 
+
 def of(rows: list[Result], key: str) -> str:
     return f"{sum(round(row[key] * row['trials']) for row in rows)} of {sum(row['trials'] for row in rows)}"
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from phrases.values import Result, Tie, mj
 
+
 def certificate_devices(found: Result) -> list[str]:
     share = "all" if found["share_within"] == 1.0 else f"{100 * found['share_within']:.1f} %"
     broken = found["certified_broken"] or "none"
@@ -55,7 +56,27 @@ def passivity_changes(found: Result) -> list[str]:
             for runs, row in zip(every, rows.values(), strict=True) if row["of"] != "silent"]  # fmt: skip
 
 
+def extracted(found: Result) -> list[str]:
+    return [
+        f"{found['motions']} random motions per case",
+        *(f"| {row['case']} | {1e3 * row['extracted_J']:.2f} mJ | {1e3 * row['without_J']:.0f} mJ |"
+          for row in found["extract"]),
+    ]  # fmt: skip
+
+
+def swings(found: Result) -> list[str]:
+    names = {"needed": "as long as the judge needs", "short": "2 s, whatever the mode"}
+    return [
+        f"For {found['loops']} random ones",
+        *(f"| {names[r['run']]} | {r['growing_called']}, {r['growing'] - r['growing_called']} "
+          f"({r['growing_undecided']}) | {r['decaying_called']}, {r['decaying'] - r['decaying_called']} "
+          f"({r['decaying_undecided']}) | {100 * r['agreement']:.1f} % |" for r in found["runs"]),
+    ]  # fmt: skip
+
+
 TIES = [
+    Tie("oscillation.md", "swings", (swings,)),
+    Tie("stability-study.md", "extract", (extracted,)),
     Tie("certificate.md", "certificate", (certificate_devices, certificate_arms)),
     Tie("stability-study.md", "passivity", (passivity_rows, passivity_text, passivity_changes)),
 ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from phrases.values import Result, Tie
 
+
 def tissue_ticks(found: Result) -> list[str]:
     return [f"| {int(n):,} | {t['p50']:.2f} / {t['p99']:.2f} ms |" for n, t in found["tick_ms"].items()]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from phrases.values import Result, Tie
 
+
 def peak_mm(row: Result) -> str:
     """The overshoot is a percentage of 0.385 m."""
     return f"{3.85 * row['overshoot_percent']:.1f}"
