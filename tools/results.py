@@ -67,8 +67,10 @@ RUNS: dict[str, Run] = {
     "guidance": Run("study guidance", _BOUNDS, lambda row: row.get("condition") != "control_wrong"),
     "guidance_entry": Run("study guidance --entry"),
     "guidance_assumptions": Run("study guidance --assumptions", _BOUNDS),
-    "conformance": Run("study guidance --conformance", ("entry",), lambda row: row.get("rejected_share", 1.0) > 0.6),
-    "conformance_seeds": Run("study guidance --conformance --seeds 10", ("pairs", "entry")),
+    "conformance": Run(
+        "study guidance --conformance", ("hard_entry", "soft_entry"), lambda row: row.get("rejected_share", 1.0) > 0.6
+    ),
+    "conformance_seeds": Run("study guidance --conformance --seeds 10", ("pairs", "hard_entry", "soft_entry")),
     "guidance_times": Run("bench guidance"),  # on an idle machine
     "planning": Run("bench planning"),
     "planning_study": Run("study planning", ("trials",)),

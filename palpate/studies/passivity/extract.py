@@ -89,7 +89,7 @@ def extracted(setting: Setting, seed: int, mode: str = "observer") -> float:
     o.passivity = mode  # type: ignore[assignment]
     o.delay, o.quantum = setting.delay + 0.5 * setting.jitter, setting.quantum
     K, motion = log_uniform(rng, *STIFFNESS), strokes(rng, o.acceleration)
-    sent = PERIOD * np.arange(round(SECONDS / PERIOD))
+    sent = np.linspace(0.0, SECONDS, round(SECONDS / PERIOD), endpoint=False)
     acts = np.maximum.accumulate(sent + setting.delay + setting.jitter * rng.uniform(size=len(sent)))
     return largest_return(motion, acts, rendered(motion, sent, o, K, setting))
 
@@ -146,5 +146,5 @@ def table(found: ExtractedBy) -> list[RenderableType]:
     for column in ("case", "with the layer", "without"):
         out.add_column(column, justify="left" if column == "case" else "right")
     for row in found["extract"]:
-        out.add_row(row["case"], *(f"{1e3 * row[key]:.3g} mJ" for key in ("extracted_J", "without_J")))  # type: ignore[literal-required]
+        out.add_row(row["case"], *(f"{1e3 * row[key]:.3g} mJ" for key in ("extracted_J", "without_J")))
     return [out, "simulated motions of the handle, one axis"]
