@@ -37,9 +37,10 @@ class Run:
     """Rows to keep, of a list of rows at any depth."""
 
 
-def _gravity(arm: str, number: str) -> Run:
+def _gravity(arm: str, number: str, poses: int = 160, model: str = "potential") -> Run:
     files = f"{DATA}/mtm_static/{arm.upper()}_{number}__random"
-    command = f"calibrate gravity {files}_N160.csv --arm {arm} --out {OUT}/m.yaml --test {files}_N400.csv"
+    command = f"calibrate gravity {files}_N{poses}.csv --arm {arm} --model {model} --out {OUT}/m.yaml"
+    command += f" --test {files}_N400.csv"
     return Run(command, ("advice", "base_parameters", "not_identifiable", "weak_parameters", "outliers", "stops"))
 
 
@@ -90,6 +91,11 @@ RUNS: dict[str, Run] = {
     "gravity_34863": _gravity("mtml", "34863"),
     "gravity_31519": _gravity("mtmr", "31519"),
     "gravity_28247": _gravity("mtmr", "28247"),
+    "gravity_34863_few": _gravity("mtml", "34863", 40),
+    "gravity_28247_few": _gravity("mtmr", "28247", 40),
+    "gravity_34863_dvrk": _gravity("mtml", "34863", model="dvrk"),
+    "gravity_31519_dvrk": _gravity("mtmr", "31519", model="dvrk"),
+    "gravity_28247_dvrk": _gravity("mtmr", "28247", model="dvrk"),
     "cloud": Run("bench cloud", ("frame_to_force_ms", "frame_cpu_ms", "missed", "control_missed", "frames", "ticks")),
     "cloud_times": Run("bench cloud", ("cases",)),  # on an idle machine
     "scan": Run(f"scan scenes/liver.yaml --views 12 --noise 1 --out {OUT}/organ.ply", ("poses", "holes", "seconds")),

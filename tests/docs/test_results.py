@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 from phrases import TIES
-from phrases.values import Result, Tie
+from phrases.values import RESULTS, Tie, kept
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 NAMES = sorted({tie.result for tie in TIES})
-KEPT = {path.stem for path in (DOCS / "results").glob("*.json")}
+KEPT = {path.stem for path in RESULTS.glob("*.json")}
 CHECKED = [tie for tie in TIES if tie.result in KEPT]
 
 _NUMBER = re.compile(r"none|\d+(?:[.,]\d+)*")
@@ -24,10 +24,6 @@ def missing(page: str, phrases: list[str]) -> list[str]:
     text = " ".join(page.split())
     parts = {phrase: re.escape(phrase).replace(re.escape(r"\|.*\|"), r"\|[^|]*\|[^|]*\|") for phrase in phrases}
     return [phrase for phrase, part in parts.items() if not re.search(rf"(?<![\w.,]){part}(?![.,]?\d)", text)]
-
-
-def kept(name: str) -> Result:
-    return json.loads((DOCS / "results" / f"{name}.json").read_text(encoding="utf-8"))
 
 
 def page_of(tie: Tie) -> str:
@@ -74,7 +70,7 @@ def test_a_number_is_found_as_a_whole():
     assert missing(page, wrong) == ["2.5 ms", "12", "13", "30 mm", "024 runs"]
 
 
-@pytest.mark.parametrize("path", sorted((DOCS / "results").glob("*.json")), ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", sorted(RESULTS.glob("*.json")), ids=lambda path: path.stem)
 def test_a_result_says_how_to_repeat_it(path):
     found = json.loads(path.read_text(encoding="utf-8"))
     assert found["command"].startswith("palpate ")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from palpate.studies.laws.work import Outcome, bandwidth
-from phrases.values import Maker, Result, Tie, percent, rows_by
+from phrases.values import Maker, Result, Tie, kept, percent, rows_by
 
 
 def limits(found: Result) -> list[str]:
@@ -66,27 +66,58 @@ def dynamics(arm: str) -> Maker:
     return table
 
 
-def gravity(arm: str) -> Maker:
-    def row(found: Result) -> list[str]:
-        unknown, known = (" ".join(f"{value:.2f}".removeprefix("0") for value in found[key]["r2"])
-                          for key in ("test", "test_directed"))  # fmt: skip
-        return [f"| {arm} | {unknown} | {known} |"]
+def r2(found: Result, key: str = "test") -> str:
+    return " ".join(f"{value:.2f}".removeprefix("0") for value in found[key]["r2"])
 
-    return row
+
+def gravity(arm: str) -> Maker:
+    return lambda found: [f"| {arm} | {r2(found)} | {r2(found, 'test_directed')} |"]
+
+
+def dvrk_form(arm: str) -> Maker:
+    return lambda found: [rf"| {arm} \|.*\| {r2(found)} |"]
+
+
+def few_poses(arm: str, number: str) -> Maker:
+    """RMS of the joints with 40 poses over that with 160."""
+
+    def sentence(found: Result) -> list[str]:
+        many = kept(f"gravity_{number}")["result"]["test_directed"]["rms_Nm"]
+        more = [few / one - 1.0 for few, one in zip(found["test_directed"]["rms_Nm"], many, strict=True)]
+        return [f"{arm}: {', '.join(percent(one, '+') for one in more)} %"]
+
+    return sentence
+
+
+def drifted(row: Result) -> str:
+    """Mean, median and 95 % in mm; to a tenth below 10 mm."""
+    values = (row[f"{key}_mm"] for key in ("mean", "median", "p95"))
+    return " / ".join(f"{value:.{0 if value >= 10.0 else 1}f}" for value in values)
 
 
 def drift(found: Result) -> list[str]:
     by = rows_by(found["rows"], "arm", "plant", "model")
     phrases = []
     for one in found["arms"]:
-        cells = []
-        for model in ("paper", "gravity+springs", "dvrk", "potential"):
-            r = by[one["arm"], "as identified", model]
-            digits = [0 if r[f"{key}_mm"] >= 1.0 else 1 for key in ("mean", "median", "p95")]
-            cells.append(" / ".join(f"{r[f'{key}_mm']:.{n}f}"
-                                    for key, n in zip(("mean", "median", "p95"), digits, strict=True)))  # fmt: skip
+        models = ("paper", "gravity+springs", "dvrk", "potential")
+        cells = [drifted(by[one["arm"], "as identified", model]) for model in models]
         phrases.append(f"| {' | '.join(cells)} |")
     return phrases
+
+
+def published_drift(found: Result) -> list[str]:
+    published = found["published_mm"]
+    shares = [row["mean_mm"] / published[row["model"]][0] for row in found["rows"]
+              if row["plant"] == "as identified" and row["model"] in ("paper", "dvrk")]  # fmt: skip
+    return [f"fall on average {min(shares):.1f} to {max(shares):.0f} times as far as the published arm did"]
+
+
+def rough_drift(found: Result) -> list[str]:
+    by = rows_by((r for r in found["rows"] if r["model"] == "potential"), "arm", "plant")
+    first, second, third = (by[one["arm"], "rough"] for one in found["arms"])
+    return [
+        f"There `potential` comes to {drifted(first)}, {drifted(second)} and {drifted(third)} mm",
+    ]
 
 
 TIES = [
@@ -97,5 +128,10 @@ TIES = [
     Tie("calibrate.md", "gravity_34863", (gravity("MTML 34863"),)),
     Tie("calibrate.md", "gravity_31519", (gravity("MTMR 31519"),)),
     Tie("calibrate.md", "gravity_28247", (gravity("MTMR 28247"),)),
-    Tie("calibrate.md", "drift", (drift,)),
+    Tie("calibrate.md", "gravity_34863_few", (few_poses("MTML 34863", "34863"),)),
+    Tie("calibrate.md", "gravity_28247_few", (few_poses("MTMR 28247", "28247"),)),
+    Tie("calibrate.md", "gravity_34863_dvrk", (dvrk_form("MTML 34863"),)),
+    Tie("calibrate.md", "gravity_31519_dvrk", (dvrk_form("MTMR 31519"),)),
+    Tie("calibrate.md", "gravity_28247_dvrk", (dvrk_form("MTMR 28247"),)),
+    Tie("calibrate.md", "drift", (drift, published_drift, rough_drift)),
 ]

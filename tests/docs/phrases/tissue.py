@@ -32,7 +32,16 @@ def tissue_mujoco(found: Result) -> list[str]:
     return [f"MuJoCo takes {found['mujoco']['tick_ms']['p50']:.1f} ms a step"]
 
 
+def thread_rows(found: Result) -> list[str]:
+    assert {row["period"] for row in found["threads"]} == {0.01}
+    return [
+        f"| {1e-3 * r['young']:.0f} kPa | {100 * r['rms']:.2f} % | {100 * r['peak']:.1f} % | {1e3 * r['taken']:g} mJ |"
+        for r in found["threads"]
+    ]
+
+
 TIES = [
+    Tie("soft-thread.md", "tissue", (thread_rows,)),
     Tie("tissue-figures.md", "tissue", (tissue_rows, tissue_text)),
     Tie("tissue-figures.md", "tissue_times", (tissue_ticks, tissue_mujoco)),
 ]

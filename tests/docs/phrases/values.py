@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import Any, NamedTuple
 
+RESULTS = Path(__file__).resolve().parents[3] / "docs" / "results"
 Result = dict[str, Any]
 Maker = Callable[[Result], list[str]]
 
@@ -16,6 +19,12 @@ class Tie(NamedTuple):
     page: str
     result: str
     makers: tuple[Maker, ...]
+
+
+def kept(name: str) -> Result:
+    """The kept result of this name."""
+    found: Result = json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
+    return found
 
 
 def mj(joules: float) -> str:
