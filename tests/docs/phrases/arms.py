@@ -82,8 +82,8 @@ def few_poses(arm: str, number: str) -> Maker:
     """RMS of the joints with 40 poses over that with 160."""
 
     def sentence(found: Result) -> list[str]:
-        many = kept(f"gravity_{number}")["result"]["test_directed"]["rms_Nm"]
-        more = [few / one - 1.0 for few, one in zip(found["test_directed"]["rms_Nm"], many, strict=True)]
+        many = kept(f"gravity_{number}")["result"]["test"]["rms_Nm"]
+        more = [few / one - 1.0 for few, one in zip(found["test"]["rms_Nm"], many, strict=True)]
         return [f"{arm}: {', '.join(percent(one, '+') for one in more)} %"]
 
     return sentence
