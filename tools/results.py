@@ -83,7 +83,11 @@ RUNS: dict[str, Run] = {
     ),
     "contact_bench": Run("bench contact", _TIMES, lambda row: row.get("path") != "tool"),
     "contact_times": Run("bench contact", (), lambda row: row.get("path") == "deep"),  # on an idle machine
-    "laws": Run("study laws", (), lambda row: row.get("K_N_per_m") == 400.0 or row.get("law") == "stiffness"),
+    "laws": Run(
+        "study laws",
+        ("force_error", "force_rms_N", "motion_mm", "peak_speed_m_s", "neglected_N", "too_fast"),
+        lambda row: row["model_scale"] == 1.0 and (row["K_N_per_m"] == 400.0 or row["law"] == "stiffness"),
+    ),
     "force": Run(f"study force --data {DATA}"),
     "drift": Run("study drift", ("drift_mm",)),
     "dynamics_mtm": _dynamics("mtm"),

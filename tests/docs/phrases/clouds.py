@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from phrases.values import Result, Tie, percent, rows_by
 
 
@@ -48,16 +50,36 @@ def room(found: Result) -> list[str]:
 def features(found: Result) -> list[str]:
     """Ridges as wide as the radius, and half as wide."""
     rows = found["rows"]
-    wide, narrow = ({f"{percent(r['kept'])} %" for r in rows if r["feature_mm"] * times == r["radius_mm"]}
+    wide, narrow = (sorted({round(100.0 * r["kept"]) for r in rows if r["feature_mm"] * times == r["radius_mm"]})
                     for times in (1.0, 2.0))  # fmt: skip
-    (same,), (half,) = wide, narrow
-    return [f"at the full width {same} of the height is felt, at twice the width {half}"]
+    assert len(wide) == 1
+    return [f"at the full width {wide[0]} % of the height is felt, at twice the width {narrow[0]} to {narrow[-1]} %"]
+
+
+def noisy(found: Result) -> list[str]:
+    """On the widest ridge: a small sphere follows every vertex, and one on many peaks turns by sqrt(2 noise / radius)."""
+    widest = max(row["feature_mm"] for row in found["rows"])
+    rows = rows_by((r for r in found["rows"] if r["feature_mm"] == widest), "radius_mm", "noise_mm")
+    spacing = 0.5  # of the vertices [mm]
+    (times,) = {f"{math.radians(rows[r, 0.05]['direction_deg']) * spacing / 0.05:.1f}" for r in (0.5, 1.0)}
+    for (radius, noise), row in rows.items():
+        if noise >= 0.2:
+            turn = math.degrees(math.sqrt(2.0 * noise / radius))
+            assert turn > 45.0 or abs(row["direction_deg"] / turn - 1.0) < 0.2, (radius, noise)
+    return [f"{times} times the noise over the spacing", "(95 %, measured within a fifth of it up to 45 deg)"]
+
+
+def turned(found: Result) -> list[str]:
+    (degrees,) = {f"{row['direction_deg']:.0f}" for row in found["rows"]
+                  if (row["radius_mm"], row["noise_mm"]) == (2.0, 0.05) and row["feature_mm"] > 8.0}  # fmt: skip
+    return [f"turn the force of a 2 mm sphere by {degrees} degrees (95 %, `palpate study radius`)"]
 
 
 TIES = [
+    Tie("contact.md", "radius", (turned,)),
     Tie("sensing.md", "cloud", (cases, organ)),
     Tie("sensing.md", "cloud_times", (delays,)),
     Tie("scan.md", "scan", (scanned,)),
     Tie("scan.md", "scan_room", (room,)),
-    Tie("meshes.md", "radius", (features,)),
+    Tie("meshes.md", "radius", (features, noisy)),
 ]
