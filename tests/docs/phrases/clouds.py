@@ -57,7 +57,7 @@ def features(found: Result) -> list[str]:
 
 
 def noisy(found: Result) -> list[str]:
-    """On the widest ridge: a small sphere follows every vertex, and one on many peaks turns by sqrt(2 noise / radius)."""
+    """On the widest ridge: a small sphere follows every vertex, on many peaks a sphere turns by sqrt(2 noise / r)."""
     widest = max(row["feature_mm"] for row in found["rows"])
     rows = rows_by((r for r in found["rows"] if r["feature_mm"] == widest), "radius_mm", "noise_mm")
     spacing = 0.5  # of the vertices [mm]

@@ -47,7 +47,7 @@ def against_chai3d(found: Result) -> list[str]:
 def latencies(found: Result) -> list[str]:
     rows = deep(found)
     return [
-        f"| {shape} {NAMES[size]} | {reference(theirs[:2])} | {rows[shape, size]['p50_us']:.1f}/"
+        f"| {shape} {NAMES[size]} | {reference(theirs[:2])} | {short(rows[shape, size]['p50_us'], 1)}/"
         f"{rows[shape, size]['p99_us']:.0f} |"
         for (shape, size), theirs in CHAI3D.items()
     ]

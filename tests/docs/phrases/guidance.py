@@ -150,12 +150,12 @@ def rejected(found: Result) -> list[str]:
     def shares(role: str, *geometries: str) -> str:
         return joined([f"{percent(by[role, name]['rejected_share'])} %" for name in geometries])
 
-    inward, forbid = "orient against the normal", "forbid without margin"
+    inward, forbid = "orient against the normal", "forbid, no margin"
     return [
         f"| {inward} x cloud | {shares(inward, 'cloud')} |",
-        f"| {forbid} x cloud | {shares(forbid, 'cloud')} |",
+        f"| forbid without margin x cloud | {shares(forbid, 'cloud')} |",
         f"| {inward} x mesh, box, offset | {shares(inward, 'mesh', 'box', 'offset')} |",
-        f"| {forbid} x box, mesh | {shares(forbid, 'box', 'mesh')} |",
+        f"| forbid without margin x box, mesh | {shares(forbid, 'box', 'mesh')} |",
     ]
 
 
@@ -163,8 +163,8 @@ def ten_seeds(found: Result) -> list[str]:
     judged = found["conformance"]
     assert judged["passed"] == judged["combinations"]
     return [
-        f"# {judged['combinations']:,} checks, about",
-        f"Each of the {judged['combinations']:,} checks finds a place and passes",
+        f"# {judged['checks']:,} checks, about",
+        f"Each of the {judged['checks']:,} checks finds a place and passes",
     ]
 
 
