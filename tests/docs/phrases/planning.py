@@ -69,7 +69,7 @@ def stiffness_rows(found: Result) -> list[str]:
         spring = "none" if name == "none" else f"{name} N/m"
         phrases.append(f"| {spring} | {row['entry_mm_s']:.3f} mm s | {less} | {row['deepest_mm']:.2f} mm | "
                        f"{row['path_error_mm']:.2f} mm |")  # fmt: skip
-    return [*phrases, f"({sum(row['trials'] for row in found['conditions'].values())} trials)"]
+    return phrases
 
 
 TIES = [
