@@ -65,9 +65,9 @@ def stiffness_rows(found: Result) -> list[str]:
     phrases = []
     for name, row in found["conditions"].items():
         low, high = (f"{100 * share:.0f}" for share in row["entry_reduction_95"])
-        less = "" if name == "none" else f"{100 * row['entry_reduction']:.0f} % ({low} to {high} %)"
+        less = "" if name == "none" else f" {100 * row['entry_reduction']:.0f} % ({low} to {high} %)"
         spring = "none" if name == "none" else f"{name} N/m"
-        phrases.append(f"| {spring} | {row['entry_mm_s']:.3f} mm s | {less} | {row['deepest_mm']:.2f} mm | "
+        phrases.append(f"| {spring} | {row['entry_mm_s']:.3f} mm s |{less} | {row['deepest_mm']:.2f} mm | "
                        f"{row['path_error_mm']:.2f} mm |")  # fmt: skip
     return phrases
 
