@@ -6,7 +6,7 @@ from palpate.contact.judging import PATHS, RADIUS
 from palpate.shapes.analytic import SHAPES
 from palpate.shapes.paths import tool_path
 from palpate.verify.bench.contact import CHAI3D, SIZES
-from phrases.values import Result, Tie, percent
+from phrases.values import Result, Tie
 
 NAMES = {10_000: "10k", 100_000: "100k", 1_000_000: "1M"}
 
@@ -54,8 +54,8 @@ def latencies(found: Result) -> list[str]:
 
 
 def worst(found: Result) -> list[str]:
-    """By shape: the worst of all paths over meshes of ten thousand and a million triangles."""
-    phrases = []
+    """The worst of all paths over meshes of ten thousand and a million triangles; equal shapes share a row."""
+    rows: dict[str, list[str]] = {}
     assert not any(row["lost"] or row["flipped"] for row in found["rows"])
     for shape in SHAPES:
         cells = []
@@ -64,8 +64,9 @@ def worst(found: Result) -> list[str]:
             direction = "/".join(short(max(r[f"direction_{key}_deg"] for r in mine)) for key in ("p95", "max"))
             steps = (max(max(r[f"step_{unit}"] - r[f"true_step_{unit}"], 0.0) for r in mine) for unit in ("deg", "mN"))
             cells.append((direction, short(max(r["magnitude_max_mN"] for r in mine)), "/".join(map(short, steps))))
-        phrases.append(f"| {shape} | {' | '.join(', '.join(column) for column in zip(*cells, strict=True))} |")
-    return phrases
+        row = " | ".join(", ".join(column) for column in zip(*cells, strict=True))
+        rows.setdefault(row, []).append(shape)
+    return [f"| {', '.join(shapes)} | {row} |" for row, shapes in rows.items()]
 
 
 def bound(found: Result) -> list[str]:
@@ -81,12 +82,7 @@ def artefacts(found: Result) -> list[str]:
     slides = found["rows"]
     assert not any(row["artefacts"] for row in slides if row["method"] == "proxy")
     steady = tool_path(SHAPES["box"], *PATHS["shallow"], RADIUS).steady
-    count = {row["method"]: 0 for row in slides}
-    for row in slides:
-        count[row["method"]] = max(count[row["method"]], row["artefacts"])
-    share = {method: percent(most / (steady.stop - steady.start)) for method, most in count.items()}
-    others = ", ".join(f"`{method}` {share[method]} %" for method in count if method != "proxy")
-    return [f"out of {round(steady.stop - steady.start, -2):,} samples", f"on their worst shape {others}"]
+    return [f"out of {round(steady.stop - steady.start, -2):,} samples"]
 
 
 def depth_error(found: Result) -> list[str]:
