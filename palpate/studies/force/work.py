@@ -90,7 +90,8 @@ def weight(folder: Path, cutoff: float | None = None) -> Load:
 
     ``cutoff``: of the filter [Hz]; None: that of `palpate calibrate dynamics`.
     """
-    from palpate.identify.dynamics import CUTOFF, identify, read_motion
+    from palpate.arm.dynamics import CUTOFF
+    from palpate.identify.dynamics import identify, read_motion
     from palpate.identify.payload import estimate_load
 
     arm = Arm.psm()
