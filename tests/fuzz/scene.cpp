@@ -28,7 +28,11 @@ void query(const Mesh& mesh, fuzz::Bytes& bytes, double size) {
     (void)mesh.closest(p, std::numeric_limits<double>::infinity());
     return;
   }
-  if (std::max({p.norm(), q.norm(), within, radius}) > 1e3) return;
+  if (std::max({p.norm(), q.norm(), within, radius}) > 1e3) {  // too far for the tolerances below
+    (void)mesh.closest(p, std::numeric_limits<double>::infinity());
+    (void)mesh.sweep(p, q, radius);
+    return;
+  }
   const double extent = (mesh.report().highest - mesh.report().lowest).norm() + mesh.report().highest.norm();
   const double truth = brute_force(mesh, p), error = 1e-9 * truth + 1e-11 * (extent + p.norm());
   const palpate::scene::Nearest exact = mesh.nearest(p), far = mesh.nearest_or_far(p, within);

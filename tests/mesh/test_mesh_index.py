@@ -137,6 +137,22 @@ def test_a_hierarchy_that_is_no_shallow_tree_is_refused(children):
         _core.Mesh.from_image(with_children(children))
 
 
+@pytest.mark.parametrize("side", ["lower", "upper"])
+@pytest.mark.parametrize("axis", range(3))
+def test_an_unused_child_whose_box_is_not_empty_is_refused(axis, side):
+    """A query would visit it as the root, again and again: found by fuzzing, where only the x axis was checked."""
+    at, count = hierarchy()
+    changed = IMAGE.copy()
+    nodes = changed[at : at + 480 * count].reshape(count, 480)
+    unused = np.argwhere(nodes[:, 448:].copy().view(np.int32) == 0)
+    assert len(unused), "the ball has a node with fewer than eight children"
+    node, lane = unused[0]
+    place = (0 if side == "lower" else 96) + 32 * axis + 4 * lane
+    nodes[node, place : place + 4] = np.frombuffer(np.float32(0.0).tobytes(), np.uint8)
+    with pytest.raises(ValueError, match="damaged"):
+        _core.Mesh.from_image(changed)
+
+
 @pytest.fixture
 def cached(tmp_path, monkeypatch):
     """A user's cache of its own, used for meshes of any size."""

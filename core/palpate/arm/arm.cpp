@@ -79,6 +79,7 @@ const JointVector& Arm::gravity(const JointVector& q) noexcept {
 
 JointVector Arm::elastic(const JointVector& q) noexcept {
   if (identified_) return holding(q) - gravity(q);
+  if (spring_.torque == 0.0) return zero_;
   return -spring_.torque * std::cos(spring_.along.dot(q)) * spring_.along;
 }
 

@@ -1,4 +1,5 @@
 // Devices that are not described by a URDF. A new one is a file of its own and a line in this table.
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -17,7 +18,7 @@ constexpr Kind kKinds[] = {{"delta", &make_delta}};
 
 }  // namespace
 
-void Mechanism::lane_dynamics(const JointVector& q, const JointVector& v, LaneDynamics& out) noexcept {
+const LaneDynamics& Mechanism::lane_dynamics(const JointVector& q, const JointVector& v, LaneDynamics& out) noexcept {
   Dynamics d;
   dynamics(q, v, d);
   for (Eigen::Index k = 0; k < d.bias.size(); ++k) {
@@ -25,8 +26,12 @@ void Mechanism::lane_dynamics(const JointVector& q, const JointVector& v, LaneDy
     for (int r = 0; r < 6; ++r) out.J[r][k] = d.J(r, k);
     out.bias[k] = d.bias[k];
   }
-  out.X_0T = d.X_0T;
-  out.Jdot_v = d.Jdot_v;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) out.tip[j][i] = d.X_0T.R(i, j);
+    out.tip[3][i] = d.X_0T.p[i];
+  }
+  std::copy_n(d.Jdot_v.data(), 6, out.Jdot_v);
+  return out;
 }
 
 std::unique_ptr<Mechanism> make_mechanism(const std::string& kind, const Parameters& parameters) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "palpate/arm/lane_dynamics.hpp"
 #include "palpate/types/spatial.hpp"
 
 namespace palpate::arm {
@@ -17,16 +18,6 @@ struct Dynamics {
   JointVector G;               ///< gravity torque G(q)
   Pose X_0T;                   ///< base to tip
   Jacobian J;                  ///< as Arm::jacobian()
-  Vec6 Jdot_v = Vec6::Zero();  ///< tip acceleration at zero joint acceleration, linear over angular
-};
-
-/// The same for a plant, which evaluates it ten thousand times a second: numbers of the joints side by side, zero
-/// beyond the last joint.
-struct alignas(64) LaneDynamics {
-  Lanes M[kLanes]{};           ///< inertia, full and symmetric
-  Lanes bias{};                ///< C(q, v) v + G(q)
-  Lanes J[6]{};                ///< rows of the tip's Jacobian, linear over angular, in base axes
-  Pose X_0T;                   ///< base to tip
   Vec6 Jdot_v = Vec6::Zero();  ///< tip acceleration at zero joint acceleration, linear over angular
 };
 
@@ -66,7 +57,8 @@ class Mechanism {
   virtual void kinematics(const JointVector& q, Pose& X_0T, Jacobian& J) noexcept = 0;
   /// Kinematics and dynamics at (q, v).
   virtual void dynamics(const JointVector& q, const JointVector& v, Dynamics& d) noexcept = 0;
-  virtual void lane_dynamics(const JointVector& q, const JointVector& v, LaneDynamics& d) noexcept;
+  /// The same for a plant: in `work`, or in a place of the mechanism that the next call of any function overwrites.
+  virtual const LaneDynamics& lane_dynamics(const JointVector& q, const JointVector& v, LaneDynamics& work) noexcept;
   /// Potential energy P(q) of the masses [J]; Dynamics::G is its gradient.
   [[nodiscard]] virtual double potential_energy(const JointVector& q) noexcept = 0;
   /// Gravity's acceleration in base axes [m/s^2].

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "palpate/arm/lane_dynamics.hpp"
 #include "palpate/types/lanes.hpp"
 
 namespace palpate::arm {
@@ -23,17 +24,17 @@ struct alignas(64) ChainLanes {
       slides{};  ///< 1 for a revolute joint, which turns about z; 1 for a prismatic one, which slides along z
   LaneMask revolute{}, prismatic{}, joints{};  ///< the same as masks; joints: of either kind
   double g[3]{};                               ///< acceleration of gravity [m/s^2]
+  double tip[4][3]{};                          ///< pose of the tip in the last link: three columns of R, origin [m]
   int n = 0;                                   ///< number of joints
 };
 
-/// Results of one pass.
-struct alignas(64) ChainState {
-  // by kinematics()
+/// Results of one pass. LaneDynamics::bias is the inverse dynamics M a + C v + G of the given a.
+struct alignas(64) ChainState : LaneDynamics {
+  // by kinematics(), and so are J and tip
   Lanes R[9]{}, p[3]{};    ///< pose of each link: columns of R one after the other, origin [m]
   Lanes Jv[3]{}, Jw[3]{};  ///< Jacobian: velocity of the point at the base's origin, angular velocity
   // by dynamics()
-  Lanes M[kLanes]{};     ///< inertia matrix, symmetric
-  Lanes tau{}, G{};      ///< inverse dynamics M a + C v + G; gravity alone
+  Lanes G{};             ///< gravity alone
   Lanes V[6]{}, A[6]{};  ///< velocity and acceleration (minus gravity) of each link, linear over angular
 };
 

@@ -108,6 +108,30 @@ PALPATE_TARGET inline void transpose(const double* from, std::ptrdiff_t from_dis
   if (rows == 4) __builtin_memcpy(to + std::ptrdiff_t{3} * kLanes, &d, sizeof d);
 }
 
+/// A pose whose columns and origin have a fourth number of zero.
+struct Frame {
+  Four x, y, z, p;
+};
+
+/// Pose of the tip, and the Jacobian moved from the base's origin to it.
+PALPATE_TARGET inline void place_tip(const ChainLanes& c, const Frame& last, ChainState& s) noexcept {
+  for (int i = 0; i < 4; ++i) {
+    Four column = last.x * c.tip[i][0] + (last.y * c.tip[i][1] + last.z * c.tip[i][2]);
+    if (i == 3) column += last.p;
+    __builtin_memcpy(s.tip[i], &column, sizeof column);
+  }
+  const double x = s.tip[3][0], y = s.tip[3][1], z = s.tip[3][2];
+  for (int k = 0; k < kLanes; ++k) {
+    const double wx = s.Jw[0][k], wy = s.Jw[1][k], wz = s.Jw[2][k];
+    s.J[0][k] = s.Jv[0][k] + (wy * z - wz * y);
+    s.J[1][k] = s.Jv[1][k] + (wz * x - wx * z);
+    s.J[2][k] = s.Jv[2][k] + (wx * y - wy * x);
+    s.J[3][k] = wx;
+    s.J[4][k] = wy;
+    s.J[5][k] = wz;
+  }
+}
+
 }  // namespace
 
 /// World axes and origin of each link: the product of the joints' poses, one after the other.
@@ -116,6 +140,7 @@ PALPATE_TARGET void chain_kinematics(const ChainLanes& c, const Lanes& q, ChainS
   joint_poses(c, q, T);
   alignas(64) double world[kLanes][kStride];  // axes x, y, z and origin of each link, four numbers each
   Four x = {1, 0, 0, 0}, y = {0, 1, 0, 0}, z = {0, 0, 1, 0}, p = {0, 0, 0, 0};
+  Frame last = {x, y, z, p};
   for (int k = 0; k < kLanes; ++k) {
     if (k < c.n) {
       p += x * T[9][k] + y * T[10][k] + z * T[11][k];
@@ -124,6 +149,7 @@ PALPATE_TARGET void chain_kinematics(const ChainLanes& c, const Lanes& q, ChainS
       z = x * T[6][k] + y * T[7][k] + z * T[8][k];
       x = x_next;
       y = y_next;
+      last = {x, y, z, p};
     } else {
       x = y = z = p = Four{};
     }
@@ -146,6 +172,7 @@ PALPATE_TARGET void chain_kinematics(const ChainLanes& c, const Lanes& q, ChainS
     s.Jv[1][k] = turns * (pz * wx - px * wz) + slides * wy;
     s.Jv[2][k] = turns * (px * wy - py * wx) + slides * wz;
   }
+  place_tip(c, last, s);
 }
 
 namespace {
@@ -264,8 +291,8 @@ PALPATE_TARGET inline void newton_euler(const Inertias& b, ChainState& s) noexce
   }
   for (auto& x : F) sum_backward(x);
   for (int k = 0; k < kLanes; ++k) {
-    s.tau[k] = s.Jv[0][k] * F[0][k] + s.Jv[1][k] * F[1][k] + s.Jv[2][k] * F[2][k] + s.Jw[0][k] * F[3][k] +
-               s.Jw[1][k] * F[4][k] + s.Jw[2][k] * F[5][k];
+    s.bias[k] = s.Jv[0][k] * F[0][k] + s.Jv[1][k] * F[1][k] + s.Jv[2][k] * F[2][k] + s.Jw[0][k] * F[3][k] +
+                s.Jw[1][k] * F[4][k] + s.Jw[2][k] * F[5][k];
   }
 }
 
@@ -307,6 +334,23 @@ PALPATE_TARGET inline void composite(const ChainLanes& c, Inertias& b, ChainStat
   mirror(s.M);
 }
 
+/// Acceleration of the tip without joint acceleration, if s.A is that of no joint acceleration.
+PALPATE_TARGET inline void drift(const ChainLanes& c, ChainState& s) noexcept {
+  const int last = c.n > 0 ? c.n - 1 : 0;
+  const double x = s.tip[3][0], y = s.tip[3][1], z = s.tip[3][2];
+  const double wx = s.V[3][last], wy = s.V[4][last], wz = s.V[5][last];
+  const double ax = s.A[3][last], ay = s.A[4][last], az = s.A[5][last];
+  const double vx = s.V[0][last] + (wy * z - wz * y);
+  const double vy = s.V[1][last] + (wz * x - wx * z);
+  const double vz = s.V[2][last] + (wx * y - wy * x);
+  s.Jdot_v[0] = s.A[0][last] + c.g[0] + (ay * z - az * y) + (wy * vz - wz * vy);
+  s.Jdot_v[1] = s.A[1][last] + c.g[1] + (az * x - ax * z) + (wz * vx - wx * vz);
+  s.Jdot_v[2] = s.A[2][last] + c.g[2] + (ax * y - ay * x) + (wx * vy - wy * vx);
+  s.Jdot_v[3] = ax;
+  s.Jdot_v[4] = ay;
+  s.Jdot_v[5] = az;
+}
+
 }  // namespace
 
 PALPATE_TARGET void chain_dynamics(const ChainLanes& c, const Lanes& q, const Lanes& v, const Lanes& a,
@@ -318,6 +362,7 @@ PALPATE_TARGET void chain_dynamics(const ChainLanes& c, const Lanes& q, const La
   Inertias b;
   inertias(c, s, b);
   motion(c, v_chain, a_chain, s);
+  drift(c, s);
   newton_euler(b, s);
   composite(c, b, s);
 }

@@ -1,11 +1,10 @@
 #include "palpate/arm/serial.hpp"
 
+#include <algorithm>
 #include <cmath>
-#include <cstring>
 
 #include "palpate/arm/chain.hpp"
 #include "palpate/arm/recursion.hpp"
-#include "palpate/types/pack.hpp"
 
 namespace palpate::arm {
 namespace {
@@ -37,21 +36,6 @@ void set_parameters(const Inertial& pi, Link& link) noexcept {
   link.inertia = I + link.mass * (C * C);
 }
 
-}  // namespace
-
-/// Rows of the Jacobian at the point p instead of the base's origin.
-PALPATE_AVX2_TOO void move_jacobian(const ChainState& s, double x, double y, double z, Lanes (&J)[6]) noexcept {
-  const Pack wx = load(s.Jw[0]), wy = load(s.Jw[1]), wz = load(s.Jw[2]);
-  store(load(s.Jv[0]) + (z * wy - y * wz), J[0]);
-  store(load(s.Jv[1]) + (x * wz - z * wx), J[1]);
-  store(load(s.Jv[2]) + (y * wx - x * wy), J[2]);
-  store(wx, J[3]);
-  store(wy, J[4]);
-  store(wz, J[5]);
-}
-
-namespace {
-
 /// L(a) of I a = L(a) (I_xx, I_xy, I_yy, I_xz, I_yz, I_zz).
 Eigen::Matrix<double, 3, 6> of_inertia(const Vec3& a) noexcept {
   Eigen::Matrix<double, 3, 6> L;
@@ -79,6 +63,10 @@ class Serial final : public Mechanism {
     for (int k = 0; k < lanes_.n; ++k) turned_.push_back(turned_to(link(k).axis));
     for (int k = 0; k < lanes_.n; ++k) take_joint(k);
     turn(chain_.tip);
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) lanes_.tip[j][i] = chain_.tip.X_link.R(i, j);
+      lanes_.tip[3][i] = chain_.tip.X_link.p[i];
+    }
     for (FixedFrame& frame : chain_.frames) turn(frame);
     take_masses();
   }
@@ -102,27 +90,23 @@ class Serial final : public Mechanism {
     double* M = d.M.data();
     for (int k = 0; k < n; ++k) {
       for (int i = 0; i < n; ++i) M[k * n + i] = now_.M[k][i];
-      d.bias[k] = now_.tau[k];
+      d.bias[k] = now_.bias[k];
       d.G[k] = now_.G[k];
     }
-    d.Jdot_v = drift(d.X_0T.p);
+    std::copy_n(now_.Jdot_v, 6, d.Jdot_v.data());
   }
 
-  void lane_dynamics(const JointVector& q, const JointVector& v, LaneDynamics& d) noexcept override {
+  const LaneDynamics& lane_dynamics(const JointVector& q, const JointVector& v,
+                                    LaneDynamics& /*work*/) noexcept override {
     arm::dynamics(lanes_, lanes(q), lanes(v), zero_, now_);
-    d.X_0T = frame_pose(chain_.tip);
-    const Vec3& p = d.X_0T.p;
-    move_jacobian(now_, p[0], p[1], p[2], d.J);
-    std::memcpy(d.M, now_.M, sizeof d.M);
-    std::memcpy(d.bias, now_.tau, sizeof d.bias);
-    d.Jdot_v = drift(p);
+    return now_;
   }
 
   void inverse_dynamics(const JointVector& q, const JointVector& v, const JointVector& a, Dynamics& /*work*/,
                         JointVector& tau) noexcept override {
     arm::dynamics(lanes_, lanes(q), lanes(v), lanes(a), now_);
     tau.resize(lanes_.n);
-    for (int k = 0; k < lanes_.n; ++k) tau[k] = now_.tau[k];
+    for (int k = 0; k < lanes_.n; ++k) tau[k] = now_.bias[k];
   }
 
   /// Joint j moves the point p of a link with v0_j + w_j x p; P = -g . sum (m p_k + R_k m c_k).
@@ -244,36 +228,22 @@ class Serial final : public Mechanism {
     return {X.R.lazyProduct(frame.X_link.R), X.R.lazyProduct(frame.X_link.p) + X.p};
   }
 
-  /// Acceleration of the tip, at p, without joint acceleration.
-  [[nodiscard]] Vec6 drift(const Vec3& p) const noexcept {
-    const int last = lanes_.n - 1;
-    const Vec3 v0 = lane<3>(now_.V, last), w = lane<3>(now_.V + 3, last);
-    const Vec3 a0 = lane<3>(now_.A, last) + gravity(), alpha = lane<3>(now_.A + 3, last);
-    Vec6 a;
-    a << a0 + alpha.cross(p) + w.cross(v0 + w.cross(p)), alpha;
-    return a;
-  }
-
   void turn(FixedFrame& frame) const noexcept {
     if (frame.link < 0) return;
     const Mat3& Q = turned_[static_cast<std::size_t>(frame.link)];
     frame.X_link = {Q.transpose() * frame.X_link.R, Q.transpose() * frame.X_link.p};
   }
 
-  /// The tip's pose, and the Jacobian moved from the base's origin to it.
+  /// The tip's pose and Jacobian.
   void tip(Pose& X_0T, Jacobian& J) const noexcept {
-    X_0T = frame_pose(chain_.tip);
-    const Vec3& p = X_0T.p;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) X_0T.R.data()[3 * j + i] = now_.tip[j][i];
+      X_0T.p[i] = now_.tip[3][i];
+    }
     J.resize(6, lanes_.n);
     double* column = J.data();
     for (int k = 0; k < lanes_.n; ++k, column += 6) {
-      const double x = now_.Jw[0][k], y = now_.Jw[1][k], z = now_.Jw[2][k];
-      column[0] = now_.Jv[0][k] + (y * p.z() - z * p.y());
-      column[1] = now_.Jv[1][k] + (z * p.x() - x * p.z());
-      column[2] = now_.Jv[2][k] + (x * p.y() - y * p.x());
-      column[3] = x;
-      column[4] = y;
-      column[5] = z;
+      for (int r = 0; r < 6; ++r) column[r] = now_.J[r][k];
     }
   }
 

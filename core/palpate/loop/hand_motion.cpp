@@ -97,7 +97,7 @@ double HandPath::pinch(double t) const noexcept {
 }
 
 HandMotion::HandMotion(HandPath path, const Pose& X_WL, double tremor, std::uint64_t seed)
-    : path_(std::move(path)), X_WL_(X_WL) {
+    : path_(std::move(path)), X_WL_(X_WL), X_LW_(X_WL.inverse()) {
   if (!(tremor >= 0.0 && tremor < 0.01)) {
     throw std::invalid_argument("tremor = " + std::to_string(tremor) + " m: must be between 0 and 0.01 m rms");
   }
@@ -149,6 +149,7 @@ void HandMotion::turn(const Mat3& R_WL) noexcept {
   const Mat3 R_change = R_WL * X_WL_.R.transpose();
   const Vec3 p_before = X_WL_ * target_.X_LH.p;
   X_WL_.R = R_WL;
+  X_LW_ = X_WL_.inverse();
   glide_ += X_WL_ * target_.X_LH.p - p_before;
   v_glide_ = R_change * v_glide_;
 }
@@ -161,8 +162,8 @@ HandPath::Point HandMotion::intended(double t) const noexcept {
   return point;
 }
 
-const HandMotion::Target& HandMotion::step(double dt) noexcept {
-  t_ += dt;
+void HandMotion::glide(double dt) noexcept {
+  if (glide_.isZero(0.0) && v_glide_.isZero(0.0)) return;
   const double w = kGlideFrequency;
   v_glide_ -= dt * (2.0 * w * v_glide_ + w * w * glide_);
   const double speed = v_glide_.norm();
@@ -174,6 +175,11 @@ const HandMotion::Target& HandMotion::step(double dt) noexcept {
     glide_.setZero();  // it would decay to denormal numbers, which processors compute a hundred times slower
     v_glide_.setZero();
   }
+}
+
+const HandMotion::Target& HandMotion::step(double dt) noexcept {
+  t_ += dt;
+  glide(dt);
   steered_ += dt * v_steered_;
 
   HandPath::Point hand = intended(t_);
@@ -184,8 +190,8 @@ const HandMotion::Target& HandMotion::step(double dt) noexcept {
     hand.p += sinusoid.amplitude.cwiseProduct(angle.array().sin().matrix());
     hand.v += sinusoid.omega * sinusoid.amplitude.cwiseProduct(angle.array().cos().matrix());
   }
-  target_.X_LH.p = X_WL_.inverse() * hand.p;
-  target_.V_LH.v = X_WL_.R.transpose() * hand.v;
+  target_.X_LH.p = X_LW_ * hand.p;
+  target_.V_LH.v = X_LW_.R * hand.v;
   target_.gripper = hand.gripper;
   return target_;
 }

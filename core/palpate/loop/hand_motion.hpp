@@ -82,9 +82,11 @@ class HandMotion {
     double omega = 0.0;
   };
   [[nodiscard]] HandPath::Point intended(double t) const noexcept;
+  /// Moves the offset of a transition towards zero.
+  void glide(double dt) noexcept;
 
   HandPath path_;
-  Pose X_WL_;
+  Pose X_WL_, X_LW_;
   std::vector<Sinusoid> tremor_;
   // p_WH = origin + offset + gain * path: the present inverse map.
   Vec3 origin_ = Vec3::Zero(), offset_ = Vec3::Zero();

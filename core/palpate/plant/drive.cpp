@@ -39,6 +39,7 @@ void Drive::reset() noexcept {
   tau_support_ = tau_ = acting_.tau;
   pad(tau_support_, lanes(tau_));
   head_ = size_ = 0;
+  settled_ = false;
 }
 
 void Drive::command(const LeaderCommand& command) noexcept {
@@ -48,6 +49,7 @@ void Drive::command(const LeaderCommand& command) noexcept {
     tau_ = support.cwiseMax(-options_.tau_max)
                .cwiseMin(options_.tau_max);  // the drive held the arm before the first command
   tau_support_ = support;
+  settled_ = false;
   if (t_sent_ == t_) --size_;  // of two commands in one servo period the newer one counts
   if (size_ == line_.size()) arrive();
   const std::size_t last = head_ + size_ + line_.size() - 1;
@@ -59,6 +61,7 @@ void Drive::command(const LeaderCommand& command) noexcept {
 }
 
 void Drive::arrive() noexcept {
+  settled_ = false;
   acting_ = line_[head_];
   head_ = (head_ + 1) % line_.size();
   --size_;
@@ -68,9 +71,12 @@ const JointVector& Drive::step(double dt) noexcept {
   while (size_ > 0 && line_[head_].due < t_ + 0.5 * dt) arrive();  // rounded to whole servo periods
   const double silent = t_ - acting_.due - options_.hold_timeout;
   const double fade = std::clamp(1.0 - silent / kFade, 0.0, 1.0);
+  t_ += dt;
+  if (settled_ && fade == fade_) return tau_;
   const double share = options_.lag > 0.0 ? -std::expm1(-dt / options_.lag) : 1.0;
   drive_torques(fade, share, lanes(acting_.tau), lanes(tau_support_), tau_max_, lanes(tau_));
-  t_ += dt;
+  settled_ = share == 1.0;
+  fade_ = fade;
   return tau_;
 }
 

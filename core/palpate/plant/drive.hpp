@@ -43,6 +43,8 @@ class Drive {
   double t_ = 0.0, t_sent_ = -1.0;
   Sent acting_;
   JointVector tau_support_, tau_;
+  bool settled_ = false;    ///< true if tau_ is the result of the present commands with fade_
+  double fade_ = 1.0;       ///< share of the response torque in tau_
   std::vector<Sent> line_;  ///< commands that are still delayed: a ring of size_ from head_
   std::size_t head_ = 0, size_ = 0;
 };

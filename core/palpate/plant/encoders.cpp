@@ -58,6 +58,7 @@ Encoders::Encoders(const EncoderOptions& options)
     if (options_.step[k] > 0.0) step_[k] = options_.step[k];
     ideal_ |= !(options_.step[k] > 0.0);
   }
+  every_period_ = ideal_ || options_.velocity_window > 0.0 || options_.velocity_cutoff > 0.0;
   reset(q_);
 }
 
@@ -105,15 +106,23 @@ void Encoders::step(const Lanes& q, double dt) noexcept {
     track_.since_edge[k] += dt;
     pass_edges(k, motor[k], counts[k], dt);
   }
+  std::copy(counts, counts + kLanes, track_.counts);
+  if (every_period_) estimate(motor, dt);
+  std::copy(motor, motor + kLanes, track_.motor);
+}
+
+void Encoders::read() noexcept {
+  if (!every_period_) estimate(track_.motor, 0.0);
+}
+
+void Encoders::estimate(const Lanes& motor, double dt) noexcept {
   bound(track_.v_edges, track_.since_edge, step_, lanes(motor_v_));
-  for (int k = 0; k < kLanes; ++k) motor_.data()[k] = counts[k] * step_[k];
+  for (int k = 0; k < kLanes; ++k) motor_.data()[k] = track_.counts[k] * step_[k];
   for (Eigen::Index k = 0; ideal_ && k < q_.size(); ++k) {
     if (options_.step[k] > 0.0) continue;
     motor_[k] = motor[k];
     motor_v_[k] = (motor[k] - track_.motor[k]) / dt;
   }
-  std::copy(motor, motor + kLanes, track_.motor);
-  std::copy(counts, counts + kLanes, track_.counts);
   multiply(coupling_, lanes(motor_), lanes(q_));
   if (options_.velocity_window > 0.0) motor_v_ = (motor_ - earlier(dt)) / options_.velocity_window;
   if (options_.velocity_cutoff == 0.0) return multiply(coupling_, lanes(motor_v_), lanes(v_));

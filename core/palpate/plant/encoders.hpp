@@ -25,8 +25,10 @@ class Encoders {
   explicit Encoders(const EncoderOptions& options);
   /// At rest at q.
   void reset(const JointVector& q) noexcept;
-  /// Measures the true joint positions q (zero beyond the last joint) one period dt later.
+  /// Counts the motion to the true joint positions q (zero beyond the last joint) within one period dt.
   void step(const Lanes& q, double dt) noexcept;
+  /// Fills q() and v() with the measurement of the last period.
+  void read() noexcept;
   [[nodiscard]] const JointVector& q() const noexcept { return q_; }  ///< joint side [rad]
   [[nodiscard]] const JointVector& v() const noexcept { return v_; }  ///< joint side [rad/s]
 
@@ -41,6 +43,8 @@ class Encoders {
   };
   /// Moves encoder k from edge to edge, if there is one in this period.
   void pass_edges(int k, double motor_now, double counts_now, double dt) noexcept;
+  /// Positions and velocities from the counts of this period and the true motor positions.
+  void estimate(const Lanes& motor, double dt) noexcept;
   /// Motor positions one window ago, or those of the reset if that is later.
   const JointVector& earlier(double dt) noexcept;
 
@@ -48,6 +52,7 @@ class Encoders {
   Lanes coupling_[kLanes]{}, inverse_[kLanes]{};  ///< columns of A and of its inverse
   Lanes step_{};                                  ///< resolution; 1 for ideal encoders, whose result is replaced
   bool ideal_ = false;                            ///< true if any encoder is ideal
+  bool every_period_ = false;  ///< true if velocities depend on the positions of all periods, not on the edges alone
   Tracks track_;
   JointVector q_, v_, motor_, motor_v_;
   std::vector<JointVector> history_;  ///< motor_ of the last periods, a ring

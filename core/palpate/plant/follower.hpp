@@ -40,6 +40,11 @@ class Follower {
     return drives_ ? drives_->v() : v_;
   }  ///< true velocities [rad/s, m/s]
 
+  /// Limits and encoder steps of the joints, zero beyond the last joint.
+  struct alignas(64) Joints {
+    Lanes v_max, q_min, q_max, step;
+  };
+
  private:
   void discretise(double dt) noexcept;
   void measure() noexcept;
@@ -49,7 +54,8 @@ class Follower {
   std::optional<FollowerDrives> drives_;
   FollowerCommand command_;
   FollowerState measured_;
-  Eigen::Matrix2d transition_;  ///< transition matrix of (q - q_goal, qd) over dt_
+  Joints joints_;
+  double transition_[4]{};  ///< transition matrix of (q - q_goal, qd) over dt_, row by row
   double dt_ = 0.0, t_ = 0.0, jaw_ = 0.0;
   double t_command_ = 0.0;  ///< time of the newest goal [s]
 };

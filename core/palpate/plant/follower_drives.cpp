@@ -91,6 +91,7 @@ void FollowerDrives::step(double dt, const Wrench& F_T_B) noexcept {
   for (Eigen::Index k = 0; k < n; ++k) q_[k] = std::clamp(q_[k] + dt * v_[k], q_min[k], q_max[k]);
   pad(q_, q_true);
   encoders_.step(q_true, dt);
+  encoders_.read();
   arm_.dynamics(q_, v_);
 }
 

@@ -11,7 +11,7 @@
 #include "palpate/plant/drive.hpp"
 #include "palpate/plant/dry_friction.hpp"
 #include "palpate/plant/encoders.hpp"
-#include "palpate/types/pack.hpp"
+#include "palpate/plant/leader_kernels.hpp"
 #include "palpate/types/random.hpp"
 #include "palpate/types/so3.hpp"
 
@@ -76,49 +76,10 @@ void copy(const JointVector& from, JointVector& to) noexcept {
   std::copy_n(lanes(from), kLanes, lanes(to));
 }
 
-using Six = double[6];
 Six& as_array(Vec6& x) noexcept { return *reinterpret_cast<Six*>(x.data()); }
 const Six& as_array(const Vec6& x) noexcept { return *reinterpret_cast<const Six*>(x.data()); }
 
 }  // namespace
-
-/// Middle of the step, and the velocity extrapolated to it.
-PALPATE_AVX2_TOO void to_middle(double dt, const Lanes& q, const Lanes& v, const Lanes& v_before, Lanes& q_mid,
-                                Lanes& v_mid) noexcept {
-  store(load(q) + 0.5 * dt * load(v), q_mid);
-  store(1.5 * load(v) - 0.5 * load(v_before), v_mid);
-}
-
-/// V <- J x, of the rows of J.
-PALPATE_AVX2_TOO void multiply_rows(const Lanes (&J)[6], const Lanes& x, Six& V) noexcept {
-  for (int r = 0; r < 6; ++r) V[r] = dot(load(J[r]), load(x));
-}
-
-/// Equation A v = b of the velocity at the end of the step: inertia of arm and hand, and their momentum after all
-/// impulses but friction. H: inertia of the hand and of its answer to v; push: impulse on the handle; tau: sum of the
-/// joint torques.
-PALPATE_AVX2_TOO void assemble(const arm::LaneDynamics& d, const Lanes& rotor, const Lanes& viscous, double dt,
-                               const Six& H, const Six& push, const Lanes& tau, const Lanes& v, Lanes (&A)[kLanes],
-                               Lanes& b) noexcept {
-  Pack of_motion = load(rotor) * load(v), of_push = dt * load(tau);
-  for (int j = 0; j < kLanes; ++j) of_motion = of_motion + v[j] * load(d.M[j]);
-  for (int r = 0; r < 6; ++r) of_push = of_push + push[r] * load(d.J[r]);
-  store(of_motion + of_push, b);
-  Lanes HJ[6];
-  for (int r = 0; r < 6; ++r) store(H[r] * load(d.J[r]), HJ[r]);
-  for (int j = 0; j < kLanes; ++j) {
-    Pack row = load(d.M[j]);
-    for (int r = 0; r < 6; ++r) row = row + HJ[r][j] * load(d.J[r]);
-    store(row, A[j]);
-    A[j][j] += rotor[j] + dt * viscous[j];
-  }
-}
-
-/// End of the step, within the limits.
-PALPATE_AVX2_TOO void to_end(double dt, const Lanes& q_mid, const Lanes& v, const Lanes& q_min, const Lanes& q_max,
-                             Lanes& q) noexcept {
-  store(min(max(load(q_mid) + 0.5 * dt * load(v), load(q_min)), load(q_max)), q);
-}
 
 // The step with h = dt. All terms are evaluated at its middle, q' = q + h/2 v:
 //   (M + I_r + J^T M_h J) (v+ - v) = h (tau - C v - G - E - D v+ + J^T (F_hand+ - M_h dJ v)) + friction + stops
@@ -162,18 +123,27 @@ struct Leader::Impl {
     slipped = false;
     t = 0.0;
     random.seed(options.seed);
-    measure();
+    state.valid = state.has_load_cell = true;
+    sense();
   }
 
-  void measure() noexcept {
+  /// Measures all but the joints. The load cell's noise takes new random numbers in every period.
+  void sense() noexcept {
+    read = false;
     state.t = t;
+    state.gripper = gripper;
+    state.F_cell_L = cell.f;
+    if (options.cell_noise > 0.0) state.F_cell_L += options.cell_noise * Vec3(gauss(), gauss(), gauss());
+  }
+
+  /// The state of the last period. The joints are read on demand: a cycle asks for one period in ten.
+  const LeaderState& measured() noexcept {
+    if (read) return state;
+    read = true;
+    encoders.read();
     copy(options.quantised ? encoders.q() : q, state.q);
     copy(options.quantised ? encoders.v() : v, state.v);
-    state.gripper = gripper;
-    state.valid = true;
-    state.F_cell_L = cell.f;
-    state.has_load_cell = true;
-    if (options.cell_noise > 0.0) state.F_cell_L += options.cell_noise * Vec3(gauss(), gauss(), gauss());
+    return state;
   }
 
   /// A normal random number of unit variance, as the sum of twelve uniform ones: the same on every machine.
@@ -183,49 +153,35 @@ struct Leader::Impl {
     return sum;
   }
 
-  /// Bounds of the friction impulse. At an end stop the impulse of the stop has no bound.
-  void bound_friction(double dt) noexcept {
-    constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    for (int k = 0; k < kLanes; ++k) {
-      hi[k] = dt * joints.coulomb[k];
-      lo[k] = -hi[k];
-    }
-    for (int k = 0; k < q.size(); ++k) {
-      if (q_mid.data()[k] <= joints.q_min[k]) hi[k] = kInfinity;
-      if (q_mid.data()[k] >= joints.q_max[k]) lo[k] = -kInfinity;
-    }
-  }
-
   /// Velocity at the end of the step if the hand pushes with F - response * (velocity of the handle at that end).
   const Lanes& advance(const Vec6& F, const Vec6& response, const Vec6& V_handle, double dt) noexcept {
     const Vec6 H = M_hand + dt * response;
-    const Vec6 push = M_hand.cwiseProduct(V_handle - dt * d.Jdot_v) + dt * (F + F_push);
+    const Vec6 push = M_hand.cwiseProduct(V_handle - dt * Vec6::Map(d->Jdot_v)) + dt * (F + F_push);
     alignas(64) Lanes A[kLanes], b;
-    assemble(d, joints.rotor, joints.viscous, dt, as_array(H), as_array(push), tau, lanes(v), A, b);
-    return lanes(friction.solve(A, b, lo, hi));
+    assemble(*d, joints, dt, as_array(H), as_array(push), loads.tau, lanes(v), A, b);
+    return lanes(friction.solve(A, b, loads.lo, loads.hi));
   }
 
   void step(double dt, const Pose& X_path, const Twist& V_path, const Wrench& push) noexcept {
     F_push << push.f, push.t;
     const Lanes& tau_drives = lanes(drive.step(dt));
     to_middle(dt, lanes(q), lanes(v), lanes(v_before), lanes(q_mid), lanes(v_mid));
-    arm.lane_dynamics(q_mid, v_mid, d);
-    const JointVector elastic = arm.elastic(q_mid);
-    for (int k = 0; k < kLanes; ++k) tau[k] = tau_drives[k] - d.bias[k] - (k < q.size() ? elastic.data()[k] : 0.0);
-    bound_friction(dt);
+    alignas(64) Lanes elastic;
+    pad(arm.elastic(q_mid), elastic);
+    d = &arm.lane_dynamics(q_mid, v_mid, work);
+    Vec6 V_before, dV;  // velocity of the handle; its change
+    sum_loads(*d, joints, dt, tau_drives, elastic, lanes(q_mid), lanes(v), loads, as_array(V_before));
 
+    using Columns = Eigen::Map<const Eigen::Matrix<double, 3, 4>, 0, Eigen::OuterStride<4>>;
+    const Columns tip(d->tip[0]);
     Vec6 x_error, V;
-    x_error << X_path.p - d.X_0T.p, turn_between(d.X_0T.R, X_path.R);
+    x_error << X_path.p - tip.col(3), turn_between(tip.leftCols<3>(), X_path.R);
     V << V_path.v, V_path.w;
     const Vec6 F0 = K.cwiseProduct(x_error) + B.cwiseProduct(V);
     const Vec6 response = 0.5 * dt * K + B;
-    Vec6 V_before, dV;  // velocity of the handle; its change
-    multiply_rows(d.J, lanes(v), as_array(V_before));
     const auto push_with = [&](const Vec6& force, const Vec6& answer) {
       const Lanes& v_next = advance(force, answer, V_before, dt);
-      alignas(64) Lanes dv;
-      for (int k = 0; k < kLanes; ++k) dv[k] = v_next[k] - lanes(v)[k];
-      multiply_rows(d.J, dv, as_array(dV));
+      change_of_velocity(*d, lanes(v), v_next, as_array(dV));
       return Vec6(force - answer.cwiseProduct(V_before + dV));
     };
     Vec6 F = push_with(F0, response);
@@ -238,15 +194,13 @@ struct Leader::Impl {
       F = push_with(F_slip, response_slip);
     }
     // Newton's law for the hand's mass: the arm's force is the mass times its acceleration minus the person's force.
-    const Vec6 arm_on_hand = M_hand.cwiseProduct(dV / dt + d.Jdot_v) - F - F_push;
+    const Vec6 arm_on_hand = M_hand.cwiseProduct(dV / dt + Vec6::Map(d->Jdot_v)) - F - F_push;
     cell = {arm_on_hand.head<3>(), arm_on_hand.tail<3>()};
 
-    std::copy_n(lanes(v), kLanes, lanes(v_before));
-    std::copy_n(lanes(friction.v()), kLanes, lanes(v));
-    to_end(dt, lanes(q_mid), lanes(v), joints.q_min, joints.q_max, lanes(q));
+    to_end(dt, joints, lanes(q_mid), lanes(friction.v()), lanes(v), lanes(v_before), lanes(q));
     t += dt;
     encoders.step(lanes(q), dt);
-    measure();
+    sense();
   }
 
   [[nodiscard]] double energy() noexcept {
@@ -265,17 +219,15 @@ struct Leader::Impl {
   DryFriction friction;
   Vec6 M_hand, K, B;  // inertia, stiffness and damping of the hand: linear over angular
   Vec6 F_push;
-  struct alignas(64) Joints {
-    Lanes coulomb, viscous, rotor;  // as LeaderOptions, zero beyond the last joint
-    Lanes q_min, q_max;             // [rad]
-  } joints;
+  LeaderJoints joints;
+  LeaderLoads loads;
   JointVector q, v, v_before, q_mid, v_mid;  // zero beyond the last joint
-  arm::LaneDynamics d;                       // at the middle of the step
-  alignas(64) Lanes tau, lo, hi;             // torques of drives, weight, motion and spring; bounds of the friction
+  const arm::LaneDynamics* d = nullptr;      // at the middle of the step
+  arm::LaneDynamics work;
   LeaderState state;
   Wrench cell;
   double gripper = 0.0, t = 0.0;
-  bool slipped = false;
+  bool slipped = false, read = false;  // read: `state` is that of the last period
   std::mt19937_64 random;
 };
 
@@ -297,7 +249,7 @@ void Leader::step(double dt, const Pose& X_LH_hand, const Twist& V_LH_hand, cons
   impl_->step(dt, X_LH_hand, V_LH_hand, F_push_L);
 }
 
-const LeaderState& Leader::measured() const noexcept { return impl_->state; }
+const LeaderState& Leader::measured() const noexcept { return impl_->measured(); }
 const JointVector& Leader::q() const noexcept { return impl_->q; }
 const JointVector& Leader::v() const noexcept { return impl_->v; }
 const Wrench& Leader::load_cell() const noexcept { return impl_->cell; }

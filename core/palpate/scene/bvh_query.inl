@@ -95,8 +95,10 @@ PALPATE_TARGET inline BvhHit closest_in(const Bvh& bvh, const double p[3], const
   double farthest = 1.0;
   for (int k = 0; k < 3; ++k) {
     const double x = (p[k] - bvh.centre[k]) * bvh.scale;
-    if (!(x - x == 0.0)) return start;  // p is NaN or infinite: nothing is near, and max() would hide it
     const double size = x < 0 ? -x : x, slack = 0x1p-22 * size;
+    // p is NaN, infinite, or so far that squares overflow: nothing is near. max() would hide a NaN, and then unused
+    // children seem near.
+    if (!(size < 0x1p60)) return start;
     query.above[k] = F8::all(static_cast<float>(x + slack));
     query.below[k] = F8::all(static_cast<float>(x - slack));
     query.at[k] = F8::all(static_cast<float>(x));

@@ -1,6 +1,7 @@
 // A mesh and its index as one block of bytes. The layout is that of this machine and of this version of the library.
 #include <algorithm>
 #include <cstring>
+#include <limits>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>
@@ -127,6 +128,15 @@ bool within(std::span<const std::int32_t> values, std::int64_t lowest, std::size
   return std::ranges::all_of(values, [&](std::int32_t i) { return i >= lowest && i < static_cast<std::int64_t>(end); });
 }
 
+/// Whether the box of a lane contains no point and is infinitely far from each, so that no query visits its child.
+bool is_empty(const BvhNode& node, std::size_t lane) {
+  constexpr float kNowhere = std::numeric_limits<float>::infinity();
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (node.lo[k][lane] != kNowhere || node.hi[k][lane] != -kNowhere) return false;
+  }
+  return true;
+}
+
 /// Whether every child is a later node, a block, or an unused lane (child 0 with an empty box), every node but the root
 /// has one parent, and no node is deeper than a query's stack allows.
 bool is_tree(const Bvh& bvh) {
@@ -143,7 +153,7 @@ bool is_tree(const Bvh& bvh) {
         if (c <= n || c >= bvh.node_count || level[c] != 0) return false;
         level[c] = level[n] + 1;
       } else {
-        const bool unused = child == 0 && node.lo[0][i] > node.hi[0][i];
+        const bool unused = child == 0 && is_empty(node, i);
         const bool block = child < 0 && to_index(~child) < bvh.block_count;
         if (!unused && !block) return false;
       }

@@ -4,8 +4,27 @@
 #include <cmath>
 
 #include "palpate/types/cholesky.hpp"
+#include "palpate/types/pack.hpp"
 
 namespace palpate::torque {
+
+/// P <- X^T M^-1 X. Only the lower triangle of M is read; M and X are overwritten. False if M is not positive definite;
+/// P is then useless.
+PALPATE_AVX2_TOO bool multiply_by_inverse(Lanes (&M)[kLanes], Lanes (&X)[kLanes], Lanes (&P)[kLanes]) noexcept {
+  const bool positive = cholesky(M);
+  for (int i = 0; i < kLanes; ++i) {
+    Pack row = load(X[i]);
+    for (int k = 0; k < i; ++k) row = row - M[i][k] * load(X[k]);
+    store(M[i][i] * row, X[i]);
+  }
+  for (int r = 0; r < kLanes; ++r) {
+    Pack sum = constant(0.0);
+    for (const Lanes& row : X) sum = sum + row[r] * load(row);
+    store(sum, P[r]);
+  }
+  return positive;
+}
+
 namespace {
 
 constexpr double kLever = 0.1;  // [m] lever arm that converts a rotational inertia into a mass
@@ -47,27 +66,18 @@ void diagonalise(double (&A)[m][m], double (&V)[m][m]) noexcept {
 
 /// Computes A^-1 with all eigenvalues reduced to at most `max_inertia`. Returns true if an eigenvalue was reduced.
 template <int m>
-bool bounded_inverse(const double (&A)[m][m], double max_inertia, double (&inverse)[m][m]) noexcept {
-  double L[m][m], B[m][m];
-  for (int i = 0; i < m; ++i) {
-    for (int j = 0; j < m; ++j) {
-      L[i][j] = A[i][j];
-      B[i][j] = i == j ? 1.0 : 0.0;
-    }
+bool bounded_inverse(const Lanes (&A)[kLanes], double max_inertia, Lanes (&inverse)[kLanes]) noexcept {
+  alignas(64) Lanes M[kLanes]{}, unit[kLanes]{};
+  for (int i = 0; i < kLanes; ++i) {
+    M[i][i] = unit[i][i] = 1.0;
+    for (int j = 0; i < m && j <= i; ++j) M[i][j] = A[i][j];
   }
-  const bool positive = cholesky(L);
-  solve_lower(L, B);
+  const bool positive = multiply_by_inverse(M, unit, inverse);
   double trace = 0.0;
-  for (int i = 0; i < m; ++i) {
-    for (int j = 0; j < m; ++j) {
-      inverse[i][j] = 0.0;
-      for (int k = 0; k < m; ++k) inverse[i][j] += B[k][i] * B[k][j];
-    }
-    trace += inverse[i][i];
-  }
+  for (int i = 0; i < m; ++i) trace += inverse[i][i];
   if (positive && trace <= max_inertia) return false;  // the trace bounds every eigenvalue
-  double D[m][m];
-  std::copy(&A[0][0], &A[0][0] + m * m, &D[0][0]);
+  double D[m][m], B[m][m];
+  for (int i = 0; i < m; ++i) std::copy_n(A[i], m, D[i]);
   diagonalise(D, B);
   bool cut = false;
   for (int k = 0; k < m; ++k) cut |= !(D[k][k] >= 1.0 / max_inertia);
@@ -88,10 +98,11 @@ bool bounded_inverse(const double (&A)[m][m], double max_inertia, double (&inver
 template <int m>
 Cartesian<m> cartesian(const arm::Dynamics& d, const JointVector& rotor, Eigen::Index joints,
                        double max_inertia) noexcept {
-  constexpr int kRows = kMaxJoints, kColumns = m + 2;
-  double weight[m], M[kRows][kRows] = {}, X[kRows][kColumns] = {};
+  static_assert(m + 2 <= kLanes);
+  double weight[m];
+  alignas(64) Lanes M[kLanes]{}, X[kLanes]{}, P[kLanes], inverse[kLanes];
   for (int r = 0; r < m; ++r) weight[r] = r < 3 ? 1.0 : kLever;
-  for (int i = 0; i < kRows; ++i) M[i][i] = 1.0;
+  for (int i = 0; i < kLanes; ++i) M[i][i] = 1.0;
   for (int i = 0; i < static_cast<int>(joints); ++i) {
     for (int j = 0; j < i; ++j) M[i][j] = d.M(i, j);
     M[i][i] = d.M(i, i) + rotor[i];
@@ -99,19 +110,10 @@ Cartesian<m> cartesian(const arm::Dynamics& d, const JointVector& rotor, Eigen::
     X[i][m] = d.bias[i] - d.G[i];
     X[i][m + 1] = d.G[i];
   }
-  cholesky(M);
-  solve_lower(M, X);
-  double P[kColumns][kColumns] = {};
-  for (const auto& row : X) {
-    for (int r = 0; r < kColumns; ++r) {
-      for (int s = 0; s < kColumns; ++s) P[r][s] += row[r] * row[s];
-    }
-  }
-  double A[m][m], inverse[m][m];
-  for (int r = 0; r < m; ++r) std::copy(P[r], P[r] + m, A[r]);
+  multiply_by_inverse(M, X, P);
 
   Cartesian<m> c;
-  c.singular = bounded_inverse(A, max_inertia, inverse);
+  c.singular = bounded_inverse<m>(P, max_inertia, inverse);
   Eigen::Matrix<double, m, 1> Cv, G;
   for (int r = 0; r < m; ++r) {
     for (int s = 0; s < m; ++s) c.Lambda(r, s) = weight[r] * inverse[r][s] * weight[s];

@@ -26,17 +26,6 @@ bool cholesky(double (&A)[n][n]) noexcept {
   return positive;
 }
 
-/// Replaces B (n, columns) by L^-1 B. L is the factor computed by cholesky().
-template <int n, int columns>
-void solve_lower(const double (&L)[n][n], double (&B)[n][columns]) noexcept {
-  for (int i = 0; i < n; ++i) {
-    for (int k = 0; k < i; ++k) {
-      for (int c = 0; c < columns; ++c) B[i][c] -= L[i][k] * B[k][c];
-    }
-    for (int c = 0; c < columns; ++c) B[i][c] *= L[i][i];
-  }
-}
-
 /// x <- A^-1 x for a positive definite A, of which only the upper triangle is read; all of A is overwritten. The
 /// factorisation is L D L^T, which needs no square roots. False when A is not positive definite; x is then useless.
 template <int n>

@@ -62,6 +62,7 @@ class Handover {
   /// Makes the newest offered object the current one. Returns false when no new object is offered. Only the loop may
   /// call it.
   bool update() noexcept {
+    if (incoming_.load(std::memory_order_relaxed) == nullptr) return false;  // an exchange waits for all stores before
     Node* next = incoming_.exchange(nullptr, std::memory_order_acq_rel);
     if (next == nullptr) {
       return false;

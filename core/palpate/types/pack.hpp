@@ -42,6 +42,10 @@ PALPATE_INLINE Pack max(const Pack& a, const Pack& b) noexcept {
 PALPATE_INLINE Pack min(const Pack& a, const Pack& b) noexcept {
   return {a.low < b.low ? a.low : b.low, a.high < b.high ? a.high : b.high};
 }
+/// yes where a <= b, otherwise no.
+PALPATE_INLINE Pack where_at_most(const Pack& a, const Pack& b, const Pack& yes, const Pack& no) noexcept {
+  return {a.low <= b.low ? yes.low : no.low, a.high <= b.high ? yes.high : no.high};
+}
 /// x . y over all lanes.
 PALPATE_INLINE double dot(const Pack& x, const Pack& y) noexcept {
   const Four s = x.low * y.low + x.high * y.high;

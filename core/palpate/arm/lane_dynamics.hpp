@@ -1,0 +1,17 @@
+// The equation of motion M a + bias = tau for a plant, which evaluates it ten thousand times a second: numbers of the
+// joints side by side, zero beyond the last joint. Without Eigen, since vector instructions fill it.
+#pragma once
+
+#include "palpate/types/lanes.hpp"
+
+namespace palpate::arm {
+
+struct alignas(64) LaneDynamics {
+  Lanes M[kLanes]{};       ///< inertia, full and symmetric
+  Lanes bias{};            ///< C(q, v) v + G(q)
+  Lanes J[6]{};            ///< rows of the tip's Jacobian, linear over angular, in base axes
+  double tip[4][4]{};      ///< base to tip X_0T: three columns of R and the origin, each with a fourth number of zero
+  double Jdot_v[6 + 2]{};  ///< tip acceleration at zero joint acceleration, linear over angular; then zeros
+};
+
+}  // namespace palpate::arm
