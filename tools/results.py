@@ -13,23 +13,109 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
+from string import Template
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
-RUNS: dict[str, tuple[str, tuple[str, ...]]] = {
-    "wall": ("study wall --hands 100", ("curve", "sensitivity")),
-    "certificate": ("study certificate --devices 500", ("devices",)),
-    "passivity": ("study passivity", ()),
-    "registration": ("study registration", ("layouts",)),
-    "organs": ("bench contact --organs", ()),  # with the organ meshes of the test data
-    "planning": ("bench planning", ()),
-    "execution": ("bench execution --stops 50", ()),
-    "execution_ros": ("bench execution --ros --stops 20", ()),
-    "tissue": ("bench tissue", ("tick_ms", "control_ms", "viscosity")),
-    "tissue_times": ("bench tissue --only ticks --only mujoco", ()),  # on an idle machine
+DATA = "$PALPATE_DATA"  # folder of recordings and clouds that are not part of the repository
+OUT = "$OUT"  # a folder that is removed after the run
+
+
+@dataclass(frozen=True)
+class Run:
+    """A documented run."""
+
+    command: str
+    """Arguments of `palpate`."""
+    without: tuple[str, ...] = ()
+    """Keys of its JSON that no page needs: at any depth, or with a dot in front at the top alone."""
+    rows: Callable[[dict[str, Any]], bool] = lambda row: True
+    """Rows to keep, of a list of rows at any depth."""
+
+
+def _gravity(arm: str, number: str, poses: int = 160, model: str = "potential") -> Run:
+    files = f"{DATA}/mtm_static/{arm.upper()}_{number}__random"
+    command = f"calibrate gravity {files}_N{poses}.csv --arm {arm} --model {model} --out {OUT}/m.yaml"
+    command += f" --test {files}_N400.csv"
+    return Run(command, ("advice", "base_parameters", "not_identifiable", "weak_parameters", "outliers", "stops"))
+
+
+def _dynamics(arm: str) -> Run:
+    one, two = (f"{DATA}/{arm}_moving/{arm}__{name}_results.csv" for name in ("one", "two"))
+    return Run(f"calibrate dynamics {one} --arm {arm} --out {OUT}/m.yaml --test {two}",
+               ("terms", "consistency", "unknown"))  # fmt: skip
+
+
+_BOUNDS = (
+    *("change_low", "change_high", "hedges_g_low", "hedges_g_high", "expected_change", "expected_hedges_g", "source"),
+    *(f"than_{other}_{end}_mm" for other in ("right", "none") for end in ("low", "high")),
+    *(f"{key}_more_{end}" for key in ("path_error_mm", "mean_force_N", "peak_force_N", "time_s")
+      for end in ("low", "high")),
+)  # fmt: skip
+_TIMES = ("p50_us", "p99_us", "load_s", "memory_MB")
+
+RUNS: dict[str, Run] = {
+    "wall": Run("study wall --hands 100", ("curve", "sensitivity")),
+    "certificate": Run("study certificate --devices 500", ("devices",)),
+    "swings": Run("study certificate --swings 500"),
+    "passivity": Run("study passivity"),
+    "extract": Run("study passivity --extract"),
+    "registration": Run("study registration", ("layouts",)),
+    "guidance": Run("study guidance", _BOUNDS, lambda row: row.get("condition") != "control_wrong"),
+    "guidance_entry": Run("study guidance --entry"),
+    "guidance_assumptions": Run("study guidance --assumptions", _BOUNDS),
+    "conformance": Run(
+        "study guidance --conformance", ("hard_entry", "soft_entry"), lambda row: row.get("rejected_share", 1.0) > 0.6
+    ),
+    "conformance_seeds": Run("study guidance --conformance --seeds 10", ("pairs", "hard_entry", "soft_entry")),
+    "guidance_times": Run("bench guidance"),  # on an idle machine
+    "planning": Run("bench planning"),
+    "planning_study": Run("study planning", (".trials",)),
+    "planning_stiffness": Run("study planning --stiffness --routes 8 --operators 8", (".trials",)),
+    "execution": Run("bench execution --stops 50"),
+    "execution_ros": Run("bench execution --ros --stops 20"),
+    "contact": Run(
+        "study contact", ("planes", *_TIMES), lambda row: row.get("path") == "shallow" and row["triangles"] > 50_000
+    ),
+    "contact_bench": Run("bench contact", _TIMES, lambda row: row.get("path") != "tool"),
+    "contact_times": Run("bench contact", (), lambda row: row.get("path") == "deep"),  # on an idle machine
+    "organs": Run("bench contact --organs"),  # with the organ meshes of the test data
+    "laws": Run(
+        "study laws",
+        ("force_error", "force_rms_N", "motion_mm", "peak_speed_m_s", "neglected_N", "too_fast"),
+        lambda row: row["model_scale"] == 1.0 and (row["K_N_per_m"] == 400.0 or row["law"] == "stiffness"),
+    ),
+    "force": Run(f"study force --data {DATA}"),
+    "drift": Run("study drift", ("drift_mm",)),
+    "dynamics_mtm": _dynamics("mtm"),
+    "dynamics_psm": _dynamics("psm"),
+    "gravity_34863": _gravity("mtml", "34863"),
+    "gravity_31519": _gravity("mtmr", "31519"),
+    "gravity_28247": _gravity("mtmr", "28247"),
+    "gravity_34863_few": _gravity("mtml", "34863", 40),
+    "gravity_28247_few": _gravity("mtmr", "28247", 40),
+    "gravity_34863_dvrk": _gravity("mtml", "34863", model="dvrk"),
+    "gravity_31519_dvrk": _gravity("mtmr", "31519", model="dvrk"),
+    "gravity_28247_dvrk": _gravity("mtmr", "28247", model="dvrk"),
+    "cloud": Run(
+        "bench cloud",
+        ("frame_to_force_ms", "frame_cpu_ms", "missed", "control_missed", "frames", "ticks", ".force_error_rms"),
+    ),
+    "cloud_times": Run("bench cloud", ("cases",)),  # on an idle machine
+    "scan": Run(f"scan scenes/liver.yaml --views 12 --noise 1 --out {OUT}/organ.ply", ("poses", "holes", "seconds")),
+    "scan_room": Run(
+        f"scan {DATA}/clouds/capture0001.pcd {DATA}/clouds/capture0002.pcd --unit m --out {OUT}/room.ply",
+        ("poses", "holes", "seconds"),
+    ),
+    "radius": Run("study radius", ("filtered_mN", "bias_mN", "step_deg", "step_mN", "error_mN")),
+    "geometry": Run("study geometry", ("point_contact", "deflection", "slopes")),
+    "tissue": Run("bench tissue", ("tick_ms", "control_ms", "viscosity")),
+    "tissue_times": Run("bench tissue --only ticks --only mujoco"),  # on an idle machine
 }
-"""Arguments of `palpate`, and the keys of its JSON that no page needs."""
 
 
 def control() -> float:
@@ -57,20 +143,38 @@ def rounded(value: Any) -> Any:
     return [rounded(one) for one in value] if isinstance(value, list) else value
 
 
-def run(name: str, folder: Path) -> dict[str, Any]:
+def needed(value: Any, run: Run) -> Any:
+    """The value without the keys and rows that no page needs."""
+    if isinstance(value, dict):
+        return {key: needed(one, run) for key, one in value.items() if key not in run.without}
+    if isinstance(value, list):
+        return [needed(one, run) for one in value if not isinstance(one, dict) or run.rows(one)]
+    return value
+
+
+def measured(name: str, folder: Path) -> dict[str, Any]:
     """Run a documented command; its result with what is needed to repeat it."""
-    arguments, left_out = RUNS[name]
-    head: dict[str, Any] = {"command": f"palpate {arguments}", "commit": commit(), "control_numpy_import_s": control()}
+    run = RUNS[name]
+    head: dict[str, Any] = {
+        "command": f"palpate {run.command}",
+        "commit": commit(),
+        "control_numpy_import_s": control(),
+    }
     file, start = folder / "result.json", time.monotonic()
-    more = ["--figures", str(folder), "--out", str(folder / "data.nc")] if arguments.startswith("study") else []
-    subprocess.run(
-        [sys.executable, "-m", "palpate", *arguments.split(), "--json", str(file), *more], check=True, cwd=ROOT
-    )
+    places = {"OUT": str(folder), "PALPATE_DATA": os.environ.get("PALPATE_DATA", str(ROOT.parent / "shared" / "data"))}
+    arguments = [Template(word).substitute(places) for word in run.command.split()]
+    if arguments[0] == "study":
+        from palpate.studies._command import SweepStudy
+
+        study = import_module(f"palpate.studies.{arguments[1]}.command").Command
+        arguments += ["--figures", str(folder)]
+        arguments += ["--out", str(folder / "data.nc")] if issubclass(study, SweepStudy) else []
+    subprocess.run([sys.executable, "-m", "palpate", *arguments, "--json", str(file)], check=True, cwd=ROOT)
     found = json.loads(file.read_text(encoding="utf-8"))
     found = {"rows": found} if isinstance(found, list) else found
+    found = {key: value for key, value in found.items() if f".{key}" not in run.without}
     head["seed"] = found.get("seed", 0)  # a sweep without a seed of its own has 0
-    kept = {key: value for key, value in found.items() if key not in left_out}
-    return rounded(head | {"wall_s": time.monotonic() - start, "cores": os.cpu_count(), "result": kept})
+    return rounded(head | {"wall_s": time.monotonic() - start, "cores": os.cpu_count(), "result": needed(found, run)})
 
 
 def main() -> None:
@@ -79,7 +183,7 @@ def main() -> None:
     parser.add_argument("names", nargs="+", choices=list(RUNS))
     for name in parser.parse_args().names:
         with tempfile.TemporaryDirectory() as folder:
-            text = json.dumps(run(name, Path(folder)), indent=1)
+            text = json.dumps(measured(name, Path(folder)), indent=1)
         target = ROOT / "docs" / "results" / f"{name}.json"
         target.parent.mkdir(exist_ok=True)
         target.write_text(text + "\n", encoding="utf-8")

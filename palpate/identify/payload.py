@@ -65,6 +65,7 @@ class Load:
     t: Array  # (k,) [s]
     tared: Array  # (k, 2) torque of yaw and pitch minus the mean tare and its drift [N m]
     fitted: Array  # (k, 2) torque of the fitted load [N m]
+    by_tare: tuple[float, ...]  # mass with each unloaded recording alone as the tare [kg]
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -110,7 +111,7 @@ def estimate_load(
     ratio = np.median(np.abs(tared - fitted), axis=0) / np.median(np.abs(tared - np.median(tared, axis=0)), axis=0)
     explained = (float(1.0 - ratio[0] ** 2), float(1.0 - ratio[1] ** 2))
     t = np.arange(len(loaded))[rows] / loaded.rate
-    return Load(float(x[0]), float(np.sqrt(variance)), explained, hang, t, tared, fitted)
+    return Load(float(x[0]), float(np.sqrt(variance)), explained, hang, t, tared, fitted, tuple(map(float, tares)))
 
 
 def _require_tares(loaded: RecordedMotion, unloaded: Sequence[RecordedMotion]) -> None:

@@ -119,6 +119,8 @@ class Person:
     sight_of_force: float
     haste: float
     yields: float
+    care: float = 1.0
+    """Share by which an operator slows down for an error that is seen; 0: the speed does not depend on it [-]."""
 
 
 def cohort(n: int, seed: int = 7) -> list[Person]:

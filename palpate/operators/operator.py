@@ -125,7 +125,7 @@ class Operator:
 
     def _velocity_along(self, aim: Aim) -> Array:
         error = float(np.linalg.norm(aim.error))
-        care = max(0.2, 1.0 - error / (0.5 * aim.width))
+        care = max(0.2, 1.0 - self.person.care * error / (0.5 * aim.width))
         self._speed = min(care * aim.width / self.person.pace, aim.ahead / 0.3, MAX_SPEED)
         return self._speed * aim.along
 

@@ -199,6 +199,12 @@ def test_care_slows_the_hand_in_proportion_to_the_seen_error(error, care):
         np.testing.assert_allclose(v[-1], [care * 0.004 / 0.4 / SCALE, 0.0, 0.0], rtol=1e-6, atol=1e-12)
 
 
+def test_without_care_the_speed_does_not_depend_on_the_seen_error():
+    for error in (0.0, 0.001, 0.006):
+        v = led(calm(pace=0.4, visual_gain=0.0, care=0.0), aim((0.0, error, 0.0)), updates=200)
+        np.testing.assert_allclose(v[-1], [0.004 / 0.4 / SCALE, 0.0, 0.0], rtol=1e-6, atol=1e-12)
+
+
 def test_speed_along_a_wide_passage_is_limited():
     v = led(calm(pace=0.1), aim(width=0.02), updates=300)
     assert v[-1][0] * SCALE == pytest.approx(0.03, rel=1e-6)

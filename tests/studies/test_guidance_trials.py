@@ -19,9 +19,9 @@ def begun(monkeypatch):
         seen = []
         genuine = guidance._rig
 
-        def rig(name, kind, offset_mm):
+        def rig(name, kind, offset_mm, stiffness):
             seen.append((name, kind, offset_mm))
-            return genuine(name, kind, abs(offset_mm))
+            return genuine(name, kind, abs(offset_mm), stiffness)
 
         monkeypatch.setattr(guidance, "_rig", rig)
         monkeypatch.setattr(guidance, "perform", lambda *given: given)
@@ -54,9 +54,22 @@ def test_registration_errors_alternate_over_the_operators(begun):
 
 
 def test_the_trait_of_yielding_is_scaled_alone(begun):
-    who, operator = person(2, guidance.SEED), begun(2, "ring", "guidance", yields=0.5)[2]
+    who, operator = person(2, guidance.SEED), begun(2, "ring", "guidance", assumed=guidance.Assumed(yields=0.5))[2]
     assert operator.person.yields == pytest.approx(0.5 * who.yields)
-    assert operator.person.haste == who.haste
+    assert (operator.person.haste, operator.person.care) == (who.haste, 1.0)
+
+
+def test_care_and_stiffness_of_fixtures_are_assumptions_that_vary(begun):
+    careless = begun(2, "ring", "guidance", assumed=guidance.Assumed(care=0.0))[2]
+    assert (careless.person.care, careless.person.yields) == (0.0, person(2, guidance.SEED).yields)
+    pull = {}
+    for K in (None, 300.0, 1200.0):
+        (path,) = guidance._rig("insertion", "soft", 5.0, K).fixtures.list()
+        X = np.eye(4)
+        X[:3, 3] = guidance.task_of("insertion").errand.path[40]
+        pull[K] = np.linalg.norm(path.evaluate(X, 0.0, np.zeros(6))["F"][:3])
+    assert pull[1200.0] == pytest.approx(4.0 * pull[300.0])
+    assert pull[None] == pytest.approx(2.0 * pull[300.0])
 
 
 @pytest.mark.parametrize(("task", "press"), [("ring", 0.0), ("tracing", 0.5), ("palpation", 1.0), ("insertion", 0.0)])

@@ -1,9 +1,11 @@
+import json
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from json_contract import keys, keys_of
 
+from palpate.cli import main
 from palpate.scene import Scene
 from palpate.scene.rig import build
 from palpate.studies.certificate import arms, figures
@@ -201,3 +203,23 @@ def test_tables_state_errors_in_percent_and_delays_in_milliseconds():
     rows = cells(arms_table([wall, wall | {"certified_broken": 0.0}]))
     assert [column[0] for column in rows] == ["paper", "0.6, 0, 0.8", "6 ms", "5", "205", "200", "2.4 %", "swings"]
     assert rows[-1][1] == "rests"
+
+
+def test_swings_are_an_option_of_the_command(tmp_path):
+    file = tmp_path / "swings.json"
+    command = [
+        "study",
+        "certificate",
+        "--swings",
+        "4",
+        "--seed",
+        "3",
+        "--json",
+        str(file),
+        "--out",
+        str(tmp_path / "s.nc"),
+    ]
+    assert main([*command, "--figures", str(tmp_path), "--workers", "1"]) == 0
+    found = json.loads(file.read_text())
+    assert (found["loops"], found["seed"], [run["run"] for run in found["runs"]]) == (4, 3, ["needed", "short"])
+    assert all(run["growing"] + run["decaying"] <= 4 for run in found["runs"])

@@ -13,6 +13,8 @@ from palpate.operators import Trial
 from palpate.record.ticks import as_ticks
 from palpate.studies.guidance import effects as guidance_effects
 from palpate.studies.guidance import work as guidance
+from palpate.studies.guidance.assumptions import assumptions
+from palpate.studies.guidance.assumptions import tables as assumption_tables
 from palpate.studies.guidance.conformance import entered, entry_words
 from palpate.studies.guidance.cues import cued
 from palpate.studies.guidance.tasks import SCALE, TASKS, distance, sleeve
@@ -267,7 +269,7 @@ def test_small_cohort_has_the_documented_keys_and_tables(trials, yields, visual_
     few, all_ = len(guidance.REGISTRATION), len(guidance.CONDITIONS)
     assert len(trials) == len(TASKS) * (2 * all_ + few) + 2 * 2 * len(guidance.ABLATION)
     assert all(row["done"] == 1.0 for row in trials)
-    assert set(report) == json_contract.keys("study guidance") - {"conformance", "entry"}
+    assert set(report) == json_contract.keys("study guidance") - {"conformance", "entry", "stiffness", "care"}
     assert set(report["rows"][0]) == json_contract.keys_of("study guidance", "A row of `rows`:")
     assert set(report["effects"][0]) == json_contract.keys_of("study guidance", "A row of `effects`:")
     by = {(r["task"], r["condition"]): r for r in report["rows"]}
@@ -285,6 +287,40 @@ def test_small_cohort_has_the_documented_keys_and_tables(trials, yields, visual_
     for task in TASKS:
         assert by[task, "control_wrong"]["path_error_mm"] > by[task, "haptics+guidance"]["path_error_mm"]
     assert tables(report)
+
+
+@pytest.fixture(scope="module")
+def varied():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(guidance_effects, "FEW", 50)
+        patch.setattr("palpate.studies.guidance.assumptions.PATHS", ("insertion",))
+        patch.setattr("palpate.studies.guidance.assumptions.TASKS", {"insertion": TASKS["insertion"]})
+        patch.setattr("palpate.studies.guidance.assumptions.STIFFNESSES", (100.0, 600.0, 1500.0))
+        return assumptions(3, sweep=serial)
+
+
+def test_assumptions_have_the_documented_keys(varied):
+    found = varied
+    documented = json_contract.keys_of("study guidance", "With `--assumptions` the keys are")
+    rows = {*found["stiffness"][0], *found["care"][0]} - {"path_error_mm", "change", "change_low", "change_high"}
+    assert {*found, *rows} == documented - {"yields"}
+    assert set(found["stiffness"][0]) - {"stiffness_N_per_m"} == json_contract.keys_of(
+        "study guidance", "A row of `yields`:"
+    ) - {"share"}
+    assert (found["operators"], found["seed"]) == (3, 7)
+    assert assumption_tables(found)
+
+
+def test_a_stiffer_fixture_guides_more(varied):
+    (soft, middle, stiff) = (row["change"] for row in varied["stiffness"])
+    assert 0.0 > soft > middle > stiff
+
+
+def test_operators_without_care_are_not_hastened_by_guidance(varied):
+    """Guidance saves time because operators slow down for the error that they see; it leaves the others as they are."""
+    (row,) = varied["care"]
+    assert row["hedges_g"] < -0.3
+    assert abs(row["hedges_g_without_care"]) < 0.3
 
 
 def test_entry_results_have_the_documented_keys(monkeypatch):
@@ -342,7 +378,9 @@ def test_operators_who_yield_less_are_guided_less(yields):
     """A weaker trait reduces the effect of guidance; without forces on the hand the trait has no effect."""
     report = {row["share"]: row["change"] for row in yields if row["task"] == "insertion"}
     assert report[1.0] < report[0.5] < report[0.0]
-    all_, not_ = (guidance.attempt(2, "ring", "none", 5, yields=share) for share in (1.0, 0.0))
+    all_, not_ = (
+        guidance.attempt(2, "ring", "none", 5, assumed=guidance.Assumed(yields=share)) for share in (1.0, 0.0)
+    )
     np.testing.assert_array_equal(all_.p_WT, not_.p_WT)
 
 

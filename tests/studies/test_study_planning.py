@@ -31,7 +31,7 @@ def test_operators_led_along_a_plan_stay_nearer_to_it(route: Route, tmp_path: Pa
     assert found["follow"]["path_error_mm"] < 0.7 * found["none"]["path_error_mm"]
     assert found["follow"]["entry_mm_s"] <= found["none"]["entry_mm_s"]
     assert all(row["done"] == 1.0 for row in rows)
-    assert {"conditions", "trials"} == json_contract.keys("study planning")
+    assert {"seed", "conditions", "trials"} == json_contract.keys("study planning")
     measures = json_contract.keys_of("study planning", "Measures:")
     assert set(rows[0]) == {"route", "condition", "operator"} | measures
     more = json_contract.keys_of("study planning", "Conditions also have:")

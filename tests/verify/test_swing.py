@@ -1,12 +1,14 @@
 """The judge of oscillations against closed forms of motions and against the eigenvalues of the sampled delayed loop."""
 
 import itertools
+from types import SimpleNamespace
 
+import json_contract
 import numpy as np
 import pytest
-from scipy.linalg import expm
 
 from palpate import _core
+from palpate.studies.certificate import swings
 
 DT = 1e-3
 FLOOR = 1e-6  # amplitude that counts as rest [m]
@@ -135,50 +137,13 @@ def test_a_run_is_as_long_as_its_slowest_mode_and_its_path_need():
     assert slowly.swing == "lasts" or slowly.duration > 16 * 0.18  # asked again while it only decays
 
 
-def growth_of(o):
-    """The largest real part of log z / T over the eigenvalues z of the sampled bilateral loop with its delay [1/s]."""
-    M, D, T = o.mass + o.hand_mass, o.damping + o.hand_damping, 1.0 / o.rate
-    A = np.array([[0.0, 1.0, 0.0], [-o.hand_stiffness / M, -D / M, 1.0 / M], [0.0, 0.0, 0.0]])
-    whole = int(o.delay / T + 1e-9)
-    late = max(o.delay - whole * T, 0.0)  # the older force acts so long
-    old, new = expm(A * late), expm(A * (T - late))
-    share = 1.0 - np.exp(-2 * np.pi * o.velocity_cutoff * T) if o.velocity_cutoff > 0.0 else 1.0
-    n = 5 + whole  # x, v, the last x, the last filtered velocity, and the forces sent before: the newest first
-    W, velocity, force = np.zeros((n, n)), np.zeros(n), np.zeros(n)
-    velocity[[0, 2, 3]] = share / T, -share / T, 1.0 - share
-    force[0] = -o.K
-    force -= o.B * velocity
-    sent = np.vstack([force, np.eye(n)[4:]])
-    W[:2, :2] = new[:2, :2] @ old[:2, :2]
-    W[:2] += np.outer(new[:2, 2], sent[whole]) + np.outer(new[:2, :2] @ old[:2, 2], sent[whole + 1])
-    W[2, 0], W[3], W[4] = 1.0, velocity, force
-    W[np.arange(5, n), np.arange(4, n - 1)] = 1.0
-    return np.log(np.abs(np.linalg.eigvals(W)).max()) / T
-
-
-def linear(rng):
-    """A random bilateral loop without friction and counts: K 20 N/m to 20 kN/m."""
-
-    def between(low, high):
-        return float(np.exp(rng.uniform(np.log(low), np.log(high))))
-
-    o = _core.AxisOptions()
-    o.mass, o.damping, o.rate = between(0.05, 1.5), between(0.05, 5.0), float(rng.choice([250.0, 1000.0, 4000.0]))
-    o.delay, o.velocity_cutoff = rng.uniform(0.0, 0.02), float(rng.choice([0.0, between(10.0, 300.0)]))
-    o.K, o.B, o.bilateral = between(20.0, 2e4), float(rng.choice([0.0, between(0.1, 8.0)])), True
-    o.hand_mass, o.hand_damping = between(0.03, 0.8), between(0.5, 25.0)
-    o.hand_stiffness = float(rng.choice([0.0, between(30.0, 1000.0)]))
-    return o
-
-
 def test_growing_and_decaying_loops_are_told_apart_by_the_eigenvalues():
     """Loops that grow or decay by less than 1 % in the watched time are left out: one in a hundred or fewer."""
-    rng = np.random.default_rng(4)
     unstable, watched = 0, 0
-    for _ in range(120):
-        o = linear(rng)
-        growth, result = growth_of(o), _core.Axis(o).run(push=1.0, v0=0.1)
-        if abs(growth) * 0.75 * result.duration < 0.01:
+    for seed in range(120):
+        o = swings.linear(np.random.default_rng([4, seed]))
+        growth, result = swings.growth(o), _core.Axis(o).run(push=1.0, v0=0.1)
+        if abs(growth) * 0.75 * result.duration < swings.UNCLEAR:
             continue
         watched += 1
         unstable += growth > 0.0
@@ -187,3 +152,35 @@ def test_growing_and_decaying_loops_are_told_apart_by_the_eigenvalues():
             assert result.growth == pytest.approx(growth, rel=0.1, abs=0.02)
     assert watched > 110
     assert 20 < unstable < 100
+
+
+def test_random_loops_lie_around_their_limit():
+    """Four in ten within 10 % of the stiffness at which the largest eigenvalue leaves the unit circle."""
+    near, shares = 0, []
+    for seed in range(40):
+        o = swings.linear(np.random.default_rng([5, seed]))
+        K = o.K
+        below, above = (swings.growth(o) for o.K in (0.85 * K, 1.15 * K))
+        near += below < 0.0 < above
+        shares.append((o.rate, o.delay))
+    assert 10 <= near <= 24
+    assert {rate for rate, _ in shares} == {250.0, 1000.0, 4000.0}
+    assert max(delay for _, delay in shares) <= 0.03
+
+
+def test_verdicts_are_counted_by_the_sign_of_the_growth():
+    def row(growth, swing, oscillates, clear=1.0):
+        both = {"swing": swing, "oscillates": float(oscillates), "clear": clear}
+        return {"growth_per_s": growth, **{f"{run}_{key}": v for run in swings.RUNS for key, v in both.items()}}
+
+    rows = [row(1.0, "lasts", True), row(1.0, "undecided", False), row(0.001, "decays", False, 0.0),
+            row(-1.0, "rests", False), row(-1.0, "decays", False), row(-2.0, "lasts", True)]  # fmt: skip
+    swept = SimpleNamespace(rows=lambda: rows)
+    found = swings.swings(6, 0, lambda *given, **more: swept)
+    documented = json_contract.keys_of("study certificate", "With `--swings` the keys are")
+    assert {key for run in found["runs"] for key in run} | set(found) == documented - {"needed", "short"}
+    for run in found["runs"]:
+        assert [run["growing"], run["growing_called"], run["growing_undecided"]] == [2, 1, 1]
+        assert [run["decaying"], run["decaying_called"], run["decaying_undecided"]] == [3, 1, 0]
+        assert run["agreement"] == pytest.approx(3 / 5)
+    assert swings.table(found)

@@ -16,15 +16,20 @@ class Command(SweepStudy):
     examples:
       palpate study certificate
       palpate study certificate --devices 50 --json certificate.json --figures docs/images
+      palpate study certificate --swings 500
     """
 
     devices: int = 1000
     """Number of random devices [-]."""
     seed: int = 1
     """Seed of the random devices; the same seed gives the same devices [-]."""
+    swings: int = 0
+    """Judge this number of random linear loops instead, whose eigenvalues are known, as oscillating or not [-]."""
 
     def study(self, console: Console) -> Findings:
         """Compute the result of the study."""
+        if self.swings:
+            return self._swings(console)
         from palpate.studies.certificate import arms, work
         from palpate.studies.certificate.figures import draw
 
@@ -34,3 +39,9 @@ class Command(SweepStudy):
         summary = work.summary(rows)
         values = {"simulated": True, "seed": self.seed, **summary, "devices": rows, "arms": walls}
         return Findings(values, lambda folder: [draw(rows, folder)], [work.table(summary), arms.table(walls)])
+
+    def _swings(self, console: Console) -> Findings:
+        from palpate.studies.certificate.swings import swings, table
+
+        found = swings(self.swings, self.seed, self.sweeper(console))
+        return Findings(found, lambda _: [], table(found))

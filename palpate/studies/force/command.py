@@ -28,13 +28,14 @@ class Command(Study):
     def study(self, console: Console) -> Findings:
         """Compute the result of the study."""
         from palpate.studies.force.figures import draw
-        from palpate.studies.force.work import in_words, simulated, weight, weight_json, words
+        from palpate.studies.force.work import OTHER_CUTOFFS, in_words, simulated, weight, weight_json, words
 
         recordings = self.data / "psm_moving"
         load = weight(recordings) if recordings.is_dir() else None
+        filtered = {cutoff: weight(recordings, cutoff) for cutoff in OTHER_CUTOFFS} if load else {}
         found, trace = simulated()
         return Findings(
-            {"weight": None if load is None else weight_json(load), "simulated": found},
+            {"weight": weight_json(load, filtered) if load else None, "simulated": found},
             lambda folder: [draw(load, trace, found, folder)],
             [*words(load, recordings), in_words(found)],
         )

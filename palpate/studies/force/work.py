@@ -45,8 +45,11 @@ class Weight(TypedDict):
     error: float
     explained: list[float]
     assumed: str
+    mass_by_tare_kg: list[float]
+    mass_by_filter_kg: dict[str, float]
 
 
+OTHER_CUTOFFS = (1.0, 4.0)  # cutoffs of variants of the filter [Hz]
 WEIGHT = 0.105  # true mass of the weight on the recorded arm [kg]
 SERVO = 1e-4  # period of the simulated drives [s]
 SAMPLES, TICKS = 200.0, 1000.0  # rates of a recording and of the cycle [Hz]
@@ -82,8 +85,12 @@ def in_words(found: StudyResult) -> str:
     )
 
 
-def weight(folder: Path) -> Load:
-    """Estimate the weight on the recorded PSM; the dynamics are identified from recordings without the weight."""
+def weight(folder: Path, cutoff: float | None = None) -> Load:
+    """Estimate the weight on the recorded PSM; the dynamics are identified from recordings without the weight.
+
+    ``cutoff``: of the filter [Hz]; None: that of `palpate calibrate dynamics`.
+    """
+    from palpate.arm.dynamics import CUTOFF
     from palpate.identify.dynamics import identify, read_motion
     from palpate.identify.payload import estimate_load
 
@@ -92,11 +99,11 @@ def weight(folder: Path) -> Load:
         read_motion(str(folder / f"psm__{name}_results.csv"), arm)
         for name in ("one", "two", "one_no_weight", "one_105_grams_parallel")
     )
-    return estimate_load(identify([one, two, again], arm), loaded, [one, again])
+    return estimate_load(identify([one, two, again], arm, cutoff or CUTOFF), loaded, [one, again])
 
 
-def weight_json(load: Load) -> Weight:
-    """The weight as JSON values."""
+def weight_json(load: Load, filtered: dict[float, Load]) -> Weight:
+    """The weight as JSON values; ``filtered``: estimates by the cutoff of another filter [Hz]."""
     return {
         "mass_kg": load.mass,
         "deviation_kg": load.deviation,
@@ -105,6 +112,8 @@ def weight_json(load: Load) -> Weight:
         "error": load.mass / WEIGHT - 1.0,
         "explained": list(load.explained),
         "assumed": load.hang.words,
+        "mass_by_tare_kg": list(load.by_tare),
+        "mass_by_filter_kg": {f"{cutoff:g}": one.mass for cutoff, one in filtered.items()},
     }
 
 

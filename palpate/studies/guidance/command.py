@@ -22,6 +22,7 @@ class Command(SweepStudy):
       palpate study guidance --conformance
       palpate study guidance --conformance --seeds 10
       palpate study guidance --entry
+      palpate study guidance --assumptions
     """
 
     operators: Annotated[int, arg(metavar="N")] = 200
@@ -35,8 +36,12 @@ class Command(SweepStudy):
     entry: bool = False
     """Measure the penetration of hard and soft fixtures in the full simulation instead (about two minutes)."""
 
+    assumptions: bool = False
+    """Vary the stiffness of the fixtures and the care of the first 20 operators instead (about two minutes)."""
+
     def study(self, console: Console) -> Findings:
         """Compute the result of the study."""
+        from palpate.studies.guidance.assumptions import assumptions, tables
         from palpate.studies.guidance.conformance import conform, conformance_words, entered, entry_words
 
         if self.conformance:
@@ -45,6 +50,9 @@ class Command(SweepStudy):
         if self.entry:
             penetration = entered(self.sweeper(console))
             return Findings({"entry": penetration}, lambda _: [], entry_words(penetration))
+        if self.assumptions:
+            varied = assumptions(self.operators, self.seed, self.sweeper(console))
+            return Findings(varied, lambda _: [], tables(varied))
         return self._study(console)
 
     def _study(self, console: Console) -> Findings:

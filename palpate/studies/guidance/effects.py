@@ -36,6 +36,12 @@ def of_the_first(
     return {task: [row for row in rows if row["task"] == task] for task in tasks}, draws
 
 
+def relative_change(before: Array, after: Array, draws: NDArray[np.int64]) -> tuple[float, float, float]:
+    """Relative change of the mean from (n,) to (n,) of the same operators, and its bounds by bootstrap (95 %) [-]."""
+    low, high = np.percentile(after[draws].mean(axis=1) / before[draws].mean(axis=1) - 1.0, [2.5, 97.5])
+    return float(after.mean() / before.mean() - 1.0), float(low), float(high)
+
+
 @dataclass(frozen=True)
 class Expected:
     """Effect on people that the literature reports, relative to the condition none."""
@@ -91,6 +97,7 @@ def summary(rows: Trials, seed: int) -> Summary:
     return {
         "simulated": True,
         "operators": len(none["time_s"]),
+        "seed": seed,
         "rows": means,
         "effects": effects,
         "registration": [row for task in TASKS for row in _registered(rows, task)],

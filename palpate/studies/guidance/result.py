@@ -115,11 +115,41 @@ class Yielded(TypedDict):
     change_high: float
 
 
+class Stiffened(TypedDict):
+    """Path error of operators guided by fixtures of another stiffness."""
+
+    task: str
+    stiffness_N_per_m: float
+    path_error_mm: float
+    change: float
+    change_low: float
+    change_high: float
+
+
+class Cared(TypedDict):
+    """Hedges' g of the time with guidance, of operators who slow down for the error that they see, and who do not."""
+
+    task: str
+    hedges_g: float
+    hedges_g_without_care: float
+
+
+class Assumptions(TypedDict):
+    """Result of ``palpate study guidance --assumptions``."""
+
+    simulated: bool
+    operators: int
+    seed: int
+    stiffness: list[Stiffened]
+    care: list[Cared]
+
+
 class Summary(TypedDict):
     """Statistics of the cohort."""
 
     simulated: bool
     operators: int
+    seed: int
     rows: list[Mean]
     effects: list[Effect]
     registration: list[Registered]

@@ -44,6 +44,21 @@ class Condition:
     """Operators press harder without force feedback (assumed trait `TRAITS["haste"]`); False for the ablation."""
 
 
+@dataclass(frozen=True)
+class Assumed:
+    """Assumptions of the simulation that the ablations vary; the defaults are those of the study."""
+
+    yields: float = 1.0
+    """Share of the operators' trait `yields` [-]."""
+    care: float = 1.0
+    """Share by which operators slow down for an error that they see [-]."""
+    stiffness: float | None = None
+    """Stiffness of the soft fixtures [N/m]; None: that of the task."""
+
+
+STUDY = Assumed()
+
+
 def _misplaced(error: float) -> Condition:
     return Condition(f"contact and guidance felt, {error:g} mm off", Senses("felt"), True, "soft", error)
 
@@ -105,13 +120,15 @@ def measure(point: Point, seed: int) -> dict[str, float]:
     return judged(task_of(point["task"]), trial)
 
 
-def attempt(operator: int, task: str, condition: str, seed: int, cohort_seed: int = SEED, yields: float = 1.0) -> Trial:
-    """Simulate one operator in one task under one condition; ``yields`` scales the trait of the same name."""
+def attempt(
+    operator: int, task: str, condition: str, seed: int, cohort_seed: int = SEED, assumed: Assumed = STUDY
+) -> Trial:
+    """Simulate one operator in one task under one condition."""
     who, c, t = person(operator, cohort_seed), (ALL | CUED)[condition], task_of(task)
     if not c.haste:
         who = replace(who, haste=1.0)
-    who = replace(who, yields=yields * who.yields)
-    rig = _rig(task, c.guidance, c.offset_mm if operator % 2 == 0 else -c.offset_mm)
+    who = replace(who, yields=assumed.yields * who.yields, care=assumed.care)
+    rig = _rig(task, c.guidance, c.offset_mm if operator % 2 == 0 else -c.offset_mm, assumed.stiffness)
     o = rig.options(seed)
     o.hand, o.tremor = who.hand.options(), who.tremor
     arms = rig.arms
@@ -131,11 +148,13 @@ def task_of(name: str) -> Task:
 
 
 @lru_cache(maxsize=64)
-def _rig(name: str, guidance: str, offset_mm: float) -> Rig:
+def _rig(name: str, guidance: str, offset_mm: float, stiffness: float | None = None) -> Rig:
     task = task_of(name)
     data = task.scene()
     if guidance:
         data["guidance"] = task.guidance(1e-3 * offset_mm * OFFSET_AXIS, guidance == "hard")
+        for fixture in data["guidance"] if stiffness else ():
+            fixture["law"] = fixture["law"] | {"stiffness": stiffness}
     rig = build(Scene.model_validate(data))
     if task.surface is None:
         return rig

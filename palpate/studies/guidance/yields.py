@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from palpate.studies._command import Sweeper
-from palpate.studies.guidance.effects import of_the_first
+from palpate.studies.guidance.effects import of_the_first, relative_change
 from palpate.studies.guidance.result import Yielded
 from palpate.studies.guidance.tasks import TASKS
-from palpate.studies.guidance.work import SEED, attempt, judged, task_of
+from palpate.studies.guidance.work import SEED, Assumed, attempt, judged, task_of
 from palpate.sweep import sweep
 from palpate.sweep.grid import Point
 
@@ -30,15 +30,9 @@ def yielding(operators: int, seed: int = SEED, sweep: Sweeper = sweep) -> list[Y
         none = np.array([row["none_mm"] for row in mine])
         for share in SHARES:
             guided = np.array([row[_key(share)] for row in mine])
-            low, high = np.percentile(guided[draws].mean(axis=1) / none[draws].mean(axis=1) - 1.0, [2.5, 97.5])
-            out.append({
-                "task": task,
-                "share": share,
-                "path_error_mm": float(guided.mean()),
-                "change": float(guided.mean() / none.mean() - 1.0),
-                "change_low": float(low),
-                "change_high": float(high),
-            })  # fmt: skip
+            less, low, high = relative_change(none, guided, draws)
+            out.append({"task": task, "share": share, "path_error_mm": float(guided.mean()), "change": less,
+                        "change_low": low, "change_high": high})  # fmt: skip
     return out
 
 
@@ -47,7 +41,8 @@ def yielded(point: Point, seed: int) -> dict[str, float]:
     operator, task, cohort = point["operator"], point["task"], point["cohort"]
 
     def error(condition: str, share: float) -> float:
-        return judged(task_of(task), attempt(operator, task, condition, seed, cohort, share))["path_error_mm"]
+        trial = attempt(operator, task, condition, seed, cohort, Assumed(yields=share))
+        return judged(task_of(task), trial)["path_error_mm"]
 
     return {"none_mm": error("none", 1.0)} | {_key(share): error("guidance", share) for share in SHARES}
 

@@ -19,6 +19,7 @@ class Command(SweepStudy):
     examples:
       palpate study passivity --runs 1000
       palpate study passivity --json passivity.json --figures docs/images
+      palpate study passivity --extract
     """
 
     runs: int = 10_000
@@ -26,8 +27,13 @@ class Command(SweepStudy):
     seed: int = 0
     """Seed of the random cases."""
 
+    extract: bool = False
+    """Move the handle to take energy out of the layer instead: 100 motions in each of eight cases (a minute)."""
+
     def study(self, console: Console) -> Findings:
         """Compute the result of the study."""
+        if self.extract:
+            return self._extracted(console)
         from palpate.studies.passivity.figures import draw
         from palpate.studies.passivity.result import Ran, Timed
         from palpate.studies.passivity.words import tables
@@ -39,3 +45,9 @@ class Command(SweepStudy):
         result: Timed = {**summed_up(found), "seed": self.seed, "seconds": seconds}
         report = [*tables(result), "simulated devices, simulated hands, one axis"]
         return Findings(result, lambda folder: [draw(found, folder)], report)
+
+    def _extracted(self, console: Console) -> Findings:
+        from palpate.studies.passivity.extract import MOTIONS, extract, table
+
+        found = extract(MOTIONS, self.seed, self.sweeper(console))
+        return Findings(found, lambda _: [], table(found))

@@ -48,13 +48,25 @@ class Mode(TypedDict):
     oscillates_certified: int  #: of these, the runs that are certified with their hand
 
 
-class Change(TypedDict):
+class Changed(TypedDict):
     """Number of runs of a group in which the layer changes the force by 1 % or more."""
 
-    of: str
     runs: int
     changed: int
     largest_change: float
+
+
+class Change(Changed):
+    """A group by its name."""
+
+    of: str
+
+
+class ChangedByDelay(Changed):
+    """The certified runs in which no cap acted, with a delay in a range."""
+
+    from_s: float
+    to_s: float | None
 
 
 class StudyResult(TypedDict):
@@ -65,6 +77,24 @@ class StudyResult(TypedDict):
     simulated: bool
     modes: list[Mode]
     changes: list[Change]
+    by_delay: list[ChangedByDelay]
+
+
+class Extracted(TypedDict):
+    """Largest energy that motions in one case took out, with the layer and without it."""
+
+    case: str
+    extracted_J: float
+    without_J: float
+
+
+class ExtractedBy(TypedDict):
+    """Result of ``palpate study passivity --extract``."""
+
+    simulated: bool
+    seed: int
+    motions: int  #: per case
+    extract: list[Extracted]
 
 
 class Timed(StudyResult):

@@ -25,4 +25,8 @@ def tables(result: StudyResult) -> list[RenderableType]:
         felt.add_column(column, justify="left" if column.startswith("of") else "right")
     for c in result["changes"]:
         felt.add_row(c["of"], str(c["runs"]), str(c["changed"]), f"{100 * c['largest_change']:.2g} %")
+    for d in result["by_delay"]:
+        to = f"to {1e3 * d['to_s']:g} ms" if d["to_s"] else "and more"
+        felt.add_row(f"certified and calm, delay of {1e3 * d['from_s']:g} ms {to}", str(d["runs"]), str(d["changed"]),
+                     f"{100 * d['largest_change']:.2g} %")  # fmt: skip
     return [energy, felt]

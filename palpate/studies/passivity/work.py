@@ -12,7 +12,7 @@ from palpate.arrays import Array
 from palpate.certificate.certificate import SURE
 from palpate.certificate.device import DeviceModel
 from palpate.hands import PRESETS, Hand
-from palpate.studies.passivity.result import Change, Mode, Outcome, Ran, StudyResult
+from palpate.studies.passivity.result import Changed, Mode, Outcome, Ran, StudyResult
 from palpate.sweep.grid import Point
 
 BOUND = 1e-3  # largest energy that a hand may extract at the port [J]
@@ -22,6 +22,7 @@ LIGHTEST = PRESETS["relaxed"].mass  # smallest hand mass that the layer assumes 
 SECONDS = 4.0  # duration of the hand's path; it rests in the last quarter [s]
 ModeName = Literal["off", "observer", "tank", "alone"]
 MODES: tuple[ModeName, ...] = ("observer", "tank", "alone")  # alone: an observer without the device's friction
+DELAYS = ((0.0, 0.001), (0.001, 0.005), (0.005, 0.010), (0.010, 0.020), (0.020, None))  # ranges of `by_delay` [s]
 _DEPTH, _AWAY = 0.012, 0.020  # farthest intended positions of the hand inside and outside the wall [m]
 _STROKE = (0.25, 0.8)  # duration of a stroke [s]
 _REST = 0.2  # longest rest between two [s]
@@ -178,19 +179,24 @@ def summed_up(found: list[Ran]) -> StudyResult:
             "oscillates_certified": sum(f["certified"] and f[mode]["oscillates"] for f in found),
         }  # fmt: skip
 
-    def changes(name: str, rows: list[Ran]) -> Change:
+    def changed(rows: list[Ran]) -> Changed:
         change = np.array([r["observer"]["change"] for r in rows])
-        return {"of": name, "runs": len(rows), "changed": int((change >= CHANGED).sum()),
+        return {"runs": len(rows), "changed": int((change >= CHANGED).sum()),
                 "largest_change": float(change.max(initial=0.0))}  # fmt: skip
 
+    calm = [f for f in found if f["certified"] and f["calm"]]
     return {
         "runs": len(found), "bound_J": BOUND, "simulated": True,
         "modes": [of(mode) for mode in ("off", *MODES)],
         "changes": [
-            changes("silent", [f for f in found if f["silent"]]),
-            changes("passive", [f for f in found if f["passive"]]),
-            changes("certified and calm", [f for f in found if f["certified"] and f["calm"]]),
-            changes("certified", [f for f in found if f["certified"]]),
-            changes("all", found),
+            {"of": "silent", **changed([f for f in found if f["silent"]])},
+            {"of": "passive", **changed([f for f in found if f["passive"]])},
+            {"of": "certified and calm", **changed(calm)},
+            {"of": "certified", **changed([f for f in found if f["certified"]])},
+            {"of": "all", **changed(found)},
+        ],
+        "by_delay": [
+            {"from_s": low, "to_s": high,
+             **changed([f for f in calm if low <= f["delay_s"] < (high or np.inf)])} for low, high in DELAYS
         ],
     }  # fmt: skip

@@ -36,7 +36,7 @@ class Command(Study):
         from palpate.console.output import say
         from palpate.planning.geometry import require
         from palpate.studies.planning.figures import draw
-        from palpate.studies.planning.work import CONDITIONS, SWEEP, run, summary
+        from palpate.studies.planning.work import CONDITIONS, SEED, SWEEP, run, summary
 
         require()
         if self.routes < 1 or self.operators < 1:
@@ -53,4 +53,5 @@ class Command(Study):
             values = (row["deepest_mm"], row["path_error_mm"], row["time_s"])
             table.add_row(row["words"], f"{row['entry_mm_s']:.3f}", share, span, *(f"{v:.2f}" for v in values),
                           f"{100 * row['done']:.0f} %")  # fmt: skip
-        return Findings({"conditions": found, "trials": rows}, lambda folder: draw(folder, rows, found), [table])
+        result = {"seed": SEED, "conditions": found, "trials": rows}
+        return Findings(result, lambda folder: draw(folder, rows, found), [table])

@@ -1,0 +1,137 @@
+"""Phrases of the pages on control laws, gravity, dynamics and the estimated force."""
+
+from __future__ import annotations
+
+from palpate.studies.laws.work import Outcome, bandwidth
+from phrases.values import Maker, Result, Tie, kept, percent, rows_by
+
+
+def limits(found: Result) -> list[str]:
+    outcomes = [Outcome(**row) for row in found["outcomes"]]
+
+    def limit(law: str, K: float = 400.0, hand: str = "fast") -> str:
+        hertz = bandwidth(outcomes, law, K, hand)
+        return f"{hertz:.{1 if hertz >= 1.0 else 2}f}"
+
+    assert limit("impedance") == limit("stiffness")
+    return [
+        f"so the error passes a tenth at {limit('stiffness')} Hz with a fast hand and at "
+        f"{limit('stiffness', hand='slow')} Hz with a slow one",
+        f"it grows with the square root of K, {limit('stiffness', 50.0)} Hz for 50 N/m and "
+        f"{limit('stiffness', 2000.0)} Hz for 2000 N/m",
+        f"limit is {limit('impedance-shaped')} Hz at 400 N/m, with admittance of the same virtual mass "
+        f"{limit('admittance')} Hz",
+    ]
+
+
+def friction(found: Result) -> list[str]:
+    rows = rows_by((r for r in found["outcomes"] if (r["K_N_per_m"], r["model_scale"]) == (400.0, 1.0)),
+                   "law", "f_Hz", "hand")  # fmt: skip
+    stiffness, admittance = (rows[law, 0.3, "fast"]["impedance_error"] for law in ("stiffness", "admittance"))
+    assert rows["stiffness", 5.0, "fast"]["felt_N_per_m"] < 0.0, "at 5 Hz the arm, and no spring"
+    return [
+        f"The thin lines add friction: {percent(stiffness)} % of the force",
+        f"Admittance removes friction as well ({percent(admittance)} % remains at 0.3 Hz)",
+    ]
+
+
+def simulated_force(found: Result) -> list[str]:
+    one = found["simulated"]
+    x, y, z = (f"{100 * error:.1f}" for error in one["nrmse_axis"])
+    return [f"over the largest force, {100 * one['nrmse']:.1f} %;", f"x {x} %, y {y} %, z {z} %"]
+
+
+def weight(found: Result) -> list[str]:
+    one = found["weight"]
+    low, high = (f"{1e3 * mass:.0f}" for mass in one["interval_kg"])
+    narrow, wide = (f"{1e3 * one['mass_by_filter_kg'][cutoff]:.0f}" for cutoff in ("1", "4"))
+    first, second = (f"{1e3 * mass:.0f}" for mass in one["mass_by_tare_kg"])
+    inside = (*one["mass_by_tare_kg"], *one["mass_by_filter_kg"].values())
+    assert all(one["interval_kg"][0] < mass < one["interval_kg"][1] for mass in inside)
+    return [
+        f"**{1e3 * one['mass_kg']:.0f} g, 95 % between {low} and {high} g** ({percent(one['error'], '+')} %)",
+        f"{narrow} g and {wide} g with a filter of 1 Hz or 4 Hz instead of 2, {first} g with only the first tare, "
+        f"{second} g with only the second",
+    ]
+
+
+def dynamics(arm: str) -> Maker:
+    def table(found: Result) -> list[str]:
+        test = found["test"]
+        return [
+            f"| {arm}, {cutoff:g} Hz | " + " | ".join(f"{value:.3f}".removeprefix("0") for value in row) + " |"
+            for cutoff, row in zip(test["cutoffs_Hz"], test["relative_rms_at"], strict=True)
+        ]
+
+    return table
+
+
+def r2(found: Result, key: str = "test") -> str:
+    return " ".join(f"{value:.2f}".removeprefix("0") for value in found[key]["r2"])
+
+
+def gravity(arm: str) -> Maker:
+    return lambda found: [f"| {arm} | {r2(found)} | {r2(found, 'test_directed')} |"]
+
+
+def dvrk_form(arm: str) -> Maker:
+    return lambda found: [rf"| {arm} \|.*\| {r2(found)} |"]
+
+
+def few_poses(arm: str, number: str) -> Maker:
+    """RMS of the joints with 40 poses over that with 160."""
+
+    def sentence(found: Result) -> list[str]:
+        many = kept(f"gravity_{number}")["result"]["test"]["rms_Nm"]
+        more = [few / one - 1.0 for few, one in zip(found["test"]["rms_Nm"], many, strict=True)]
+        return [f"{arm}: {', '.join(percent(one, '+') for one in more)} %"]
+
+    return sentence
+
+
+def drifted(row: Result) -> str:
+    """Mean, median and 95 % in mm; to a tenth below 10 mm."""
+    values = (row[f"{key}_mm"] for key in ("mean", "median", "p95"))
+    return " / ".join(f"{value:.{0 if value >= 10.0 else 1}f}" for value in values)
+
+
+def drift(found: Result) -> list[str]:
+    by = rows_by(found["rows"], "arm", "plant", "model")
+    phrases = []
+    for one in found["arms"]:
+        models = ("paper", "gravity+springs", "dvrk", "potential")
+        cells = [drifted(by[one["arm"], "as identified", model]) for model in models]
+        phrases.append(f"| {' | '.join(cells)} |")
+    return phrases
+
+
+def published_drift(found: Result) -> list[str]:
+    published = found["published_mm"]
+    shares = [row["mean_mm"] / published[row["model"]][0] for row in found["rows"]
+              if row["plant"] == "as identified" and row["model"] in ("paper", "dvrk")]  # fmt: skip
+    return [f"fall on average {min(shares):.1f} to {max(shares):.0f} times as far as the published arm did"]
+
+
+def rough_drift(found: Result) -> list[str]:
+    by = rows_by((r for r in found["rows"] if r["model"] == "potential"), "arm", "plant")
+    first, second, third = (by[one["arm"], "rough"] for one in found["arms"])
+    return [
+        f"There `potential` comes to {drifted(first)}, {drifted(second)} and {drifted(third)} mm",
+    ]
+
+
+TIES = [
+    Tie("torque.md", "laws", (limits, friction)),
+    Tie("dynamics.md", "force", (simulated_force, weight)),
+    Tie("dynamics.md", "dynamics_mtm", (dynamics("MTM"),)),
+    Tie("dynamics.md", "dynamics_psm", (dynamics("PSM"),)),
+    Tie("calibrate.md", "gravity_34863", (gravity("MTML 34863"),)),
+    Tie("calibrate.md", "gravity_31519", (gravity("MTMR 31519"),)),
+    Tie("calibrate.md", "gravity_28247", (gravity("MTMR 28247"),)),
+    Tie("calibrate.md", "gravity_34863_few", (few_poses("MTML 34863", "34863"),)),
+    Tie("calibrate.md", "gravity_28247_few", (few_poses("MTMR 28247", "28247"),)),
+    Tie("calibrate.md", "gravity_34863_dvrk", (dvrk_form("MTML 34863"),)),
+    Tie("calibrate.md", "gravity_31519_dvrk", (dvrk_form("MTMR 31519"),)),
+    Tie("calibrate.md", "gravity_28247_dvrk", (dvrk_form("MTMR 28247"),)),
+    Tie("calibrate.md", "drift", (drift, published_drift, rough_drift)),
+]

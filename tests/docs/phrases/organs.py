@@ -1,0 +1,36 @@
+"""Phrases of the page on ridges, creases and slivers of organ meshes."""
+
+from __future__ import annotations
+
+from phrases.values import Result, Tie
+
+
+def ridges(found: Result) -> list[str]:
+    rows = {(row["mesh"], row["depth_mm"]): row for row in found["rows"]}
+    out = []
+    for R, depth in ((0, 1.0), (1, 1.0), (1, 2.0), (2, 1.0), (2, 2.0)):
+        fine, coarse = (rows[f"ridge {R} mm, facets {edge} mm", depth] for edge in (0.3, 2.6))
+        out.append(
+            f"| {depth:g} mm | {fine['true_step_deg']:.1f} deg | {fine['step_deg']:.1f} deg | "
+            f"{coarse['step_deg']:.1f} deg | {coarse['limited_step_deg']:.1f} deg |"
+        )
+    return out
+
+
+def slides(found: Result) -> list[str]:
+    rows = [row for row in found["rows"] if row["true_step_deg"] is None and row["noise_mm"] == 0.0]
+    cells = {
+        (row["mesh"], row["depth_mm"]): f"{row['step_deg']:.1f} deg | {row['limited_step_deg']:.1f} deg | "
+        f"{100 * row['large_share']:.2f} %" for row in rows
+    }  # fmt: skip
+    return [f"| {mesh} | {cells[mesh, 1.0]} | {cells[mesh, 2.0]} |" for mesh in dict.fromkeys(r["mesh"] for r in rows)]
+
+
+def noise(found: Result) -> list[str]:
+    raw, smooth = (r for r in found["rows"] if r["mesh"] == "gallbladder_visual" and r["depth_mm"] == 1.0)
+    return [
+        f"noise of {smooth['noise_mm']:.2f} mm, from {raw['step_deg']:.1f} to {smooth['step_deg']:.1f} degrees",
+    ]
+
+
+TIES = [Tie("contact-organs.md", "organs", (ridges, slides, noise))]

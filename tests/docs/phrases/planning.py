@@ -1,0 +1,81 @@
+"""Phrases of the pages on motion plans."""
+
+from __future__ import annotations
+
+from phrases.values import Result, Tie
+
+SCENES = ("liver, gallbladder, duodenum", "closed cage with one window of 12 mm", "two instruments crossing")
+
+
+def planning_rows(found: Result) -> list[str]:
+    rows = found["rows"]
+    ways = [(r["straight"], r["retracted"], r["queries"] - r["straight"] - r["retracted"]) for r in rows]
+    return [
+        f"| {name} | {100 * r['success_rate']:.0f} % | {r['median_s']:.2f} and {r['p95_s']:.2f} s | "
+        f"{way[0]}, {way[1]}, {way[2]} | {r['violations']} of {r['checked_samples']:,} |"
+        for name, r, way in zip(SCENES, rows, ways, strict=True)
+    ]
+
+
+def planning_again(found: Result) -> list[str]:
+    return [
+        f"| {name} | {1e3 * r['replan_wall_p50_s']:.0f} and {1e3 * r['replan_wall_p95_s']:.0f} ms | "
+        f"{round(r['replan_success_rate'] * r['replans'])} of {r['replans']} |"
+        for name, r in zip(SCENES, found["rows"], strict=True)
+    ]
+
+
+def execution_rows(found: Result) -> list[str]:
+    return [
+        f"| {row['mode']} | {row['stops']} at {1e3 * row['speed_m_s']:.0f} mm/s | "
+        + " | ".join(
+            f"{1e3 * row[f'{what}_median_s']:.0f} / {1e3 * row[f'{what}_worst_s']:.0f} ms"
+            for what in ("goal", "tool", "slow")
+        )
+        + " |"
+        for row in found["rows"]
+    ]
+
+
+def execution_load(found: Result) -> list[str]:
+    return [f"under a load of {max(row['load'] for row in found['rows']):.0f}"]
+
+
+def study_rows(found: Result) -> list[str]:
+    by = found["conditions"]
+    return [
+        f"| {words} | {by[name]['entry_mm_s']:.3f} mm s | {by[name]['deepest_mm']:.2f} mm | "
+        f"{by[name]['path_error_mm']:.2f} mm |"
+        for name, words in (("none", "none"), ("follow", "led along the plan, in its tube"))
+    ]
+
+
+def study_text(found: Result) -> list[str]:
+    led = found["conditions"]["follow"]
+    low, high = (f"{100 * share:.0f}" for share in led["entry_reduction_95"])
+    trials = sum(row["trials"] for row in found["conditions"].values())
+    assert led["done"] == 1.0
+    return [
+        f"16 simulated operators, {trials} trials)",
+        f"by {100 * led['entry_reduction']:.0f} % less (95 % interval: {low} to {high} %)",
+    ]
+
+
+def stiffness_rows(found: Result) -> list[str]:
+    phrases = []
+    for name, row in found["conditions"].items():
+        low, high = (f"{100 * share:.0f}" for share in row["entry_reduction_95"])
+        less = "" if name == "none" else f" {100 * row['entry_reduction']:.0f} % ({low} to {high} %)"
+        spring = "none" if name == "none" else f"{name} N/m"
+        phrases.append(f"| {spring} | {row['entry_mm_s']:.3f} mm s |{less} | {row['deepest_mm']:.2f} mm | "
+                       f"{row['path_error_mm']:.2f} mm |")  # fmt: skip
+    return phrases
+
+
+TIES = [
+    Tie("planning-study.md", "planning_study", (study_rows, study_text)),
+    Tie("planning-study.md", "planning_stiffness", (stiffness_rows,)),
+    Tie("planning.md", "planning", (planning_rows, planning_again)),
+    Tie("planning-execution.md", "execution", (execution_rows,)),
+    Tie("planning-execution.md", "execution_ros", (execution_rows, execution_load)),
+]

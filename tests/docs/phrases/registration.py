@@ -1,0 +1,75 @@
+"""Phrases of the pages on registration."""
+
+from __future__ import annotations
+
+import math
+
+from phrases.values import Result, Tie
+
+
+def of(rows: list[Result], key: str) -> str:
+    return f"{sum(round(row[key] * row['trials']) for row in rows)} of {sum(row['trials'] for row in rows)}"
+
+
+def registration_markers(found: Result) -> list[str]:
+    both, (estimated, stated) = found["predicted"].values(), found["wrong_marker"].values()
+    return [
+        "isotropic; anisotropic | " + "; ".join(f"{1e3 * one['largest_p95_m']:.3f} mm" for one in both),
+        "isotropic; anisotropic | " + "; ".join(f"{100 * one['largest_error']:.1f} %" for one in both),
+        f"unknown correspondence found | {of(list(found['unknown'].values()), 'right')}",
+        f"FLE estimated; stated | {of([estimated], 'found')}; {of([stated], 'found')}",
+        f"false alarms, FLE estimated; stated | {100 * estimated['false_alarms']:.1f} %; "
+        f"{100 * stated['false_alarms']:.1f} %",
+    ]
+
+
+def registration_surfaces(found: Result) -> list[str]:
+    rough, none, arm, beside = *(found["surface"][k] for k in ("rough", "none")), *found["handeye"].values()
+    wrong = sum(one["wrong"] for one in found["surface"].values())
+    assert found["wrong_told"] == 1.0
+    return [
+        f"from +-30 deg and +-30 mm | {of([rough], 'converged')}",
+        f"rms error of its points, 95 % | {1e3 * rough['p95_m']:.2f} mm",
+        f"without a start | {of([none], 'converged')}",
+        f"other organ) | {wrong} of {wrong}",
+        f"on the arm | {1e3 * arm['position_p95_m']:.2f} mm, {math.degrees(arm['rotation_p95_rad']):.2f} deg",
+        f"beside the arm | {1e3 * beside['position_p95_m']:.2f} mm, {math.degrees(beside['rotation_p95_rad']):.2f} deg",
+    ]
+
+
+def registration_chain(found: Result) -> list[str]:
+    touched, chain = found["touched"], found["chain"]
+    return [
+        f"{touched['trials']} runs | {1e3 * touched['simulated_m']:.2f} mm rms, "
+        f"predicted {1e3 * touched['predicted_m']:.2f} mm",
+        f"median; largest | {1e3 * chain['tip_median_m']:.2f} mm; {1e3 * chain['tip_largest_m']:.1f} mm",
+        f"within 1 mm of the surface | {100 * chain['felt_within_1mm']:.1f} % of {20 * chain['trials']} places",
+    ]
+
+
+def sessions(found: Result) -> list[str]:
+    session = found["session"]
+    right, wrong = session["right"], {kind: one for kind, one in session.items() if kind != "right"}
+    (trials,) = {one["trials"] for one in wrong.values()}
+
+    def count(key: str) -> str:
+        return f"{round(right[key] * right['trials'])} of {right['trials']}"
+
+    met = round((1.0 - right["told"]) * right["trials"])
+    assert all(one["told"] == 1.0 for one in wrong.values())
+    return [
+        f"with the accuracy of 1 mm met | {met} of {right['trials']} |",
+        f"every target within the error stated with 95 % | {count('right')}",
+        f"rms | {1e3 * right['error_m']:.2f} mm, predicted {1e3 * right['predicted_m']:.2f} mm |",
+        f"simulated time of the hand, means | {right['touches']:.1f}; {right['seconds']:.0f} s |",
+        f"organ moved by 5 mm after three touches | {trials} of {trials} |",
+        f"mirrored targets; scan of another organ | {trials} of {trials} each |",
+        f"right registrations passed | {count('check_passed')} |",
+        f"the same moved by 3 mm failed | {count('off_failed')} |",
+    ]
+
+
+TIES = [
+    Tie("registration-session.md", "registration", (sessions,)),
+    Tie("registration.md", "registration", (registration_markers, registration_surfaces, registration_chain)),
+]

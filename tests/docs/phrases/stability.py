@@ -1,0 +1,82 @@
+"""Phrases of the pages on certificates, oscillations and passivity."""
+
+from __future__ import annotations
+
+from phrases.values import Result, Tie, mj
+
+
+def certificate_devices(found: Result) -> list[str]:
+    share = "all" if found["share_within"] == 1.0 else f"{100 * found['share_within']:.1f} %"
+    broken = found["certified_broken"] or "none"
+    return [
+        f"{found['count']} random devices (`--devices {found['count']}`) | median {100 * found['median_error']:.2f} %, "
+        f"largest {100 * found['largest_error']:.1f} %, {share} within 5 %; "
+        f"the linear part alone: median {100 * found['linear_median_error']:.1f} %",
+        f"of {found['certified_gains']} certified pairs {broken} oscillates",
+    ]
+
+
+def certificate_arms(found: Result) -> list[str]:
+    largest = {scene: max(abs(row["error"]) for row in found["arms"] if row["scene"] == scene)
+               for scene in ("palpation", "paper")}  # fmt: skip
+    assert not any(row["certified_broken"] for row in found["arms"])
+    return [
+        f"3 directions, 0 and 6 ms, two dampings | largest {100 * largest['palpation']:.1f} %",
+        f"mode `paper` at 500 Hz | largest {100 * largest['paper']:.1f} %",
+        f"at 97 % of the limit | all of {len(found['arms'])} come to rest",
+    ]
+
+
+def passivity_rows(found: Result) -> list[str]:
+    def bold(text: str, is_bold: bool) -> str:
+        return f"**{text}**" if is_bold else text
+
+    return [
+        f"| {row['mode']} | {bold(mj(row['lowest_port_J']) + ' mJ', row['mode'] in ('observer', 'tank'))} | "
+        f"{bold(str(row['below_bound']), row['mode'] in ('observer', 'tank'))} | "
+        f"{bold(mj(row['lowest_rendered_J']) + ' mJ', row['mode'] == 'alone')} | "
+        f"{bold(str(row['rendered_below_bound']), row['mode'] == 'alone')} | {row['diverged']} | {row['oscillates']} |"
+        for row in found["modes"]
+    ]
+
+
+def passivity_text(found: Result) -> list[str]:
+    (off,) = (row for row in found["modes"] if row["mode"] == "off")
+    return [
+        f"Without the layer {off['oscillates']} runs keep oscillating. "
+        f"{off['oscillates_certified']} of them are certified with their hand"
+    ]
+
+
+def passivity_changes(found: Result) -> list[str]:
+    rows = {row["of"]: row for row in found["changes"]}
+    every = [f"{row['runs']:,}" if row["runs"] >= 10_000 else str(row["runs"]) for row in rows.values()]
+    assert rows["silent"]["changed"] == 0
+    return [f"| {runs} | {row['changed']} ({100 * row['changed'] / row['runs']:.0f} %) |"
+            for runs, row in zip(every, rows.values(), strict=True) if row["of"] != "silent"]  # fmt: skip
+
+
+def extracted(found: Result) -> list[str]:
+    return [
+        f"{found['motions']} random motions per case",
+        *(f"| {row['case']} | {1e3 * row['extracted_J']:.2f} mJ | {1e3 * row['without_J']:.0f} mJ |"
+          for row in found["extract"]),
+    ]  # fmt: skip
+
+
+def swings(found: Result) -> list[str]:
+    names = {"needed": "as long as the judge needs", "short": "2 s, whatever the mode"}
+    return [
+        f"For {found['loops']} random ones",
+        *(f"| {names[r['run']]} | {r['growing_called']}, {r['growing'] - r['growing_called']} "
+          f"({r['growing_undecided']}) | {r['decaying_called']}, {r['decaying'] - r['decaying_called']} "
+          f"({r['decaying_undecided']}) | {100 * r['agreement']:.1f} % |" for r in found["runs"]),
+    ]  # fmt: skip
+
+
+TIES = [
+    Tie("oscillation.md", "swings", (swings,)),
+    Tie("stability-study.md", "extract", (extracted,)),
+    Tie("certificate.md", "certificate", (certificate_devices, certificate_arms)),
+    Tie("stability-study.md", "passivity", (passivity_rows, passivity_text, passivity_changes)),
+]

@@ -1,0 +1,47 @@
+"""Phrases of the page on soft bodies."""
+
+from __future__ import annotations
+
+from phrases.values import Result, Tie
+
+
+def tissue_ticks(found: Result) -> list[str]:
+    return [f"| {int(n):,} | {t['p50']:.2f} / {t['p99']:.2f} ms |" for n, t in found["tick_ms"].items()]
+
+
+def tissue_rows(found: Result) -> list[str]:
+    return [
+        f"| {r['name']} | {r['value']:.3g} {r['unit']} | {'>=' if r['least'] else '<='} {r['asked']:g} {r['unit']} | "
+        f"{'yes' if r['met'] else '**no**'} |"
+        for r in found["rows"]
+        if r["unit"] != "ms"  # times are those of the idle machine
+    ]
+
+
+def tissue_text(found: Result) -> list[str]:
+    m, (cycle, thread) = found["mujoco"], found["real_time"]
+    errors = f"errs by {100 * m['layer_error']:+.1f} %, Palpate by {100 * m['own_layer_error']:+.1f} %"
+    return [errors] + [
+        f"{loop['tets']:,} tetrahedra {where} missed {loop['missed']} of {loop['ticks']:,} ticks, a bare loop in turns "
+        f"with it {loop['control_missed']}"
+        for loop, where in ((cycle, "in the cycle"), (thread, "on a thread of 4 ms"))
+    ]
+
+
+def tissue_mujoco(found: Result) -> list[str]:
+    return [f"MuJoCo takes {found['mujoco']['tick_ms']['p50']:.1f} ms a step"]
+
+
+def thread_rows(found: Result) -> list[str]:
+    assert {row["period"] for row in found["threads"]} == {0.01}
+    return [
+        f"| {1e-3 * r['young']:.0f} kPa | {100 * r['rms']:.2f} % | {100 * r['peak']:.1f} % | {1e3 * r['taken']:g} mJ |"
+        for r in found["threads"]
+    ]
+
+
+TIES = [
+    Tie("soft-thread.md", "tissue", (thread_rows,)),
+    Tie("tissue-figures.md", "tissue", (tissue_rows, tissue_text)),
+    Tie("tissue-figures.md", "tissue_times", (tissue_ticks, tissue_mujoco)),
+]
