@@ -11,6 +11,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
+from palpate import _core
 from palpate.errors import GuidanceError
 from palpate.guidance.curve import path
 
@@ -110,6 +111,22 @@ def test_attitudes_follow_the_tangent_or_the_recording():
     R = Rotation.from_rotvec(np.linspace(0, 1, 9)[:, None] * [0.5, -1.0, 0.2]).as_matrix()
     recorded = query(path(points, R, crossing=0.0), points)
     np.testing.assert_allclose(recorded["attitude"], R, atol=1e-6)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-7, 1e-3, 1.0, 3.0])
+@pytest.mark.parametrize("seed", range(5))
+def test_attitudes_opposite_to_the_tangent_turn_by_half_a_turn(angle, seed):
+    """The rotation to the tangent is a rotation, turns z into the tangent, and is the smallest that does."""
+    u, aside = Rotation.random(random_state=seed).as_matrix()[:2]
+    z = -np.cos(angle) * u + np.sin(angle) * aside
+    R, _ = Rotation.align_vectors(z, [0, 0, 1])
+    line = np.linspace(0, 0.03, 4)[:, None] * u
+    straight = _core.PathGeometry(line[None], np.stack([R.as_matrix()] * 2), True, False)
+    (found,) = query(straight, line[1:2])["attitude"]
+    np.testing.assert_allclose(found @ found.T, np.eye(3), atol=1e-9)  # 1 + cos is known to 1e-16, and is 5e-7
+    np.testing.assert_allclose(found[:, 2], u, atol=1e-7)
+    assert np.linalg.det(found) == pytest.approx(1.0)
+    assert Rotation.from_matrix(found @ R.as_matrix().T).magnitude() == pytest.approx(np.pi - angle, abs=1e-6)
 
 
 def test_frame_along_a_plane_curve_has_no_twist():

@@ -22,10 +22,8 @@ class Writer {
   template <class T>
   void array(const T* values, std::size_t n) {
     static_assert(std::is_trivially_copyable_v<T>);
-    if (n == 0) return;
-    const std::size_t size = out_.size();
-    out_.resize(size + n * sizeof(T));
-    std::memcpy(out_.data() + size, values, n * sizeof(T));
+    const auto* bytes = reinterpret_cast<const std::uint8_t*>(values);
+    out_.insert(out_.end(), bytes, bytes + n * sizeof(T));
   }
   template <class T>
   void scalar(const T& value) {

@@ -5,7 +5,6 @@
 #include <Eigen/Geometry>
 
 #include "palpate/types/lanes.hpp"
-#include "palpate/types/small.hpp"
 
 namespace palpate {
 
