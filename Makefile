@@ -42,11 +42,14 @@ setup: .venv/.ready
 	@touch $@
 
 # The simulated dVRK and all other extras: ROS 2, calibration, clusters, tests. The ros-* wheels contain .egg-info
-# folders of other names, which uv takes for unknown packages: they are deleted.
+# folders of other names, which uv takes for unknown packages: they are deleted. uv does not compile modules: those of
+# a ROS 2 client are compiled here, since it takes three times as long to start where the environment forbids it to.
 .venv/.ready: .venv/.demo
 	@echo "setting up, once: the simulated dVRK, the packages of all extras and of the tests"
 	@$(INSTALL) --group dev --reinstall-package palpate --editable '.[$(EXTRAS)]'
 	@cd .venv/lib/python3*/site-packages && cat ros_*.dist-info/RECORD 2>/dev/null | grep -o '^[^/,]*\.egg-info' | sort -u | xargs -r rm -rf
+	@cd .venv/lib/python3*/site-packages && cat ros_*.dist-info/RECORD lark_parser-*.dist-info/RECORD pyyaml-*.dist-info/RECORD 2>/dev/null \
+	  | grep -o '^[^.,][^,]*\.py,' | tr -d , | ../../../bin/python -m compileall -q -i - >/dev/null || true
 	@touch $@
 
 # Installs uv from the package index into a plain folder, or, where python3 has no pip, into a small environment, which
