@@ -14,7 +14,6 @@ import hashlib
 import importlib.machinery
 import importlib.util
 import os
-import resource
 import shutil
 import subprocess
 import sys
@@ -34,8 +33,6 @@ PACKAGES = ("crtk_msgs", "cisst_msgs", "tf2_msgs")
 """Message packages that Palpate adds if ROS 2 lacks them; their definitions are in `messages/`."""
 Progress = Callable[[str], None]
 _PYTHON = ("lib/python3*/site-packages", "local/lib/python3*/dist-packages")  # the second on Debian's Python
-RECEIVING = 79
-"""Real-time priority of the middleware's threads that receive messages."""
 _KEPT = 4  # number of compiled modules to keep, as working copies switch between versions
 _OURS = "palpate"
 """File in a message package's share folder that marks it as made by Palpate, with the hash of its sources."""
@@ -125,17 +122,6 @@ def announce_often(ros: where.Ros) -> None:
     if not any(os.environ.get(name) for name in PROFILES):
         before_3 = ros.release in ("Humble", "Iron", "Jazzy")
         os.environ[PROFILES[before_3]] = str(HERE / ("discovery_2.xml" if before_3 else "discovery.xml"))
-
-
-def keep_to_this_machine(ros: where.Ros) -> None:
-    """Give this process the transports of discovery_local.xml. Call it before ROS starts, in a process without rclpy.
-
-    Does nothing if the user has set a profile of Fast DDS, on a release for which this is not tested, and where
-    receiving threads do not run in real time: a busy machine may then stop them for longer than this profile allows.
-    """
-    runs_in_real_time = os.geteuid() == 0 or resource.getrlimit(resource.RLIMIT_RTPRIO)[0] >= RECEIVING
-    if runs_in_real_time and ros.release == "Kilted" and not any(os.environ.get(name) for name in PROFILES):
-        os.environ[PROFILES[0]] = str(HERE / "discovery_local.xml")
 
 
 def _messages(ros: where.Ros, folder: Path, name: str, progress: Progress) -> Path:

@@ -2,10 +2,8 @@
 
 import json
 import os
-import resource
 import socket
 import time
-from pathlib import Path
 
 import json_contract
 import numpy as np
@@ -99,13 +97,6 @@ os._exit(0)
 TOPICS = 300
 
 
-def udp_addresses(pid):
-    """Local addresses of the UDP sockets of a process, as in /proc/net/udp: hexadecimal, lowest byte first."""
-    mine = {os.readlink(path) for path in Path(f"/proc/{pid}/fd").iterdir() if path.is_symlink()}
-    rows = [row.split() for row in Path(f"/proc/{pid}/net/udp").read_text().splitlines()[1:]]
-    return [row[1].split(":")[0] for row in rows if f"socket:[{row[9]}]" in mine]
-
-
 def test_descriptions_of_all_topics_fit_the_receive_buffer_of_a_client(start):
     """Sent at once, they overflow it, and the rest arrives 110 ms later. A busy machine may also delay the client."""
     robot = start("-m", "palpate", "ros", "sim")
@@ -116,30 +107,3 @@ def test_descriptions_of_all_topics_fit_the_receive_buffer_of_a_client(start):
         assert topics >= TOPICS
         lost.append(drops)
     assert 0 in lost, lost
-
-
-def test_sockets_of_the_robot_belong_to_this_machine_alone_unless_the_network_is_enabled(start):
-    """Those of its middleware for ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST accept datagrams from other machines."""
-    if os.geteuid() and resource.getrlimit(resource.RLIMIT_RTPRIO)[0] < build.RECEIVING:
-        pytest.skip("its receiving threads may not run in real time here")
-    for arguments, alone in (([], True), (["--network"], False)):
-        robot = start("-m", "palpate", "ros", "sim", "--arms", "PSM1", *arguments)
-        assert any("Ctrl-C" in line for line in robot.stdout)
-        addresses = udp_addresses(robot.pid)
-        assert len(addresses) >= 3
-        assert (set(addresses) == {"0100007F"}) is alone, arguments
-
-
-def test_a_user_profile_or_an_untested_release_keeps_the_transports_of_the_middleware(monkeypatch):
-    found = build.where.find()
-    for name in build.PROFILES:
-        monkeypatch.delenv(name, raising=False)
-    monkeypatch.setattr(os, "geteuid", lambda: 0)
-    build.keep_to_this_machine(found)
-    assert os.environ.pop(build.PROFILES[0], "").endswith("discovery_local.xml") is (found.release == "Kilted")
-    monkeypatch.setattr(type(found), "release", "Rolling")
-    build.keep_to_this_machine(found)
-    assert build.PROFILES[0] not in os.environ
-    monkeypatch.setenv(build.PROFILES[0], "mine.xml")
-    build.keep_to_this_machine(found)
-    assert os.environ[build.PROFILES[0]] == "mine.xml"

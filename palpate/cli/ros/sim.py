@@ -38,11 +38,9 @@ class Command:
 
     def __call__(self) -> int:
         """Simulate until Ctrl-C."""
-        from palpate.ros import build, sim, where
+        from palpate.ros import sim
 
         console = console_for(None)
-        if not self.network:
-            build.keep_to_this_machine(where.find())
         robot = sim.start(
             self.arms,
             rate=self.rate,

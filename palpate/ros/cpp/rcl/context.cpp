@@ -2,7 +2,6 @@
 
 #include <rcl/init.h>
 #include <rcl/init_options.h>
-#include <unistd.h>
 
 #include <cstdlib>
 #include <string_view>
@@ -11,14 +10,6 @@
 
 namespace palpate::ros {
 namespace {
-
-/// True if the profile of Fast DDS is discovery_local.xml, whose transports reach this machine alone. The middleware
-/// would add its own transports to them for the range LOCALHOST, and send each message twice.
-bool profile_is_local() {
-  const char* profile = std::getenv("FASTDDS_DEFAULT_PROFILES_FILE");
-  return profile && std::string_view(profile).ends_with("palpate/ros/discovery_local.xml") &&
-         access(profile, R_OK) == 0;
-}
 
 /// Sets the discovery range in the environment, where rcl reads it; the variable was renamed after Humble. The default
 /// is this machine; `network` widens it to the subnet.
@@ -35,7 +26,7 @@ void set_range(bool network) {
   }
 #if __has_include(<rmw/discovery_options.h>)
   if (const char* range = std::getenv("ROS_AUTOMATIC_DISCOVERY_RANGE"); !range || std::string_view(range) != "OFF")
-    setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", profile_is_local() ? "SYSTEM_DEFAULT" : "LOCALHOST", 1);
+    setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST", 1);
   unsetenv("ROS_LOCALHOST_ONLY");  // deprecated in these releases, but it would take precedence
   unsetenv("ROS_STATIC_PEERS");    // addresses of other machines
 #else
