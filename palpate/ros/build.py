@@ -114,14 +114,12 @@ def load(progress: Progress = lambda _: None) -> ModuleType:
 
 
 def announce_often(ros: where.Ros) -> None:
-    """Let participants of this process announce themselves ten times a second, and their endpoints at a rate that
-    clients can receive (discovery.xml).
+    """Let participants of this process announce themselves ten times a second (discovery.xml).
 
     Does nothing if the user has set a profile of Fast DDS; call it before ROS starts.
     """
     if not any(os.environ.get(name) for name in PROFILES):
-        before_3 = ros.release in ("Humble", "Iron", "Jazzy")
-        os.environ[PROFILES[before_3]] = str(HERE / ("discovery_2.xml" if before_3 else "discovery.xml"))
+        os.environ[PROFILES[ros.release in ("Humble", "Iron", "Jazzy")]] = str(HERE / "discovery.xml")
 
 
 def _messages(ros: where.Ros, folder: Path, name: str, progress: Progress) -> Path:
