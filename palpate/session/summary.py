@@ -51,21 +51,21 @@ class Summary:
     to_json = RenamedMethod("palpate.arrays.plain.plain(summary)")
 
 
-_MOST_TIMES = 4_000_000  # compute times of cycles that are kept for percentiles [-]
+_MOST_TIMES = 400_000  # compute times of cycles that are kept for percentiles [-]; even
 
 
 class Totals:
     """Accumulates the summary of a run, in bounded memory.
 
-    The percentiles of the compute time are those of all cycles up to four million, and then of every second, fourth ...
+    The percentiles of the compute time are those of all cycles up to 400,000, and then of every second, fourth ...
     """
 
     def __init__(self, rate: float) -> None:
         self._dt = 1.0 / rate
         self._ticks = self._touching = self._capped = self._passivity = self._fast = 0
         self._peak = self._sum = self._depth = self._energy = self._lowest = self._lent = self._speed = 0.0
-        self._cycle_us: list[np.ndarray[Any, np.dtype[np.float32]]] = []
-        self._kept, self._stride, self._slowest = 0, 1, 0.0
+        self._cycle_us = np.empty(_MOST_TIMES, np.float32)
+        self._kept, self._stride, self._known, self._slowest = 0, 1, 0, 0.0
 
     def add(self, ticks: Ticks) -> None:
         """Add further ticks (n,), in order of time."""
@@ -91,11 +91,17 @@ class Totals:
     def _keep(self, cycle_us: np.ndarray[Any, np.dtype[np.float32]]) -> None:
         known = cycle_us[np.isfinite(cycle_us)]
         self._slowest = max(self._slowest, float(known.max(initial=0.0)))
-        self._cycle_us.append(known[:: self._stride])
-        self._kept += len(self._cycle_us[-1])
-        if self._kept > _MOST_TIMES:
-            self._cycle_us = [np.concatenate(self._cycle_us)[::2].copy()]
-            self._kept, self._stride = len(self._cycle_us[0]), 2 * self._stride
+        rest = known[-self._known % self._stride :: self._stride]
+        self._known += len(known)
+        while len(rest):
+            if self._kept == len(self._cycle_us):
+                self._kept, self._stride = self._kept // 2, 2 * self._stride
+                self._cycle_us[: self._kept] = self._cycle_us[::2].copy()
+                rest = rest[::2]
+            fits = rest[: len(self._cycle_us) - self._kept]
+            self._cycle_us[self._kept : self._kept + len(fits)] = fits
+            self._kept += len(fits)
+            rest = rest[len(fits) :]
 
     @property
     def ticks(self) -> int:
@@ -109,7 +115,7 @@ class Totals:
             timing: result of `Simulation.timing()`, for missed ticks.
             known: fields of `Summary` that the ticks do not contain: realtime, faults, record, ...
         """
-        us = np.concatenate(self._cycle_us) if self._kept else np.zeros(1)
+        us = self._cycle_us[: self._kept] if self._kept else np.zeros(1)
         p50, p99, p999 = np.percentile(us, [50, 99, 99.9]).tolist()
         summary = Summary(
             duration_s=round(self._ticks * self._dt, 9),
