@@ -1,4 +1,4 @@
-"""Repair of a mesh without user decisions: cracks are sewn, slivers collapsed and small holes filled."""
+"""Repair of a mesh without user decisions: cracks are sewn, slivers collapsed or flipped, small holes filled."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate import _core
+from palpate.mesh.flips import flip
 
 Vertices = npt.NDArray[np.float64]
 Triangles = npt.NDArray[np.int32]
@@ -17,6 +18,8 @@ CRACK = 0.01
 """Rims closer than this fraction of the median edge length are merged [-]."""
 SLIVER = 1e-4
 """Edges shorter than this fraction of the median edge length are collapsed [-]."""
+FLAT = 0.04
+"""Edges of thin triangles are flipped where that moves the surface by less than this fraction of the median edge [-]."""
 LONGEST_LOOP = 120
 """Most vertices around a hole that is filled: the computation grows with their third power."""
 CRUMB = 0.01
@@ -29,6 +32,7 @@ class Repairs:
 
     sewn: int  #: rim vertices moved onto their neighbours across a crack
     collapsed: int  #: triangles removed by merging vertices (slivers)
+    flipped: int  #: edges of thin triangles replaced by the other diagonal
     filled: int  #: holes closed with triangles of least area
     left_open: int  #: holes wider than the limit, or with too many vertices
     widest_left_mm: float  #: width of the widest of them [mm]
@@ -50,7 +54,8 @@ def repair(mesh: _core.Mesh, widest_hole: float) -> tuple[Vertices, Triangles, R
     t, _ = _merge(v, t, np.unique(_short_edges(v, t, SLIVER * edge)), SLIVER * edge)
     collapsed = before - len(t)
     mesh = _core.Mesh(v, t)
-    v, t = np.array(mesh.vertices), np.array(mesh.triangles)
+    v = np.array(mesh.vertices)
+    t, flipped = flip(v, np.array(mesh.triangles), FLAT * edge)
     edges = (
         {(min(a, b), max(a, b)) for a, b in t[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).tolist()}
         if len(mesh.rims())
@@ -66,7 +71,7 @@ def repair(mesh: _core.Mesh, widest_hole: float) -> tuple[Vertices, Triangles, R
             patches.append(patch)
             edges |= {(min(a, b), max(a, b)) for a, b in patch[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2).tolist()}
     t = np.concatenate([t, *patches]).astype(np.int32)
-    return v, t, Repairs(sewn, collapsed, len(patches), len(left) - 1, max(left))
+    return v, t, Repairs(sewn, collapsed, flipped, len(patches), len(left) - 1, max(left))
 
 
 def small_parts(mesh: _core.Mesh) -> int:

@@ -73,7 +73,7 @@ def test_valid_mesh_is_unchanged():
     v, t, done = mesh_repair.repair(mesh, widest_hole=1.0)
     np.testing.assert_array_equal(v, mesh.vertices)
     np.testing.assert_array_equal(t, mesh.triangles)
-    assert done == mesh_repair.Repairs(0, 0, 0, 0, 0.0)
+    assert done == mesh_repair.Repairs(0, 0, 0, 0, 0, 0.0)
 
 
 def test_holes_that_share_a_vertex_are_two_loops():

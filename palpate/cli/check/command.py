@@ -33,7 +33,8 @@ class Command:
       palpate check scan.ply --unit m --feature 4 --noise 0.3
       palpate check organ.stl --repair mended.stl
 
-    --repair writes a copy with cracks sewn, slivers collapsed and small holes filled; it never changes the file itself.
+    --repair writes a copy with cracks sewn, slivers collapsed, thin triangles improved and small holes filled; it
+    never changes the file itself.
     """
 
     file: Positional[Path]

@@ -74,6 +74,7 @@ class RepairedCopy:
     file: str
     sewn: int
     collapsed: int
+    flipped: int
     filled: int
     left_open: int
     widest_left_mm: float
@@ -219,12 +220,14 @@ def _repair(mesh: Mesh, file: Path, unit: Unit, touch: Touch, console: Console) 
     left = f", {done.left_open} left open (the widest {done.widest_left_mm:.1f} mm)" if done.left_open else ""
     say(
         console,
-        f"{file}: sewn {done.sewn} rim vertices, collapsed {done.collapsed} slivers, filled holes: {done.filled}{left}",
+        f"{file}: sewn {done.sewn} rim vertices, collapsed {done.collapsed} slivers, flipped {done.flipped} edges of "
+        f"thin triangles, filled holes: {done.filled}{left}",
     )
     return RepairedCopy(
         file=str(file),
         sewn=done.sewn,
         collapsed=done.collapsed,
+        flipped=done.flipped,
         filled=done.filled,
         left_open=done.left_open,
         widest_left_mm=done.widest_left_mm,

@@ -22,6 +22,7 @@ from palpate.contact.judging import RADIUS, STIFFNESS
 from palpate.contact.rendering import render
 from palpate.mesh import Mesh, quiet
 from palpate.mesh.denoise import denoise
+from palpate.mesh.repair import repair
 
 ORGANS = ("Liver", "Kidney_right", "Stomach", "Spleen", "Duodenum", "gallbladder_visual")
 DEPTHS = (1e-3, 2e-3)  # [m]
@@ -41,6 +42,7 @@ class Slides(TypedDict):
     triangles: int
     radius_mm: float
     noise_mm: float  #: smoothing of the mesh (`noise:` of a scene); 0: none
+    repaired: bool  #: by `palpate check --repair`
     depth_mm: float
     ticks: int
     large_share: float  #: fraction of the ticks in which the direction changes by more than LARGE_DEG
@@ -69,21 +71,23 @@ def organ_files() -> list[Path]:
 
 
 def organ_rows(file: Path) -> Iterator[Slides]:
-    """Slides over a mesh as it is, with the recommended radius, and smoothed by its estimated noise."""
+    """Slides over a mesh as it is, smoothed by its estimated noise, with the recommended radius, and repaired."""
     with quiet():
         mesh = Mesh.load(file)
     suits = touchable.radius(mesh.core, RADIUS)
     noise, recommended = 1e-3 * suits.noise_mm, 1e-3 * suits.recommended_mm
     with quiet():
         smoothed = denoise(mesh, noise)
+        repaired = Mesh(*repair(mesh.core, widest_hole=0.0)[:2])
     sections = list(_sections(mesh))
-    variants = [(mesh, RADIUS, 0.0), (smoothed, RADIUS, noise)]
+    variants = [(mesh, RADIUS, 0.0), (smoothed, RADIUS, noise), (repaired, RADIUS, 0.0)]
     if recommended != RADIUS:
         variants.append((mesh, recommended, 0.0))
     for each, radius, removed in variants:
         for depth in DEPTHS:
             paths = [_offset(p, n, radius - depth) for p, n in sections]
-            yield _judge(file.stem, each, paths, radius, removed, depth, None)
+            row = _judge(file.stem, each, paths, radius, removed, depth, None)
+            yield {**row, "repaired": each is repaired}
 
 
 def ridge_rows() -> Iterator[Slides]:
@@ -181,7 +185,7 @@ def _judge(
     (turn, change), (turn_limited, change_limited) = (map(np.concatenate, zip(*s, strict=True)) for s in (raw, limited))
     return {
         "mesh": name, "triangles": len(mesh.triangles), "radius_mm": 1e3 * radius, "noise_mm": 1e3 * noise,
-        "depth_mm": 1e3 * depth, "ticks": len(change),
+        "repaired": False, "depth_mm": 1e3 * depth, "ticks": len(change),
         "large_share": float((turn > LARGE_DEG).mean()), "step_deg": float(turn.max(initial=0.0)),
         "step_N": float(change.max()),
         "limited_large_share": float((turn_limited > LARGE_DEG).mean()),
@@ -201,13 +205,14 @@ def _steps(force: Array) -> tuple[Array, Array]:
 def table(rows: Iterable[Slides]) -> Table:
     """The rows for a terminal."""
     out = Table(title="slides at 50 mm/s, k = 500 N/m: largest steps in 1 ms", box=None, padding=(0, 1, 0, 0))
-    columns = ("mesh", "r\nmm", "noise\nmm", "depth\nmm", f"over\n{LARGE_DEG:g} deg", "step\ndeg", "\nN")
+    columns = ("mesh", "repaired", "r\nmm", "noise\nmm", "depth\nmm", f"over\n{LARGE_DEG:g} deg", "step\ndeg", "\nN")
     for i, column in enumerate((*columns, "after caps\ndeg", "\nN", "exact\ndeg")):
         out.add_column(column, justify="left" if i == 0 else "right", no_wrap=True)
     for r in rows:
         true = r["true_step_deg"]
         out.add_row(
-            r["mesh"], f"{r['radius_mm']:g}", f"{r['noise_mm']:.2g}", f"{r['depth_mm']:g}",
+            r["mesh"], "yes" if r["repaired"] else "",
+            f"{r['radius_mm']:g}", f"{r['noise_mm']:.2g}", f"{r['depth_mm']:g}",
             f"{100 * r['large_share']:.2f} %", f"{r['step_deg']:.1f}", f"{r['step_N']:.2f}",
             f"{r['limited_step_deg']:.1f}", f"{r['limited_step_N']:.2f}", "" if true is None else f"{true:.1f}",
         )  # fmt: skip
