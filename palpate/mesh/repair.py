@@ -19,7 +19,7 @@ CRACK = 0.01
 SLIVER = 1e-4
 """Edges shorter than this fraction of the median edge length are collapsed [-]."""
 FLAT = 0.04
-"""Edges of thin triangles are flipped where that moves the surface by less than this fraction of the median edge [-]."""
+"""Edges of thin triangles are flipped where the surface moves by less than this fraction of the median edge [-]."""
 LONGEST_LOOP = 120
 """Most vertices around a hole that is filled: the computation grows with their third power."""
 CRUMB = 0.01
