@@ -114,6 +114,7 @@ RUNS: dict[str, Run] = {
     "radius": Run("study radius", ("filtered_mN", "bias_mN", "step_deg", "step_mN", "error_mN")),
     "geometry": Run("study geometry", ("point_contact", "deflection", "slopes")),
     "tissue": Run("bench tissue", ("tick_ms", "control_ms", "viscosity")),
+    "soak_tissue": Run("soak tissue"),
     "tissue_times": Run("bench tissue --only ticks --only mujoco"),  # on an idle machine
 }
 
@@ -169,7 +170,11 @@ def measured(name: str, folder: Path) -> dict[str, Any]:
         study = import_module(f"palpate.studies.{arguments[1]}.command").Command
         arguments += ["--figures", str(folder)]
         arguments += ["--out", str(folder / "data.nc")] if issubclass(study, SweepStudy) else []
-    subprocess.run([sys.executable, "-m", "palpate", *arguments, "--json", str(file)], check=True, cwd=ROOT)
+    environment = {**os.environ, "PALPATE_DATA": places["PALPATE_DATA"]}
+    command = [sys.executable, "-m", "palpate", *arguments, "--json", str(file)]
+    code = subprocess.run(command, cwd=ROOT, env=environment).returncode
+    if code not in (0, 1) or not file.exists():  # 1: the command found what must not be, and its page says so
+        sys.exit(f"{' '.join(command)} ended with {code}")
     found = json.loads(file.read_text(encoding="utf-8"))
     found = {"rows": found} if isinstance(found, list) else found
     found = {key: value for key, value in found.items() if f".{key}" not in run.without}

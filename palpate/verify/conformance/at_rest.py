@@ -36,14 +36,6 @@ def lead(c: Combination, gap: float) -> float:
     return RESERVE / c.activation(gap) if POLICIES[c.policy].hard and not ROLES[c.role].attracts else 0.0
 
 
-def edge_reserve(c: Combination, gap: float) -> float:
-    """Force by which a hard `limit` may exceed its law's beside an edge, where the other roles are not judged [N].
-
-    Inside an edge the reserve ends up to sqrt(3) RESERVE from the edge.
-    """
-    return 0.75 * K * lead(c, gap) * float(ROLES[c.role].role == "limit")
-
-
 def settle(c: Combination) -> int:
     """Ticks until the output has settled."""
     ramp = POLICIES[c.policy].ramp
@@ -83,7 +75,7 @@ def expected(c: Combination, probe: Probe) -> Array:
 def _wrench_failure(c: Combination, probe: Probe, F: Array) -> str:
     reference = expected(c, probe)
     size = float(np.linalg.norm(reference * WEIGHTS))
-    allowed = WITHIN * size + edge_reserve(c, probe.gap) + K * SPECIMENS[c.geometry].near + 1e-5
+    allowed = WITHIN * size + K * SPECIMENS[c.geometry].near + 1e-5
     if float(np.linalg.norm((F - reference) * WEIGHTS)) > allowed:
         return f"wrench {np.round(F, 4)}, by finite differences {np.round(reference, 4)}"
     return ""
@@ -100,8 +92,7 @@ def _goal_failure(c: Combination, probe: Probe, X: Array) -> str:
         return ""
     shift = np.linalg.norm(X[:3, 3] - probe.X[:3, 3]) + LEVER * angle(X, probe.X)
     lever = LEVER / float(np.linalg.norm(probe.J[3:])) if case.turns else 1.0
-    edge = np.sqrt(3.0) if case.role == "limit" else 1.0
-    need = max(-probe.gap, 0.0) * lever + edge * lead(c, probe.gap)
+    need = max(-probe.gap, 0.0) * lever + lead(c, probe.gap)
     if shift > (1.0 + WITHIN) * need + 10.0 * SOLVED + s.near:
         return f"the goal was moved by {shift:.3g} m, {need:.3g} m was needed"
     return ""
@@ -147,7 +138,7 @@ def frame_change(c: Combination) -> str:
         there = Bench(c, fixture(c, X_WG=X_WG), quick=True).begin(probe.X, X_WG).run(motion.carried(X_WG), X_WG)
         R = X_WG[:3, :3]
         F = np.r_[R.T @ there.F[-1, :3], R.T @ there.F[-1, 3:]]
-        near = 1e-6 + K * (SOLVED * c.corrects + 4e-2 * SPECIMENS[c.geometry].near)
+        near = 1e-6 + K * ((SOLVED + SPECIMENS[c.geometry].wander) * c.corrects + 4e-2 * SPECIMENS[c.geometry].near)
         if np.abs(F - here.F[-1]).max() > near + 1e-4 * np.abs(here.F[-1]).max():
             return f"wrench {np.round(here.F[-1], 5)} here, {np.round(F, 5)} there"
         X = np.linalg.inv(X_WG) @ there.X[-1]

@@ -8,7 +8,7 @@ import numpy as np
 
 from palpate import _core
 from palpate.arrays import Array
-from palpate.verify.conformance.at_rest import ENTRY, edge_reserve, settle
+from palpate.verify.conformance.at_rest import ENTRY, settle
 from palpate.verify.conformance.bench import DT, VISIT, Bench, Motion, between, constant_pose, constant_probe, fixture
 from palpate.verify.conformance.billing import billing_failure
 from palpate.verify.conformance.combinations import Combination
@@ -67,8 +67,9 @@ def continuity(c: Combination) -> str:
             found.append(bench.run(_join(between(a, b, n), between(b, a, n))))
         coarse, fine = (out.steps().max(axis=0) for out in found)
         size = float(np.abs(found[-1].F).max())
+        wander = K * SPECIMENS[c.geometry].wander * c.corrects
         for k, unit in enumerate(("N", "N m")):
-            if fine[k] > 0.6 * coarse[k] + 2e-3 * size + edge_reserve(c, -1.0) + 1e-5:
+            if fine[k] > 0.6 * coarse[k] + 2e-3 * size + wander + 1e-5:
                 return f"steps of {coarse[k]:.3g} {unit} a tick; of {fine[k]:.3g} {unit} with {FINER} times the ticks"
     return ""
 

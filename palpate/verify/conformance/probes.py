@@ -23,6 +23,8 @@ UNEVEN = 10.0
 """Largest change of an orientation gradient within _LOOP [rad/m]."""
 ASIDE = 2e-5
 """Displacement of a rejected pose [m, rad]: the search along the gradient ends exactly between two walls."""
+INSIDE = 1e-4
+"""Depth behind a border at which the nearest border must be the same [m]: twice what a hard `limit` keeps to it."""
 T = TypeVar("T")
 _DIRECTIONS = np.array([np.array(u) / np.linalg.norm(u) for u in product((-1, 0, 1), repeat=3) if any(u)])
 _REACH, _CLOSE = 1.2e-3, 0.5e-3
@@ -83,7 +85,7 @@ def pool(role: str, geometry: str, seed: int) -> Pool:
         if is_smooth(case, s, probe, True):
             found[True].append(probe)
         else:
-            rejected.append(moved(probe.X, ASIDE * rng.uniform(-1.0, 1.0, 6)))
+            rejected.append(_aside(s, probe.X, rng))
     for _ in range(TRIES):
         if len(found[False]) == SATISFIED:
             break
@@ -93,6 +95,16 @@ def pool(role: str, geometry: str, seed: int) -> Pool:
     if len(found[True]) < 2 or len(found[False]) < SATISFIED:
         raise LookupError(f"too few poses with a smooth constraint of {role} for a {geometry}")
     return Pool(tuple(found[True]), tuple(found[False]), tuple(rejected[:POOL]), len(rejected) / count)
+
+
+def _aside(s: Specimen, X: Array, rng: np.random.Generator) -> Array:
+    """X displaced by up to ASIDE to a pose (4, 4) that has no place between two walls within four steps of H."""
+    for _ in range(20):
+        Y = moved(X, ASIDE * rng.uniform(-1.0, 1.0, 6))
+        near, far = (slope(s.distance, Y[:3, 3], h) for h in (H, 4.0 * H))
+        if np.linalg.norm(far - near) < 1e-3 * np.linalg.norm(near):
+            break
+    return Y
 
 
 def drawn(role: str, geometry: str, seed: int) -> tuple[float, int]:
@@ -219,6 +231,8 @@ def smooth(case: RoleCase, s: Specimen, X: Array, J: Array) -> bool:
     feet = [p - 0.98 * d * n]
     if not case.needs_point:
         feet.append(p + 0.98 * abs(case.gap(s, X)) * J[:3])
+    if case.role == "limit":  # beside an edge its goal keeps to both walls
+        feet.append(p + (abs(case.gap(s, X)) + INSIDE) * J[:3])
     turns_little = all(float(slope(s.distance, p + _REACH * u) @ n) > 0.7 for u in _DIRECTIONS)
     return turns_little and not _has_discontinuity(s, p) and all(float(slope(s.distance, q) @ n) > 0.999 for q in feet)
 

@@ -39,6 +39,9 @@ class Specimen:
     """Classes of the core that this specimen covers."""
     near: float = 1e-9
     """Accepted difference between the geometry and its reference; a sampled geometry is approximate [m]."""
+    wander: float = 0.0
+    """Way along the surface by which a corrected goal may differ between two solutions: not zero where the geometry's
+    normal is not exactly the gradient of its distance [m]."""
 
     def attitude(self, p: Array) -> Array:
         """Orientation (3, 3) at a point (3,). The core chooses the rotation about the axis of an axial geometry."""
@@ -262,7 +265,8 @@ SPECIMENS: dict[str, Specimen] = {
     "implicit surface": Specimen(_surface(lambda: _core.ImplicitSurface(HALF**-2.0, (2, 2, 2), 1.0)), ellipsoid, True,
                                  classes=(_core.ImplicitSurface,), near=1e-7),
     "mesh": Specimen(_surface(lambda: _core.Mesh(*_solid_mesh())), mesh, True, classes=(_core.Mesh,), near=1e-8),
-    "cloud": Specimen(_surface(lambda: _core.Cloud(CLOUD, 0.003)), cloud, True, classes=(_core.Cloud,), near=1e-8),
+    "cloud": Specimen(_surface(lambda: _core.Cloud(CLOUD, 0.003)), cloud, True, classes=(_core.Cloud,), near=1e-8,
+                      wander=5e-6),
     "distance grid": Specimen(_surface(_grid), ball, True, classes=(_core.DistanceGrid,), near=2e-5),
     "offset": Specimen(lambda: _core.OffsetGeometry(_core.SurfaceGeometry(_core.Box(BOX)), MARGIN),
                        lambda p: box(p) - MARGIN, True),

@@ -40,7 +40,18 @@ def thread_rows(found: Result) -> list[str]:
     ]
 
 
+def soak(found: Result) -> list[str]:
+    counts = [body["counts"] for body in found["bodies"]]
+    assert not any(c[key] for c in counts for key in ("not_finite", "popped", "guarded", "guarded_hard", "inverted_at_rest"))
+    moved = [body["material"].split("_")[0] for body in found["bodies"] for _ in range(body["counts"]["moved_at_rest"])]
+    return [
+        f"All {found['actions']:,} actions of seed {found['seed']} on {len(counts)} bodies",
+        *([f"One body of {moved[0]} had moved at rest"] if moved else ["No body had moved at rest"]),
+    ]
+
+
 TIES = [
+    Tie("grasping.md", "soak_tissue", (soak,)),
     Tie("soft-thread.md", "tissue", (thread_rows,)),
     Tie("tissue-figures.md", "tissue", (tissue_rows, tissue_text)),
     Tie("tissue-figures.md", "tissue_times", (tissue_ticks, tissue_mujoco)),

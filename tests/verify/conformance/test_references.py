@@ -139,8 +139,6 @@ def test_reserve_and_settling_of_hard_and_joint_fixtures():
     hard, half = replace(BALL, policy="hard"), replace(BALL, policy="hard, part of the authority")
     assert [at_rest.lead(c, -0.001) for c in (BALL, hard, half)] == pytest.approx([0.0, 5e-5, 5e-5 / 0.6])
     assert at_rest.lead(Combination("guide", "path", "spring", "hard"), -0.001) == 0.0, "it attracts"
-    limit = Combination("limit of the workspace", "box", "spring", "hard")
-    assert [at_rest.edge_reserve(c, -0.001) for c in (hard, limit)] == pytest.approx([0.0, 0.75 * 400.0 * 5e-5])
     assert [at_rest.settle(replace(BALL, policy=name)) for name in ("soft", "hard", "ramp by time")] == [60, 700, 600]
     assert at_rest.settle(replace(BALL, law="optimise")) == 700
     speed = Combination("limit of speed", "sphere", "spring", "hard")

@@ -7,13 +7,24 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from palpate.verify.conformance import at_rest, bench, damping, entry, in_motion, live, master, probes, rejected
+from palpate.verify.conformance import (
+    at_rest,
+    bench,
+    damping,
+    entry,
+    in_motion,
+    live,
+    master,
+    probes,
+    rejected,
+    roles,
+)
 from palpate.verify.conformance.bench import Answer, Bench, Motion, constant_pose, fixture
 from palpate.verify.conformance.combinations import Combination
 from palpate.verify.conformance.laws import B_TURN, B
 from palpate.verify.conformance.probes import Probe, is_smooth, smooth
 from palpate.verify.conformance.roles import ROLES, gradient, nearest
-from palpate.verify.conformance.specimens import SPECIMENS, TUBE, _curve
+from palpate.verify.conformance.specimens import BOX, SPECIMENS, TUBE, _curve
 
 BALL = Combination("forbid", "sphere", "spring", "soft")
 HARD = replace(BALL, policy="hard")
@@ -346,3 +357,39 @@ def test_steps_shrink_to_60_percent_with_a_quarter_of_the_tick(monkeypatch, fact
 
     monkeypatch.setattr(Bench, "run", stepped)
     assert bool(in_motion.continuity(c)) == found
+
+
+@pytest.mark.parametrize(("policy", "step", "found"), [("hard", 1.9e-3, False), ("hard", 2.1e-3, True),
+                                                       ("soft", 1e-4, True)])  # fmt: skip
+def test_a_corrected_goal_may_wander_5_um_on_a_cloud(monkeypatch, policy, step, found):
+    """400 N/m times 5 um; a soft fixture's force does not."""
+    c, run = Combination("keep-in", "cloud", "spring", policy), Bench.run
+
+    def stepped(self, motion, *more):
+        out = run(self, motion, *more)
+        out.F[:] = 0.0
+        out.F[50:, 0] = 0.0 if len(out.F) == 400 else step
+        return out
+
+    monkeypatch.setattr(Bench, "run", stepped)
+    assert bool(in_motion.continuity(c)) == found
+
+
+def test_a_rejected_place_has_no_wall_within_the_finite_differences():
+    """Between two walls the reference would be the mean of two directions."""
+    s, X = SPECIMENS["box"], np.eye(4)
+    y, z = 0.5 * BOX[1], 0.5 * BOX[2]
+    X[:3, 3] = [0.0, y - 0.006, z - 0.006]
+    between = [probes._aside(s, X, np.random.default_rng(seed))[:3, 3] for seed in range(200)]
+    apart = np.abs([(y - p[1]) - (z - p[2]) for p in between])
+    assert apart.min() > roles.H
+    assert apart.max() < 2.0 * probes.ASIDE
+
+
+def test_beside_an_edge_a_limit_is_not_judged_by_one_wall():
+    """Its goal keeps its reserve to both walls, 0.06 mm beside the edge of a box."""
+    s, case = SPECIMENS["box"], ROLES["limit of the workspace"]
+    for beside, accepted in ((6e-5, False), (1.3e-3, True)):
+        X = np.eye(4)
+        X[:3, 3] = [0.0, 0.5 * BOX[1] - beside, 0.5 * BOX[2] + 0.002]
+        assert smooth(case, s, X, gradient(case, s, X)) == accepted
