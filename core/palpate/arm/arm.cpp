@@ -1,10 +1,10 @@
 #include "palpate/arm/arm.hpp"
 
-#include <Eigen/Cholesky>
 #include <cmath>
 #include <stdexcept>
 
 #include "palpate/arm/serial.hpp"
+#include "palpate/types/cholesky.hpp"
 
 namespace palpate::arm {
 namespace {
@@ -12,11 +12,10 @@ namespace {
 /// True if a rigid body can have these parameters: its pseudo-inertia is positive definite (Wensing, Kim and Slotine
 /// 2018).
 bool consistent(const Eigen::Matrix<double, 10, 1>& pi) {
-  Mat3 I;
-  I << pi[4], pi[5], pi[7], pi[5], pi[6], pi[8], pi[7], pi[8], pi[9];
-  Eigen::Matrix4d J;
-  J << 0.5 * I.trace() * Mat3::Identity() - I, pi.segment<3>(1), pi.segment<3>(1).transpose(), pi[0];
-  return Eigen::LLT<Eigen::Matrix4d>(J).info() == Eigen::Success;
+  const double trace = 0.5 * (pi[4] + pi[6] + pi[9]);
+  double J[4][4] = {
+      {trace - pi[4]}, {-pi[5], trace - pi[6]}, {-pi[7], -pi[8], trace - pi[9]}, {pi[1], pi[2], pi[3], pi[0]}};
+  return cholesky(J);
 }
 
 }  // namespace

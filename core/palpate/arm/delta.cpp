@@ -171,7 +171,10 @@ class Delta final : public Mechanism {
     if (std::abs(S.determinant()) > kFlat * rod2 * size_.rod) {
       S_inverse_ = S.inverse();
     } else {
-      S_inverse_ = (S.transpose() * S + kFlat * rod2 * Mat3::Identity()).inverse() * S.transpose();
+      Mat3 A = S.transpose() * S;
+      A.diagonal().array() += kFlat * rod2;
+      S_inverse_ = A.inverse();
+      S_inverse_ *= S.transpose();
     }
     J_ = S_inverse_ * D.asDiagonal();
   }

@@ -34,6 +34,12 @@ const LaneDynamics& Mechanism::lane_dynamics(const JointVector& q, const JointVe
   return out;
 }
 
+void Mechanism::inverse_dynamics(const JointVector& q, const JointVector& v, const JointVector& a, Dynamics& work,
+                                 JointVector& tau) noexcept {
+  dynamics(q, v, work);
+  tau.noalias() = work.M * a + work.bias;
+}
+
 std::unique_ptr<Mechanism> make_mechanism(const std::string& kind, const Parameters& parameters) {
   std::string names;
   for (const Kind& k : kKinds) {

@@ -80,10 +80,7 @@ class Mechanism {
 
   // The default uses dynamics(); a device may override it by a faster method.
   virtual void inverse_dynamics(const JointVector& q, const JointVector& v, const JointVector& a, Dynamics& work,
-                                JointVector& tau) noexcept {
-    dynamics(q, v, work);
-    tau.noalias() = work.M * a + work.bias;
-  }
+                                JointVector& tau) noexcept;
   /// Y and P at q. A device that is not a chain of links leaves them empty.
   virtual void gravity_regressor(const JointVector& /*q*/, GravityRegressor& /*out*/) noexcept {}
   /// Pi according to the model file (4n); empty for a device without regressor.

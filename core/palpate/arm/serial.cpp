@@ -178,8 +178,10 @@ class Serial final : public Mechanism {
       t.rightCols<6>() = of_inertia(alpha) + cross_matrix(w) * of_inertia(w);
       for (int j = 0; j <= k; ++j) {
         const Vec3 w_j = lane<3>(now_.Jw, j), v_j = lane<3>(now_.Jv, j) + w_j.cross(X.p);
-        Y.block<1, 10>(j, kParameters * k) =
-            (X.R.transpose() * v_j).transpose() * f + (X.R.transpose() * w_j).transpose() * t;
+        const Vec3 v_link = X.R.transpose() * v_j, w_link = X.R.transpose() * w_j;
+        for (Eigen::Index i = 0; i < kParameters; ++i) {
+          Y(j, kParameters * k + i) = v_link.dot(f.col(i)) + w_link.dot(t.col(i));
+        }
       }
     }
     return Y;

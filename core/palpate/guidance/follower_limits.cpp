@@ -1,6 +1,5 @@
 #include "palpate/guidance/follower_limits.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -23,7 +22,13 @@ void FollowerLimits::begin(const Pose& X_WT, const Input& in) noexcept {
   if (in.tool.joints == nullptr) return;
   inverse_ = in.tool.joints->J_WT;
   inverse_.bottomRows<3>() *= kLength;
-  const Mat6 A = inverse_ * inverse_.transpose() + kDamping * kDamping * Mat6::Identity();
+  Mat6 A = Mat6::Zero();
+  for (Eigen::Index k = 0; k < inverse_.cols(); ++k) {
+    for (int j = 0; j < 6; ++j) {
+      for (int i = j; i < 6; ++i) A(i, j) += inverse_(i, k) * inverse_(j, k);
+    }
+  }
+  A.diagonal().array() += kDamping * kDamping;
   solve_ldlt(A, inverse_);
 }
 

@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "palpate/types/so3.hpp"
+
 namespace palpate::loop {
 namespace {
 
@@ -13,7 +15,7 @@ constexpr double kOpens = 2e-4;    // gap between a jaw and the rod at which the
 
 /// X with its displacement and its rotation reduced by a share.
 Pose reduced(const Pose& X, double share) noexcept {
-  const Eigen::AngleAxisd turn(X.R);
+  const Eigen::AngleAxisd turn = angle_axis(X.R);
   return {Eigen::AngleAxisd((1.0 - share) * turn.angle(), turn.axis()).toRotationMatrix(), (1.0 - share) * X.p};
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "palpate/types/require.hpp"
+#include "palpate/types/so3.hpp"
 
 namespace palpate::mapping {
 namespace {
@@ -114,7 +115,7 @@ void Mapping::anchor(const Input& in) noexcept {
 
 bool Mapping::aligned(const Pose& X_WH, const Pose& X_WT) const noexcept {
   if (options_.align_tolerance == 0.0) return true;
-  return Eigen::AngleAxisd(Mat3(X_WH.R.transpose() * X_WT.R)).angle() <= options_.align_tolerance;
+  return angle_axis(X_WH.R.transpose() * X_WT.R).angle() <= options_.align_tolerance;
 }
 
 }  // namespace palpate::mapping

@@ -1,6 +1,5 @@
 #include "palpate/scene/point_surface.hpp"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,6 +7,7 @@
 #include <string>
 
 #include "palpate/scene/extent.hpp"
+#include "palpate/types/ldlt.hpp"
 
 namespace palpate::scene {
 namespace {
@@ -266,7 +266,7 @@ std::optional<Vec3> PointSurface::shift_to(std::span<const double> points, const
     }
     if (matches < kMinMatches) return std::nullopt;
     A.diagonal().array() += kPrior * matches;
-    shift += A.ldlt().solve(b);
+    shift += solve_ldlt(A, b);
     std::nth_element(sizes.begin(), sizes.begin() + matches / 2, sizes.end());
     scale = std::clamp(4.0 * sizes[static_cast<std::size_t>(matches / 2)], 1e-3, scale);
   }

@@ -1,14 +1,107 @@
 #include "palpate/types/ldlt.hpp"
 
-#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
 
 namespace palpate {
+namespace {
 
-Vec6 solve_ldlt(const Mat6& A, const Vec6& b) noexcept { return A.ldlt().solve(b); }
+/// P A P^T = L D L^T, each pivot the largest diagonal entry that is left.
+template <int n>
+class Ldlt {
+ public:
+  /// A: (n, n), column by column.
+  explicit Ldlt(const double* A) noexcept {
+    for (int j = 0; j < n; ++j) {
+      for (int i = j; i < n; ++i) L_[i][j] = A[j * n + i];
+    }
+    for (int k = 0; k < n; ++k) {
+      swap_[k] = largest(k);
+      if (swap_[k] != k) exchange(k, swap_[k]);
+      eliminate(k);
+    }
+  }
+
+  /// x <- A^-1 x.
+  void solve(double* x) const noexcept {
+    for (int k = 0; k < n; ++k) std::swap(x[k], x[swap_[k]]);
+    for (int i = 1; i < n; ++i) x[i] -= sum(0, i, [&](int k) { return L_[i][k] * x[k]; });
+    for (int i = 0; i < n; ++i) x[i] = std::abs(L_[i][i]) > kZero ? x[i] / L_[i][i] : 0.0;
+    for (int i = n - 2; i >= 0; --i) x[i] -= sum_abreast(i + 1, n - 1 - i, [&](int k) { return L_[k][i] * x[k]; });
+    for (int k = n - 1; k >= 0; --k) std::swap(x[k], x[swap_[k]]);
+  }
+
+ private:
+  static constexpr double kZero = std::numeric_limits<double>::min();  // a pivot up to here counts as zero
+
+  /// The sum of `count` terms, half by half.
+  template <typename Term>
+  static double sum(int first, int count, const Term& term) noexcept {
+    if (count == 1) return term(first);
+    return sum(first, count / 2, term) + sum(first + count / 2, count - count / 2, term);
+  }
+
+  /// The same in the order of vectors of two: even terms, plus odd terms, plus the last of an odd number of terms.
+  template <typename Term>
+  static double sum_abreast(int first, int count, const Term& term) noexcept {
+    const int pairs = count / 2;
+    if (pairs == 0) return term(first);
+    const double s = sum(0, pairs, [&](int i) { return term(first + 2 * i); }) +
+                     sum(0, pairs, [&](int i) { return term(first + 2 * i + 1); });
+    return count % 2 == 0 ? s : s + term(first + count - 1);
+  }
+
+  [[nodiscard]] int largest(int k) const noexcept {
+    int best = k;
+    for (int i = k + 1; i < n; ++i) {
+      if (std::abs(L_[i][i]) > std::abs(L_[best][best])) best = i;
+    }
+    return best;
+  }
+
+  /// Exchanges rows and columns k < m of the lower triangle.
+  void exchange(int k, int m) noexcept {
+    std::swap_ranges(L_[k], L_[k] + k, L_[m]);
+    for (int i = m + 1; i < n; ++i) std::swap(L_[i][k], L_[i][m]);
+    std::swap(L_[k][k], L_[m][m]);
+    for (int i = k + 1; i < m; ++i) std::swap(L_[i][k], L_[m][i]);
+  }
+
+  void eliminate(int k) noexcept {
+    double scaled[n] = {};  // row k of L D
+    for (int j = 0; j < k; ++j) scaled[j] = L_[j][j] * L_[k][j];
+    for (int i = k; k > 0 && i < n; ++i) {
+      double s = L_[i][0] * scaled[0];
+      for (int j = 1; j < k; ++j) s += L_[i][j] * scaled[j];
+      L_[i][k] -= s;
+    }
+    if (!(std::abs(L_[k][k]) > 0.0)) return;
+    for (int i = k + 1; i < n; ++i) L_[i][k] /= L_[k][k];
+  }
+
+  double L_[n][n] = {};  ///< below the diagonal L, on it D
+  int swap_[n] = {};     ///< row that was exchanged with row k
+};
+
+}  // namespace
+
+Vec3 solve_ldlt(const Mat3& A, const Vec3& b) noexcept {
+  Vec3 x = b;
+  Ldlt<3>(A.data()).solve(x.data());
+  return x;
+}
+
+Vec6 solve_ldlt(const Mat6& A, const Vec6& b) noexcept {
+  Vec6 x = b;
+  Ldlt<6>(A.data()).solve(x.data());
+  return x;
+}
 
 void solve_ldlt(const Mat6& A, Jacobian& B) noexcept {
-  const Eigen::LDLT<Mat6> factors(A);
-  for (Eigen::Index k = 0; k < B.cols(); ++k) B.col(k) = factors.solve(Vec6(B.col(k)));
+  const Ldlt<6> factors(A.data());
+  for (Eigen::Index k = 0; k < B.cols(); ++k) factors.solve(B.data() + 6 * k);
 }
 
 }  // namespace palpate

@@ -23,9 +23,11 @@ Vec3 rotation_vector(const Mat3& R) noexcept {
     for (const double coefficient : kArcSine) factor = factor * x + coefficient;
     return factor * s;
   }
-  const Eigen::AngleAxisd rotation(R);
+  const Eigen::AngleAxisd rotation = angle_axis(R);
   return rotation.angle() * rotation.axis();
 }
+
+Eigen::AngleAxisd angle_axis(const Mat3& R) noexcept { return Eigen::AngleAxisd(R); }
 
 Mat3 rotation_by(const Vec3& theta) noexcept {
   const double angle = theta.norm();

@@ -8,6 +8,8 @@ namespace palpate {
 
 /// Rotation vector of R, with an angle between 0 and pi [rad]: the logarithm of SO(3).
 [[nodiscard]] Vec3 rotation_vector(const Mat3& R) noexcept;
+/// Angle and axis of R, with an angle between 0 and pi [rad].
+[[nodiscard]] Eigen::AngleAxisd angle_axis(const Mat3& R) noexcept;
 /// Rotation by the rotation vector theta [rad]: the exponential of SO(3).
 [[nodiscard]] Mat3 rotation_by(const Vec3& theta) noexcept;
 /// The smallest rotation that turns the direction of a into the direction of b; half a turn when they are opposite.
