@@ -121,7 +121,7 @@ nb::bytes recursion_by_kernel(const std::string& xml, const std::string& base_fr
   pad(joint_vector(v, "v", chain.n), v_lanes);
   const auto dynamics = kernel == "avx2" ? &arm::avx2::chain_dynamics : &arm::portable::chain_dynamics;
   arm::ChainState state;
-  dynamics(chain, q_lanes, v_lanes, v_lanes, state);
+  dynamics(chain, q_lanes, v_lanes, v_lanes, {0.2, 3e-4}, state);
   return nb::bytes(&state, sizeof state);
 }
 

@@ -62,10 +62,11 @@ class Arm {
   void update(const JointVector& q, const JointVector& v) noexcept;
   /// Kinematics and dynamics at q, v in one pass: fills tip(), jacobian(), twist() and state().
   const Dynamics& dynamics(const JointVector& q, const JointVector& v) noexcept;
-  /// The same for a plant, in `work` or in a place of the arm that the next call of any function overwrites. It does
-  /// not change tip(), jacobian(), twist() and state().
-  const LaneDynamics& lane_dynamics(const JointVector& q, const JointVector& v, LaneDynamics& work) noexcept {
-    return mechanism_->lane_dynamics(q, v, work);
+  /// The same for a plant with a body at its tip, in `work` or in a place of the arm that the next call of any function
+  /// overwrites. It does not change tip(), jacobian(), twist() and state().
+  const LaneDynamics& lane_dynamics(const JointVector& q, const JointVector& v, const TipBody& body,
+                                    LaneDynamics& work) noexcept {
+    return mechanism_->lane_dynamics(q, v, body, work);
   }
   [[nodiscard]] const Pose& tip() const noexcept { return state_.X_0T; }        ///< X_0T, base to tip
   [[nodiscard]] const Jacobian& jacobian() const noexcept { return state_.J; }  ///< at the tip, in base axes

@@ -40,16 +40,19 @@ struct alignas(64) ChainState : LaneDynamics {
 
 /// Poses and Jacobian at q. Numbers beyond n are ignored.
 void kinematics(const ChainLanes& c, const Lanes& q, ChainState& s) noexcept;
-/// Poses, Jacobian and dynamics at (q, v, a). Numbers beyond n are ignored.
-void dynamics(const ChainLanes& c, const Lanes& q, const Lanes& v, const Lanes& a, ChainState& s) noexcept;
+/// Poses, Jacobian and dynamics at (q, v, a), with a body at the tip. Numbers beyond n are ignored.
+void dynamics(const ChainLanes& c, const Lanes& q, const Lanes& v, const Lanes& a, const TipBody& body,
+              ChainState& s) noexcept;
 
 namespace portable {
 void chain_kinematics(const ChainLanes& c, const Lanes& q, ChainState& s) noexcept;
-void chain_dynamics(const ChainLanes& c, const Lanes& q, const Lanes& v, const Lanes& a, ChainState& s) noexcept;
+void chain_dynamics(const ChainLanes& c, const Lanes& q, const Lanes& v, const Lanes& a, const TipBody& body,
+                    ChainState& s) noexcept;
 }  // namespace portable
 namespace avx2 {
 void chain_kinematics(const ChainLanes& c, const Lanes& q, ChainState& s) noexcept;
-void chain_dynamics(const ChainLanes& c, const Lanes& q, const Lanes& v, const Lanes& a, ChainState& s) noexcept;
+void chain_dynamics(const ChainLanes& c, const Lanes& q, const Lanes& v, const Lanes& a, const TipBody& body,
+                    ChainState& s) noexcept;
 }  // namespace avx2
 
 }  // namespace palpate::arm

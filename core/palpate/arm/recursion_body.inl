@@ -15,25 +15,20 @@ constexpr int kStride = 16;  // numbers of one link's pose: three axes and the o
 PALPATE_TARGET inline void sines(const Lanes& x, Lanes& sine, Lanes& cosine) noexcept {
   constexpr double kTwoOverPi = 0.63661977236758134308, kRound = 6755399441055744.0;  // 1.5 * 2^52
   constexpr double kPart1 = 0x1.921fb544p+0, kPart2 = 0x1.0b4611a6p-34, kPart3 = 0x1.3198a2e037073p-69;
+  constexpr double S[] = {-1.0 / 6.0,         1.0 / 120.0,         -1.0 / 5040.0,          1.0 / 362880.0,
+                          -1.0 / 39916800.0, 1.0 / 6227020800.0, -1.0 / 1307674368000.0, 1.0 / 355687428096000.0};
+  constexpr double C[] = {1.0 / 24.0,       -1.0 / 720.0,         1.0 / 40320.0,         -1.0 / 3628800.0,
+                          1.0 / 479001600.0, -1.0 / 87178291200.0, 1.0 / 20922789888000.0};
   for (int k = 0; k < kLanes; ++k) {
     const double shifted = x[k] * kTwoOverPi + kRound;
     const double n = shifted - kRound;  // the nearest whole number
     const double r = ((x[k] - n * kPart1) - n * kPart2) - n * kPart3, z = r * r;
-    double s = 1.0 - z * (1.0 / 272.0), c = 1.0 - z * (1.0 / 240.0);
-    s = 1.0 - z * (1.0 / 210.0) * s;
-    s = 1.0 - z * (1.0 / 156.0) * s;
-    s = 1.0 - z * (1.0 / 110.0) * s;
-    s = 1.0 - z * (1.0 / 72.0) * s;
-    s = 1.0 - z * (1.0 / 42.0) * s;
-    s = 1.0 - z * (1.0 / 20.0) * s;
-    s = r - r * (z * (1.0 / 6.0) * s);
-    c = 1.0 - z * (1.0 / 182.0) * c;
-    c = 1.0 - z * (1.0 / 132.0) * c;
-    c = 1.0 - z * (1.0 / 90.0) * c;
-    c = 1.0 - z * (1.0 / 56.0) * c;
-    c = 1.0 - z * (1.0 / 30.0) * c;
-    c = 1.0 - z * (1.0 / 12.0) * c;
-    c = 1.0 - 0.5 * z * c;
+    const double z2 = z * z, z4 = z2 * z2;
+    // The sums in pairs (Estrin), which need not wait for each other: S = (sin r - r) / r^3, C = (cos r - 1 + z/2) / z^2
+    const double S_low = (S[0] + S[1] * z) + (S[2] + S[3] * z) * z2, S_high = (S[4] + S[5] * z) + (S[6] + S[7] * z) * z2;
+    const double C_low = (C[0] + C[1] * z) + (C[2] + C[3] * z) * z2, C_high = (C[4] + C[5] * z) + C[6] * z2;
+    const double s = r + (r * z) * (S_low + S_high * z4);
+    const double c = (1.0 - 0.5 * z) + z2 * (C_low + C_high * z4);
     const double odd = n - 2.0 * ((0.5 * n + kRound) - kRound);  // -1, 0 or 1
     const double half = 0.5 * (n - odd);                         // n = 2 half + odd
     const double turned = half - 2.0 * ((0.5 * half + kRound) - kRound);
@@ -296,20 +291,44 @@ PALPATE_TARGET inline void newton_euler(const Inertias& b, ChainState& s) noexce
   }
 }
 
-/// Copies the lower triangle of M into the upper one.
+/// Copies the lower triangle of a block of four rows and columns at (k, k) into the upper one.
+PALPATE_TARGET inline void mirror_block(Lanes (&M)[kLanes], int k) noexcept {
+  alignas(64) Lanes transposed[4];
+  transpose(M[k] + k, kLanes, transposed[0]);
+  Four below[4], above[4];
+  for (int i = 0; i < 4; ++i) {
+    __builtin_memcpy(&below[i], M[k + i] + k, sizeof(Four));
+    __builtin_memcpy(&above[i], transposed[i], sizeof(Four));
+  }
+  below[0] = __builtin_shufflevector(below[0], above[0], 0, 5, 6, 7);
+  below[1] = __builtin_shufflevector(below[1], above[1], 0, 1, 6, 7);
+  below[2] = __builtin_shufflevector(below[2], above[2], 0, 1, 2, 7);
+  for (int i = 0; i < 3; ++i) __builtin_memcpy(M[k + i] + k, &below[i], sizeof(Four));
+}
+
+/// Copies the lower triangle of M into the upper one. Whole vectors, which the next reader need not wait for.
 PALPATE_TARGET inline void mirror(Lanes (&M)[kLanes]) noexcept {
-  alignas(64) Lanes t[4];
   transpose(M[4], kLanes, M[0] + 4);
-  for (int k = 0; k < kLanes; k += 4) {
-    transpose(M[k] + k, kLanes, t[0]);
-    for (int i = 0; i < 4; ++i) {
-      for (int j = i + 1; j < 4; ++j) M[k + i][k + j] = t[i][j];
-    }
+  mirror_block(M, 0);
+  mirror_block(M, 4);
+}
+
+/// Adds the momentum of the body at the tip at a unit velocity of each joint.
+PALPATE_TARGET inline void carry(const TipBody& body, const ChainState& s, double (&P)[6][kLanes]) noexcept {
+  const double x = s.tip[3][0], y = s.tip[3][1], z = s.tip[3][2];
+  for (int k = 0; k < kLanes; ++k) {
+    const double px = body.mass * s.J[0][k], py = body.mass * s.J[1][k], pz = body.mass * s.J[2][k];
+    P[0][k] += px;
+    P[1][k] += py;
+    P[2][k] += pz;
+    P[3][k] += body.inertia * s.Jw[0][k] + (y * pz - z * py);
+    P[4][k] += body.inertia * s.Jw[1][k] + (z * px - x * pz);
+    P[5][k] += body.inertia * s.Jw[2][k] + (x * py - y * px);
   }
 }
 
 /// M and G from the inertia of each link and all that it carries: M_ki = J_i . (I_k J_k) for i <= k.
-PALPATE_TARGET inline void composite(const ChainLanes& c, Inertias& b, ChainState& s) noexcept {
+PALPATE_TARGET inline void composite(const ChainLanes& c, const TipBody& body, Inertias& b, ChainState& s) noexcept {
   sum_backward(b.m);
   for (auto& x : b.h) sum_backward(x);
   for (auto& x : b.I) sum_backward(x);
@@ -325,6 +344,7 @@ PALPATE_TARGET inline void composite(const ChainLanes& c, Inertias& b, ChainStat
     P[5][k] = b.I[3][k] * wx + b.I[4][k] * wy + b.I[5][k] * wz + (hx * vy - hy * vx);
     s.G[k] = -(c.g[0] * P[0][k] + c.g[1] * P[1][k] + c.g[2] * P[2][k]);
   }
+  carry(body, s, P);
   for (int k = 0; k < kLanes; ++k) {
     for (int i = 0; i < (k < 4 ? 4 : kLanes); ++i) {
       s.M[k][i] = s.Jv[0][i] * P[0][k] + s.Jv[1][i] * P[1][k] + s.Jv[2][i] * P[2][k] + s.Jw[0][i] * P[3][k] +
@@ -346,15 +366,15 @@ PALPATE_TARGET inline void drift(const ChainLanes& c, ChainState& s) noexcept {
   s.Jdot_v[0] = s.A[0][last] + c.g[0] + (ay * z - az * y) + (wy * vz - wz * vy);
   s.Jdot_v[1] = s.A[1][last] + c.g[1] + (az * x - ax * z) + (wz * vx - wx * vz);
   s.Jdot_v[2] = s.A[2][last] + c.g[2] + (ax * y - ay * x) + (wx * vy - wy * vx);
-  s.Jdot_v[3] = ax;
-  s.Jdot_v[4] = ay;
-  s.Jdot_v[5] = az;
+  s.Jdot_v[4] = ax;
+  s.Jdot_v[5] = ay;
+  s.Jdot_v[6] = az;
 }
 
 }  // namespace
 
 PALPATE_TARGET void chain_dynamics(const ChainLanes& c, const Lanes& q, const Lanes& v, const Lanes& a,
-                                   ChainState& s) noexcept {
+                                   const TipBody& body, ChainState& s) noexcept {
   alignas(64) Lanes v_chain, a_chain;
   select(c.joints, v, v_chain);
   select(c.joints, a, a_chain);
@@ -364,5 +384,5 @@ PALPATE_TARGET void chain_dynamics(const ChainLanes& c, const Lanes& q, const La
   motion(c, v_chain, a_chain, s);
   drift(c, s);
   newton_euler(b, s);
-  composite(c, b, s);
+  composite(c, body, b, s);
 }

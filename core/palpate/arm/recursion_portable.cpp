@@ -21,8 +21,9 @@ constexpr bool kAvx2 = false;
 void kinematics(const ChainLanes& c, const Lanes& q, ChainState& s) noexcept {
   kAvx2 ? avx2::chain_kinematics(c, q, s) : portable::chain_kinematics(c, q, s);
 }
-void dynamics(const ChainLanes& c, const Lanes& q, const Lanes& v, const Lanes& a, ChainState& s) noexcept {
-  kAvx2 ? avx2::chain_dynamics(c, q, v, a, s) : portable::chain_dynamics(c, q, v, a, s);
+void dynamics(const ChainLanes& c, const Lanes& q, const Lanes& v, const Lanes& a, const TipBody& body,
+              ChainState& s) noexcept {
+  kAvx2 ? avx2::chain_dynamics(c, q, v, a, body, s) : portable::chain_dynamics(c, q, v, a, body, s);
 }
 
 }  // namespace palpate::arm
