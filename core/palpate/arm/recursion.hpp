@@ -54,5 +54,10 @@ void chain_kinematics(const ChainLanes& c, const Lanes& q, ChainState& s) noexce
 void chain_dynamics(const ChainLanes& c, const Lanes& q, const Lanes& v, const Lanes& a, const TipBody& body,
                     ChainState& s) noexcept;
 }  // namespace avx2
+namespace avx512 {
+void chain_kinematics(const ChainLanes& c, const Lanes& q, ChainState& s) noexcept;
+void chain_dynamics(const ChainLanes& c, const Lanes& q, const Lanes& v, const Lanes& a, const TipBody& body,
+                    ChainState& s) noexcept;
+}  // namespace avx512
 
 }  // namespace palpate::arm

@@ -208,18 +208,17 @@ PALPATE_TARGET inline void inertias(const ChainLanes& c, const ChainState& s, In
   }
 }
 
-/// x_k <- first + x_0 + ... + x_k
-PALPATE_TARGET inline void sum_forward(Lanes& x, double first) noexcept {
+/// x_k <- x_0 + ... + x_k
+PALPATE_TARGET inline void sum_forward(Lanes& x) noexcept {
   Four low, high;
   const Four zero = {};
   __builtin_memcpy(&low, x, sizeof low);
   __builtin_memcpy(&high, x + 4, sizeof high);
   low += __builtin_shufflevector(low, zero, 4, 0, 1, 2);
   high += __builtin_shufflevector(high, zero, 4, 0, 1, 2);
-  low += __builtin_shufflevector(low, zero, 4, 4, 0, 1);
-  high += __builtin_shufflevector(high, zero, 4, 4, 0, 1);
-  low += first;
-  high += low[3];
+  low += __builtin_shufflevector(low, zero, 4, 5, 0, 1);
+  high += __builtin_shufflevector(high, zero, 4, 5, 0, 1);
+  high += __builtin_shufflevector(low, low, 3, 3, 3, 3);
   __builtin_memcpy(x, &low, sizeof low);
   __builtin_memcpy(x + 4, &high, sizeof high);
 }
@@ -232,9 +231,9 @@ PALPATE_TARGET inline void sum_backward(Lanes& x) noexcept {
   __builtin_memcpy(&high, x + 4, sizeof high);
   low += __builtin_shufflevector(low, zero, 1, 2, 3, 4);
   high += __builtin_shufflevector(high, zero, 1, 2, 3, 4);
-  low += __builtin_shufflevector(low, zero, 2, 3, 4, 4);
-  high += __builtin_shufflevector(high, zero, 2, 3, 4, 4);
-  low += high[0];
+  low += __builtin_shufflevector(low, zero, 2, 3, 4, 5);
+  high += __builtin_shufflevector(high, zero, 2, 3, 4, 5);
+  low += __builtin_shufflevector(high, high, 0, 0, 0, 0);
   __builtin_memcpy(x, &low, sizeof low);
   __builtin_memcpy(x + 4, &high, sizeof high);
 }
@@ -246,7 +245,7 @@ PALPATE_TARGET inline void motion(const ChainLanes& c, const Lanes& v, const Lan
     for (int k = 0; k < kLanes; ++k) s.V[i][k] = d[i][k] = s.Jv[i][k] * v[k];
     for (int k = 0; k < kLanes; ++k) s.V[3 + i][k] = d[3 + i][k] = s.Jw[i][k] * v[k];
   }
-  for (auto& x : s.V) sum_forward(x, 0.0);
+  for (auto& x : s.V) sum_forward(x);
   for (int k = 0; k < kLanes; ++k) {
     const double wx = s.V[3][k], wy = s.V[4][k], wz = s.V[5][k];
     const double vx = s.V[0][k], vy = s.V[1][k], vz = s.V[2][k];
@@ -257,8 +256,10 @@ PALPATE_TARGET inline void motion(const ChainLanes& c, const Lanes& v, const Lan
     s.A[4][k] = s.Jw[1][k] * a[k] + (wz * d[3][k] - wx * d[5][k]);
     s.A[5][k] = s.Jw[2][k] * a[k] + (wx * d[4][k] - wy * d[3][k]);
   }
-  for (int i = 0; i < 3; ++i) sum_forward(s.A[i], -c.g[i]);
-  for (int i = 3; i < 6; ++i) sum_forward(s.A[i], 0.0);
+  for (auto& x : s.A) sum_forward(x);
+  for (int i = 0; i < 3; ++i) {
+    for (double& x : s.A[i]) x -= c.g[i];
+  }
 }
 
 /// Newton and Euler: F = I A + V x* I V of every link about the origin, summed from the tip; tau = J . F.

@@ -12,21 +12,20 @@ constexpr int kBlockPivots = 6;
 constexpr int kPivots = 60;
 constexpr double kTolerance = 1e-14;  // of velocities and impulses: rounding, not physics
 
-/// x <- A^-1 b for a positive definite A, of which only the upper triangle is read; all of A is overwritten. Elimination
-/// without fractions: each step multiplies the rest by the pivot and divides it by the pivot before, so that no step
-/// waits for a division. The pivots are the leading minors of A.
-PALPATE_INLINE void solve_in_lanes(Lanes (&A)[kLanes], const Pack& b, Lanes& x) noexcept {
-  Pack right = b;
-  double inverse[kLanes], y[kLanes], before = 1.0;
-  alignas(64) Lanes rest;
+/// A^-1 right for a positive definite A of n rows, of which only the upper triangle is read; all of A is overwritten.
+/// Elimination without fractions: each step multiplies the rest by the pivot and divides it by the pivot before, so that
+/// no step waits for a division. The pivots are the leading minors of A.
+PALPATE_INLINE Pack solve_in_lanes(int n, Lanes (&A)[kLanes], const Pack& right) noexcept {
+  Pack b = right;
+  double inverse[kLanes] = {}, y[kLanes] = {}, x[kLanes], before = 1.0;
 #pragma GCC unroll 8
   for (int j = 0; j < kLanes; ++j) {
-    store(right, rest);
+    if (j >= n) break;
     const Pack row = load(A[j]);
     const double pivot = A[j][j];
     inverse[j] = 1.0 / pivot;
-    y[j] = rest[j];
-    right = before * (pivot * right - y[j] * row);
+    y[j] = j < 4 ? b.low[j] : b.high[j - 4];
+    b = before * (pivot * b - y[j] * row);
 #pragma GCC unroll 8
     for (int i = j + 1; i < kLanes; ++i) {
       Pack other = load(A[i]);
@@ -43,6 +42,7 @@ PALPATE_INLINE void solve_in_lanes(Lanes (&A)[kLanes], const Pack& b, Lanes& x) 
     for (int k = kLanes - 1; k > i; --k) sum -= A[i][k] * x[k];
     x[i] = sum * inverse[i];
   }
+  return {Four{x[0], x[1], x[2], x[3]}, Four{x[4], x[5], x[6], x[7]}};
 }
 
 /// A x for a symmetric A.
@@ -58,7 +58,7 @@ PALPATE_INLINE Pack multiply(const Lanes (&A)[kLanes], const Lanes& x) noexcept 
 }  // namespace
 
 /// v <- the solution of A v = b + (lo or hi) over the moving joints, whose direction is not 0; v = 0 for all others.
-PALPATE_AVX2_TOO void solve_moving_joints(const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo, const Lanes& hi,
+PALPATE_AVX2_TOO void solve_moving_joints(int n, const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo, const Lanes& hi,
                                           const Lanes& direction, Lanes& v) noexcept {
   const Pack zero = {}, way = load(direction), moves = way * way, one = constant(1.0);
   alignas(64) Lanes moving, A_moving[kLanes];  // a joint that sticks becomes an equation of its own: 1 v = 0
@@ -67,7 +67,7 @@ PALPATE_AVX2_TOO void solve_moving_joints(const Lanes (&A)[kLanes], const Lanes&
     store(moving[j] * (moves * load(A[j])) + load(kUnit[j]) * (one - moves), A_moving[j]);
   }
   const Pack right = load(b) + where_at_most(way, zero, load(hi), load(lo));
-  solve_in_lanes(A_moving, where_at_most(moves, zero, zero, right), v);
+  store(solve_in_lanes(n, A_moving, where_at_most(moves, zero, zero, right)), v);
 }
 
 /// Lets a joint that has moved into an end stop start from rest.
@@ -77,8 +77,9 @@ PALPATE_AVX2_TOO void stop_at_ends(const Lanes& lo, const Lanes& hi, Lanes& dire
   store(where_at_most(impulse, most, way, zero), direction);
 }
 
-/// Directions that suit v and the impulses better, where those are not as required. Returns false if nothing changes.
-PALPATE_AVX2_TOO bool next_directions(const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo, const Lanes& hi,
+/// Directions of n joints that suit v and the impulses better, where those are not as required. Returns false if nothing
+/// changes.
+PALPATE_AVX2_TOO bool next_directions(int n, const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo, const Lanes& hi,
                                       const Lanes& v, const Lanes& direction, Lanes& next) noexcept {
   const Pack way = load(direction), zero = {}, one = constant(1.0), slack = constant(kTolerance);
   const Pack least = load(lo), most = load(hi);
@@ -86,7 +87,8 @@ PALPATE_AVX2_TOO bool next_directions(const Lanes (&A)[kLanes], const Lanes& b, 
   const Pack friction = where_at_most(most, least, zero, one);
   const Pack back = where_at_most(-slack, way * load(v), zero, friction);
   // A joint that sticks needs the impulse `hold` between its bounds.
-  const Pack hold = multiply(A, v) - load(b);
+  const bool all_move = dot(way, way) == n;
+  const Pack hold = all_move ? zero : multiply(A, v) - load(b);
   const Pack pushed = where_at_most(least - slack, hold, where_at_most(hold, most + slack, zero, -one), one);
   const Pack chosen = where_at_most(way * way, zero, pushed, way - back * way);
   store(chosen, next);
@@ -102,11 +104,12 @@ void DryFriction::reset(Eigen::Index n) noexcept {
 
 const JointVector& DryFriction::solve(const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo,
                                       const Lanes& hi) noexcept {
+  const auto n = static_cast<int>(v_.size());
   stop_at_ends(lo, hi, direction_);
   for (int pivot = 0; pivot < kPivots; ++pivot) {
-    solve_moving_joints(A, b, lo, hi, direction_, lanes(v_));
+    solve_moving_joints(n, A, b, lo, hi, direction_, lanes(v_));
     alignas(64) Lanes next;
-    if (!next_directions(A, b, lo, hi, lanes(v_), direction_, next)) break;
+    if (!next_directions(n, A, b, lo, hi, lanes(v_), direction_, next)) break;
     if (pivot >= kBlockPivots) {  // one at a time
       int k = 0;
       while (next[k] == direction_[k]) ++k;

@@ -73,6 +73,11 @@ void copy(const JointVector& from, JointVector& to) noexcept {
   std::copy_n(lanes(from), kLanes, lanes(to));
 }
 
+template <int rows, int cols>
+const double (&numbers(const Eigen::Matrix<double, rows, cols>& x) noexcept)[rows * cols] {
+  return *reinterpret_cast<const double (*)[rows * cols]>(x.data());
+}
+
 void set(const Vec3& linear, const Vec3& angular, HandleLanes& x) noexcept {
   for (int i = 0; i < 3; ++i) x[i] = linear[i], x[4 + i] = angular[i];
   x[3] = x[7] = 0.0;
@@ -157,17 +162,12 @@ struct Leader::Impl {
 
   /// The pull of the hand towards its path, from the pose of the handle in `d`.
   void pull_towards(const Pose& X_path, const Twist& V_path) noexcept {
-    alignas(64) HandleLanes error, V;
-    using Position = const double (&)[3];
-    using Rotation = const double (&)[9];
-    const bool small = pose_error(*d, reinterpret_cast<Position>(*X_path.p.data()),
-                                  reinterpret_cast<Rotation>(*X_path.R.data()), error);
-    if (!small) {
-      using Columns = Eigen::Map<const Eigen::Matrix<double, 3, 3>, 0, Eigen::OuterStride<4>>;
+    alignas(64) HandleLanes error;
+    if (!pose_error(*d, numbers(X_path.p), numbers(X_path.R), error)) {
+      using Columns = Eigen::Map<const Mat3, 0, Eigen::OuterStride<4>>;
       Vec3::Map(error + 4) = rotation_vector(X_path.R * Columns(d->tip[0]).transpose());
     }
-    set(V_path.v, V_path.w, V);
-    pull(impedance, error, V, force.F);
+    pull(impedance, error, numbers(V_path.v), numbers(V_path.w), force.F);
   }
 
   /// Solves the step for the present force and response of the hand. Returns the square of the hand's linear force.

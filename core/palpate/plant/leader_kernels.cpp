@@ -56,9 +56,10 @@ PALPATE_AVX2_TOO bool pose_error(const arm::LaneDynamics& d, const double (&p)[3
   return z < kSmallSine && trace > 1.0;
 }
 
-PALPATE_AVX2_TOO void pull(const HandLanes& hand, const HandleLanes& error, const HandleLanes& V_path,
+PALPATE_AVX2_TOO void pull(const HandLanes& hand, const HandleLanes& error, const double (&v)[3], const double (&w)[3],
                            HandleLanes& F) noexcept {
-  store(load(hand.K) * load(error) + load(hand.B) * load(V_path), F);
+  const Pack V_path = {Four{v[0], v[1], v[2], 0.0}, Four{w[0], w[1], w[2], 0.0}};
+  store(load(hand.K) * load(error) + load(hand.B) * V_path, F);
 }
 
 PALPATE_AVX2_TOO void assemble(const arm::LaneDynamics& d, const LeaderJoints& joints, const HandLanes& hand, double dt,

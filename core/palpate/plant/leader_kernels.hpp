@@ -44,8 +44,9 @@ void sum_loads(const arm::LaneDynamics& d, const LeaderJoints& joints, double dt
 [[nodiscard]] bool pose_error(const arm::LaneDynamics& d, const double (&p)[3], const double (&R)[9],
                               HandleLanes& error) noexcept;
 
-/// Force of spring and damper for the error of the handle's pose and the velocity of the path.
-void pull(const HandLanes& hand, const HandleLanes& error, const HandleLanes& V_path, HandleLanes& F) noexcept;
+/// Force of spring and damper for the error of the handle's pose and the velocity (v, w) of the path.
+void pull(const HandLanes& hand, const HandleLanes& error, const double (&v)[3], const double (&w)[3],
+          HandleLanes& F) noexcept;
 
 /// Equation A v = b of the velocity at the end of the step: the inertia, and the momentum after all impulses but dry
 /// friction. d.M includes the inertia of the hand and of its response; V: velocity of the handle at v; F_push:
