@@ -1,6 +1,7 @@
 #include "palpate/arm/arm.hpp"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -36,13 +37,16 @@ Arm Arm::from_urdf(const std::string& xml, const std::string& base_frame, const 
 Arm::Arm(const Arm& other)
     : mechanism_(other.mechanism_->clone()),
       spring_(other.spring_),
+      along_{},
       identified_(other.identified_),
       regressor_(other.regressor_),
       zero_(other.zero_),
       result_(other.result_),
       v_(other.v_),
       state_(other.state_),
-      work_(other.work_) {}
+      work_(other.work_) {
+  std::copy_n(other.along_, kLanes, along_);
+}
 
 Arm& Arm::operator=(const Arm& other) {
   if (this != &other) *this = Arm(other);
@@ -83,6 +87,21 @@ JointVector Arm::elastic(const JointVector& q) noexcept {
   return -spring_.torque * std::cos(spring_.along.dot(q)) * spring_.along;
 }
 
+void Arm::elastic(const JointVector& q, Lanes& tau) noexcept {
+  if (identified_) return pad(elastic(q), tau);
+  if (spring_.torque == 0.0) {
+    std::fill_n(tau, kLanes, 0.0);
+    return;
+  }
+  double even = 0.0, odd = 0.0;
+  for (int k = 0; k < kLanes; k += 2) {
+    even += along_[k] * lanes(q)[k];
+    odd += along_[k + 1] * lanes(q)[k + 1];
+  }
+  const double scale = -spring_.torque * std::cos(even + odd);
+  for (int k = 0; k < kLanes; ++k) tau[k] = scale * along_[k];
+}
+
 JointVector Arm::holding(const JointVector& q) noexcept {
   if (identified_) return identified_->holding(q, gravity_regressor(q));
   return gravity(q) + elastic(q);
@@ -117,6 +136,7 @@ void Arm::set_counterbalance(const Counterbalance& spring) {
                              " N m and " + std::to_string(spring.along.size()) + " numbers");
   }
   spring_ = spring;
+  pad(spring.along, along_);
 }
 
 const JointVector& Arm::inverse_dynamics(const JointVector& q, const JointVector& v, const JointVector& a) noexcept {

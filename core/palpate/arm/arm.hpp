@@ -84,6 +84,8 @@ class Arm {
   [[nodiscard]] JointVector holding(const JointVector& q, const JointVector& G) noexcept;
   /// Torque of springs and cables: holding(q) - gravity(q).
   [[nodiscard]] JointVector elastic(const JointVector& q) noexcept;
+  /// The same over all lanes, zero beyond the last joint, as q must be.
+  void elastic(const JointVector& q, Lanes& tau) noexcept;
   /// tau = M a + C v + G.
   [[nodiscard]] const JointVector& inverse_dynamics(const JointVector& q, const JointVector& v,
                                                     const JointVector& a) noexcept;
@@ -137,6 +139,7 @@ class Arm {
 
   std::unique_ptr<Mechanism> mechanism_;
   Counterbalance spring_;
+  Lanes along_{};  ///< spring_.along
   std::optional<GravityModel> identified_;
   GravityRegressor regressor_;
   JointVector zero_, result_, v_;

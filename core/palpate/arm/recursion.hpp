@@ -18,6 +18,7 @@ using LaneMask = std::int64_t[kLanes];  ///< all bits set, or none
 /// are zero.
 struct alignas(64) ChainLanes {
   Lanes m{}, c[3]{};     ///< mass [kg]; centre of mass in the link's axes [m]
+  Lanes m_carried{};     ///< mass of the link and of all links after it [kg]
   Lanes I[6]{};          ///< inertia about the centre of mass in the link's axes: xx, xy, yy, xz, yz, zz [kg m^2]
   Lanes R[9]{}, p[3]{};  ///< pose in the previous link at q = 0: columns of R one after the other, origin [m]
   Lanes turns{},

@@ -269,6 +269,8 @@ class Serial final : public Mechanism {
       for (int i = 0; i < 3; ++i) lanes_.c[i][k] = com[i];
       for (int i = 0; i < 6; ++i) lanes_.I[i][k] = six[i];
     }
+    double carried = 0.0;
+    for (int k = lanes_.n - 1; k >= 0; --k) lanes_.m_carried[k] = carried += link(k).mass;
   }
 
   Chain chain_;               ///< its frames refer to the turned axes

@@ -191,7 +191,7 @@ struct Leader::Impl {
     const Lanes& tau_drives = lanes(drive.step(dt));
     to_middle(dt, lanes(q), lanes(v), lanes(v_before), lanes(q_mid), lanes(v_mid));
     alignas(64) Lanes elastic;
-    pad(arm.elastic(q_mid), elastic);
+    arm.elastic(q_mid, elastic);
     evaluate(dt);
     sum_loads(*d, joints, dt, tau_drives, elastic, lanes(q_mid), lanes(v), loads, V_handle);
     pull_towards(X_path, V_path);
