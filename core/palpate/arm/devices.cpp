@@ -25,8 +25,8 @@ const LaneDynamics& Mechanism::lane_dynamics(const JointVector& q, const JointVe
   for (Eigen::Index k = 0; k < d.bias.size(); ++k) {
     for (Eigen::Index i = 0; i < d.bias.size(); ++i) {
       const auto J_k = d.J.col(k), J_i = d.J.col(i);
-      out.M[k][i] = d.M(k, i) + body.mass * J_k.head<3>().dot(J_i.head<3>()) +
-                    body.inertia * J_k.tail<3>().dot(J_i.tail<3>());
+      out.M[k][i] =
+          d.M(k, i) + body.mass * J_k.head<3>().dot(J_i.head<3>()) + body.inertia * J_k.tail<3>().dot(J_i.tail<3>());
     }
     for (int r = 0; r < 6; ++r) out.J[r][k] = d.J(r, k);
     out.bias[k] = d.bias[k];

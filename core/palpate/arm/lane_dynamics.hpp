@@ -13,11 +13,11 @@ struct TipBody {
 };
 
 struct alignas(64) LaneDynamics {
-  Lanes M[kLanes]{};       ///< inertia with the body at the tip, full and symmetric
-  Lanes bias{};            ///< C(q, v) v + G(q)
-  Lanes J[6]{};            ///< rows of the tip's Jacobian, linear over angular, in base axes
-  double tip[4][4]{};      ///< base to tip X_0T: three columns of R and the origin, each with a fourth number of zero
-  Lanes Jdot_v{};          ///< tip acceleration at zero joint acceleration: linear, 0, angular, 0
+  Lanes M[kLanes]{};   ///< inertia with the body at the tip, full and symmetric
+  Lanes bias{};        ///< C(q, v) v + G(q)
+  Lanes J[6]{};        ///< rows of the tip's Jacobian, linear over angular, in base axes
+  double tip[4][4]{};  ///< base to tip X_0T: three columns of R and the origin, each with a fourth number of zero
+  Lanes Jdot_v{};      ///< tip acceleration at zero joint acceleration: linear, 0, angular, 0
 };
 
 }  // namespace palpate::arm

@@ -1,6 +1,6 @@
 // The recursion itself, included by recursion_portable.cpp, recursion_avx2.cpp and recursion_avx512.cpp, which define
-// PALPATE_TARGET. It calls no function of another header, because the linker might then keep a copy that was compiled for the wrong
-// machine.
+// PALPATE_TARGET. It calls no function of another header, because the linker might then keep a copy that was compiled
+// for the wrong machine.
 
 namespace {
 
@@ -15,17 +15,19 @@ constexpr int kStride = 16;  // numbers of one link's pose: three axes and the o
 PALPATE_TARGET inline void sines(const Lanes& x, Lanes& sine, Lanes& cosine) noexcept {
   constexpr double kTwoOverPi = 0.63661977236758134308, kRound = 6755399441055744.0;  // 1.5 * 2^52
   constexpr double kPart1 = 0x1.921fb544p+0, kPart2 = 0x1.0b4611a6p-34, kPart3 = 0x1.3198a2e037073p-69;
-  constexpr double S[] = {-1.0 / 6.0,         1.0 / 120.0,         -1.0 / 5040.0,          1.0 / 362880.0,
+  constexpr double S[] = {-1.0 / 6.0,        1.0 / 120.0,        -1.0 / 5040.0,          1.0 / 362880.0,
                           -1.0 / 39916800.0, 1.0 / 6227020800.0, -1.0 / 1307674368000.0, 1.0 / 355687428096000.0};
-  constexpr double C[] = {1.0 / 24.0,       -1.0 / 720.0,         1.0 / 40320.0,         -1.0 / 3628800.0,
+  constexpr double C[] = {1.0 / 24.0,        -1.0 / 720.0,         1.0 / 40320.0,         -1.0 / 3628800.0,
                           1.0 / 479001600.0, -1.0 / 87178291200.0, 1.0 / 20922789888000.0};
   for (int k = 0; k < kLanes; ++k) {
     const double shifted = x[k] * kTwoOverPi + kRound;
     const double n = shifted - kRound;  // the nearest whole number
     const double r = ((x[k] - n * kPart1) - n * kPart2) - n * kPart3, z = r * r;
     const double z2 = z * z, z4 = z2 * z2;
-    // The sums in pairs (Estrin), which need not wait for each other: S = (sin r - r) / r^3, C = (cos r - 1 + z/2) / z^2
-    const double S_low = (S[0] + S[1] * z) + (S[2] + S[3] * z) * z2, S_high = (S[4] + S[5] * z) + (S[6] + S[7] * z) * z2;
+    // The sums in pairs (Estrin), which need not wait for each other: S = (sin r - r) / r^3, C = (cos r - 1 + z/2) /
+    // z^2
+    const double S_low = (S[0] + S[1] * z) + (S[2] + S[3] * z) * z2,
+                 S_high = (S[4] + S[5] * z) + (S[6] + S[7] * z) * z2;
     const double C_low = (C[0] + C[1] * z) + (C[2] + C[3] * z) * z2, C_high = (C[4] + C[5] * z) + C[6] * z2;
     const double s = r + (r * z) * (S_low + S_high * z4);
     const double c = (1.0 - 0.5 * z) + z2 * (C_low + C_high * z4);

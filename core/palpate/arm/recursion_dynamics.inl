@@ -2,24 +2,22 @@
 
 namespace {
 
-/// First moment and inertia about the world's origin: of each link, or of a link and all that it carries.
+/// Centre of mass of each link and its inertia about it, in world axes; after about_origin() the first moment and the
+/// inertia about the base's origin.
 struct alignas(64) Inertias {
-  Lanes h[3], I[6];
+  Lanes c[3], I[6];
 };
 
-/// Inertia of every link in world axes about the base's origin.
+/// Centre of mass and inertia of every link.
 PALPATE_TARGET inline void inertias(const ChainLanes& c, const ChainState& s, Inertias& b) noexcept {
   for (int k = 0; k < kLanes; ++k) {
     const double xx = s.R[0][k], xy = s.R[1][k], xz = s.R[2][k];
     const double yx = s.R[3][k], yy = s.R[4][k], yz = s.R[5][k];
     const double zx = s.R[6][k], zy = s.R[7][k], zz = s.R[8][k];
-    const double m = c.m[k];
-    const double cx = xx * c.c[0][k] + yx * c.c[1][k] + zx * c.c[2][k] + s.p[0][k];
-    const double cy = xy * c.c[0][k] + yy * c.c[1][k] + zy * c.c[2][k] + s.p[1][k];
-    const double cz = xz * c.c[0][k] + yz * c.c[1][k] + zz * c.c[2][k] + s.p[2][k];
-    const double hx = m * cx, hy = m * cy, hz = m * cz;
-    b.h[0][k] = hx, b.h[1][k] = hy, b.h[2][k] = hz;
-    // R I, then (R I) R^T and the parallel axes
+    b.c[0][k] = xx * c.c[0][k] + yx * c.c[1][k] + zx * c.c[2][k] + s.p[0][k];
+    b.c[1][k] = xy * c.c[0][k] + yy * c.c[1][k] + zy * c.c[2][k] + s.p[1][k];
+    b.c[2][k] = xz * c.c[0][k] + yz * c.c[1][k] + zz * c.c[2][k] + s.p[2][k];
+    // R I, then (R I) R^T
     const double ax = xx * c.I[0][k] + yx * c.I[1][k] + zx * c.I[3][k];
     const double ay = xx * c.I[1][k] + yx * c.I[2][k] + zx * c.I[4][k];
     const double az = xx * c.I[3][k] + yx * c.I[4][k] + zx * c.I[5][k];
@@ -29,12 +27,12 @@ PALPATE_TARGET inline void inertias(const ChainLanes& c, const ChainState& s, In
     const double dx = xz * c.I[0][k] + yz * c.I[1][k] + zz * c.I[3][k];
     const double dy = xz * c.I[1][k] + yz * c.I[2][k] + zz * c.I[4][k];
     const double dz = xz * c.I[3][k] + yz * c.I[4][k] + zz * c.I[5][k];
-    b.I[0][k] = ax * xx + ay * yx + az * zx + (hy * cy + hz * cz);
-    b.I[1][k] = ax * xy + ay * yy + az * zy - hx * cy;
-    b.I[2][k] = bx * xy + by * yy + bz * zy + (hx * cx + hz * cz);
-    b.I[3][k] = ax * xz + ay * yz + az * zz - hx * cz;
-    b.I[4][k] = bx * xz + by * yz + bz * zz - hy * cz;
-    b.I[5][k] = dx * xz + dy * yz + dz * zz + (hx * cx + hy * cy);
+    b.I[0][k] = ax * xx + ay * yx + az * zx;
+    b.I[1][k] = ax * xy + ay * yy + az * zy;
+    b.I[2][k] = bx * xy + by * yy + bz * zy;
+    b.I[3][k] = ax * xz + ay * yz + az * zz;
+    b.I[4][k] = bx * xz + by * yz + bz * zz;
+    b.I[5][k] = dx * xz + dy * yz + dz * zz;
   }
 }
 
@@ -92,33 +90,50 @@ PALPATE_TARGET inline void motion(const ChainLanes& c, const Lanes& v, const Lan
   }
 }
 
-/// Newton and Euler: F = I A + V x* I V of every link about the origin, summed from the tip; tau = J . F.
-PALPATE_TARGET inline void newton_euler(const ChainLanes& c, const Inertias& b, ChainState& s) noexcept {
+/// Newton and Euler: force m a and torque I u + w x I w of every link at its centre of mass, summed from the tip about
+/// the origin; tau = J . F.
+PALPATE_TARGET inline void newton_euler(const ChainLanes& chain, const Inertias& b, ChainState& s) noexcept {
   alignas(64) double F[6][kLanes];
   for (int k = 0; k < kLanes; ++k) {
-    const double vx = s.V[0][k], vy = s.V[1][k], vz = s.V[2][k], wx = s.V[3][k], wy = s.V[4][k], wz = s.V[5][k];
-    const double ax = s.A[0][k], ay = s.A[1][k], az = s.A[2][k], ux = s.A[3][k], uy = s.A[4][k], uz = s.A[5][k];
-    const double m = c.m[k], hx = b.h[0][k], hy = b.h[1][k], hz = b.h[2][k];
-    const double px = m * vx + (wy * hz - wz * hy);  // momentum
-    const double py = m * vy + (wz * hx - wx * hz);
-    const double pz = m * vz + (wx * hy - wy * hx);
-    const double lx = b.I[0][k] * wx + b.I[1][k] * wy + b.I[3][k] * wz + (hy * vz - hz * vy);
-    const double ly = b.I[1][k] * wx + b.I[2][k] * wy + b.I[4][k] * wz + (hz * vx - hx * vz);
-    const double lz = b.I[3][k] * wx + b.I[4][k] * wy + b.I[5][k] * wz + (hx * vy - hy * vx);
-    F[0][k] = m * ax + (uy * hz - uz * hy) + (wy * pz - wz * py);
-    F[1][k] = m * ay + (uz * hx - ux * hz) + (wz * px - wx * pz);
-    F[2][k] = m * az + (ux * hy - uy * hx) + (wx * py - wy * px);
-    F[3][k] = b.I[0][k] * ux + b.I[1][k] * uy + b.I[3][k] * uz + (hy * az - hz * ay) + (wy * lz - wz * ly) +
-              (vy * pz - vz * py);
-    F[4][k] = b.I[1][k] * ux + b.I[2][k] * uy + b.I[4][k] * uz + (hz * ax - hx * az) + (wz * lx - wx * lz) +
-              (vz * px - vx * pz);
-    F[5][k] = b.I[3][k] * ux + b.I[4][k] * uy + b.I[5][k] * uz + (hx * ay - hy * ax) + (wx * ly - wy * lx) +
-              (vx * py - vy * px);
+    const double wx = s.V[3][k], wy = s.V[4][k], wz = s.V[5][k], ux = s.A[3][k], uy = s.A[4][k], uz = s.A[5][k];
+    const double cx = b.c[0][k], cy = b.c[1][k], cz = b.c[2][k], m = chain.m[k];
+    const double vx = s.V[0][k] + (wy * cz - wz * cy);
+    const double vy = s.V[1][k] + (wz * cx - wx * cz);
+    const double vz = s.V[2][k] + (wx * cy - wy * cx);
+    const double fx = m * (s.A[0][k] + (uy * cz - uz * cy) + (wy * vz - wz * vy));
+    const double fy = m * (s.A[1][k] + (uz * cx - ux * cz) + (wz * vx - wx * vz));
+    const double fz = m * (s.A[2][k] + (ux * cy - uy * cx) + (wx * vy - wy * vx));
+    const double lx = b.I[0][k] * wx + b.I[1][k] * wy + b.I[3][k] * wz;
+    const double ly = b.I[1][k] * wx + b.I[2][k] * wy + b.I[4][k] * wz;
+    const double lz = b.I[3][k] * wx + b.I[4][k] * wy + b.I[5][k] * wz;
+    F[0][k] = fx;
+    F[1][k] = fy;
+    F[2][k] = fz;
+    F[3][k] = b.I[0][k] * ux + b.I[1][k] * uy + b.I[3][k] * uz + (wy * lz - wz * ly) + (cy * fz - cz * fy);
+    F[4][k] = b.I[1][k] * ux + b.I[2][k] * uy + b.I[4][k] * uz + (wz * lx - wx * lz) + (cz * fx - cx * fz);
+    F[5][k] = b.I[3][k] * ux + b.I[4][k] * uy + b.I[5][k] * uz + (wx * ly - wy * lx) + (cx * fy - cy * fx);
   }
   for (auto& x : F) sum_backward(x);
   for (int k = 0; k < kLanes; ++k) {
     s.bias[k] = s.Jv[0][k] * F[0][k] + s.Jv[1][k] * F[1][k] + s.Jv[2][k] * F[2][k] + s.Jw[0][k] * F[3][k] +
                 s.Jw[1][k] * F[4][k] + s.Jw[2][k] * F[5][k];
+  }
+}
+
+/// First moment and inertia about the base's origin, by the theorem of parallel axes.
+PALPATE_TARGET inline void about_origin(const ChainLanes& chain, Inertias& b) noexcept {
+  for (int k = 0; k < kLanes; ++k) {
+    const double cx = b.c[0][k], cy = b.c[1][k], cz = b.c[2][k], m = chain.m[k];
+    const double hx = m * cx, hy = m * cy, hz = m * cz;
+    b.c[0][k] = hx;
+    b.c[1][k] = hy;
+    b.c[2][k] = hz;
+    b.I[0][k] += hy * cy + hz * cz;
+    b.I[1][k] -= hx * cy;
+    b.I[2][k] += hx * cx + hz * cz;
+    b.I[3][k] -= hx * cz;
+    b.I[4][k] -= hy * cz;
+    b.I[5][k] += hx * cx + hy * cy;
   }
 }
 
@@ -160,12 +175,13 @@ PALPATE_TARGET inline void carry(const TipBody& body, const ChainState& s, doubl
 
 /// M and G from the inertia of each link and all that it carries: M_ki = J_i . (I_k J_k) for i <= k.
 PALPATE_TARGET inline void composite(const ChainLanes& c, const TipBody& body, Inertias& b, ChainState& s) noexcept {
-  for (auto& x : b.h) sum_backward(x);
+  about_origin(c, b);
+  for (auto& x : b.c) sum_backward(x);
   for (auto& x : b.I) sum_backward(x);
   alignas(64) double P[6][kLanes];  // momentum of a unit velocity of each joint
   for (int k = 0; k < kLanes; ++k) {
     const double vx = s.Jv[0][k], vy = s.Jv[1][k], vz = s.Jv[2][k], wx = s.Jw[0][k], wy = s.Jw[1][k], wz = s.Jw[2][k];
-    const double m = c.m_carried[k], hx = b.h[0][k], hy = b.h[1][k], hz = b.h[2][k];
+    const double m = c.m_carried[k], hx = b.c[0][k], hy = b.c[1][k], hz = b.c[2][k];
     P[0][k] = m * vx + (wy * hz - wz * hy);
     P[1][k] = m * vy + (wz * hx - wx * hz);
     P[2][k] = m * vz + (wx * hy - wy * hx);

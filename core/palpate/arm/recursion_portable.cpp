@@ -19,9 +19,7 @@ constexpr bool kAvx2 = false, kAvx512 = false;
 const auto chain_kinematics = kAvx512 ? avx512::chain_kinematics
                               : kAvx2 ? avx2::chain_kinematics
                                       : portable::chain_kinematics;
-const auto chain_dynamics = kAvx512 ? avx512::chain_dynamics
-                            : kAvx2 ? avx2::chain_dynamics
-                                    : portable::chain_dynamics;
+const auto chain_dynamics = kAvx512 ? avx512::chain_dynamics : kAvx2 ? avx2::chain_dynamics : portable::chain_dynamics;
 
 }  // namespace
 

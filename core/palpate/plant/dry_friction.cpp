@@ -13,8 +13,8 @@ constexpr int kPivots = 60;
 constexpr double kTolerance = 1e-14;  // of velocities and impulses: rounding, not physics
 
 /// A^-1 right for a positive definite A of n rows, of which only the upper triangle is read; all of A is overwritten.
-/// Elimination without fractions: each step multiplies the rest by the pivot and divides it by the pivot before, so that
-/// no step waits for a division. The pivots are the leading minors of A.
+/// Elimination without fractions: each step multiplies the rest by the pivot and divides it by the pivot before, so
+/// that no step waits for a division. The pivots are the leading minors of A.
 PALPATE_INLINE Pack solve_in_lanes(int n, Lanes (&A)[kLanes], const Pack& right) noexcept {
   Pack b = right;
   double inverse[kLanes] = {}, y[kLanes] = {}, x[kLanes], before = 1.0;
@@ -58,8 +58,8 @@ PALPATE_INLINE Pack multiply(const Lanes (&A)[kLanes], const Lanes& x) noexcept 
 }  // namespace
 
 /// v <- the solution of A v = b + (lo or hi) over the moving joints, whose direction is not 0; v = 0 for all others.
-PALPATE_AVX2_TOO void solve_moving_joints(int n, const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo, const Lanes& hi,
-                                          const Lanes& direction, Lanes& v) noexcept {
+PALPATE_AVX2_TOO void solve_moving_joints(int n, const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo,
+                                          const Lanes& hi, const Lanes& direction, Lanes& v) noexcept {
   const Pack zero = {}, way = load(direction), moves = way * way, one = constant(1.0);
   alignas(64) Lanes moving, A_moving[kLanes];  // a joint that sticks becomes an equation of its own: 1 v = 0
   store(moves, moving);
@@ -77,8 +77,8 @@ PALPATE_AVX2_TOO void stop_at_ends(const Lanes& lo, const Lanes& hi, Lanes& dire
   store(where_at_most(impulse, most, way, zero), direction);
 }
 
-/// Directions of n joints that suit v and the impulses better, where those are not as required. Returns false if nothing
-/// changes.
+/// Directions of n joints that suit v and the impulses better, where those are not as required. Returns false if
+/// nothing changes.
 PALPATE_AVX2_TOO bool next_directions(int n, const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo, const Lanes& hi,
                                       const Lanes& v, const Lanes& direction, Lanes& next) noexcept {
   const Pack way = load(direction), zero = {}, one = constant(1.0), slack = constant(kTolerance);

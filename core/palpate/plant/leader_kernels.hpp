@@ -38,8 +38,8 @@ void sum_loads(const arm::LaneDynamics& d, const LeaderJoints& joints, double dt
                const Lanes& tau_elastic, const Lanes& q_mid, const Lanes& v, LeaderLoads& loads,
                HandleLanes& V) noexcept;
 
-/// Displacement and rotation vector from the handle to the pose (p, columns of R). Half the sum of the cross products of
-/// both poses' axes is the axis of the rotation times its sine. Returns false if the rotation is too large for the
+/// Displacement and rotation vector from the handle to the pose (p, columns of R). Half the sum of the cross products
+/// of both poses' axes is the axis of the rotation times its sine. Returns false if the rotation is too large for the
 /// series of the arc sine; the rotation vector is then invalid.
 [[nodiscard]] bool pose_error(const arm::LaneDynamics& d, const double (&p)[3], const double (&R)[9],
                               HandleLanes& error) noexcept;

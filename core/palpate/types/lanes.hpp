@@ -8,8 +8,14 @@ inline constexpr int kLanes = 8;
 using Lanes = double[kLanes];
 
 /// Rows of the identity.
-alignas(64) inline constexpr Lanes kUnit[kLanes] = {{1}, {0, 1}, {0, 0, 1}, {0, 0, 0, 1}, {0, 0, 0, 0, 1},
-                                                    {0, 0, 0, 0, 0, 1}, {0, 0, 0, 0, 0, 0, 1}, {0, 0, 0, 0, 0, 0, 0, 1}};
+alignas(64) inline constexpr Lanes kUnit[kLanes] = {{1},
+                                                    {0, 1},
+                                                    {0, 0, 1},
+                                                    {0, 0, 0, 1},
+                                                    {0, 0, 0, 0, 1},
+                                                    {0, 0, 0, 0, 0, 1},
+                                                    {0, 0, 0, 0, 0, 0, 1},
+                                                    {0, 0, 0, 0, 0, 0, 0, 1}};
 
 }  // namespace palpate
 
