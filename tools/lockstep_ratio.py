@@ -86,11 +86,10 @@ def build(root: Path) -> None:
 @contextlib.contextmanager
 def worktree(commit: str, patch: Path | None) -> Iterator[Path]:
     """A temporary checkout of the commit, with the patch applied."""
+    git = ["git", "-C", str(ROOT), "worktree"]
     with tempfile.TemporaryDirectory(prefix="lockstep-") as temporary:
         root = Path(temporary) / "palpate"
-        subprocess.run(
-            ["git", "-C", str(ROOT), "worktree", "add", "--quiet", "--detach", str(root), commit], check=True
-        )
+        subprocess.run([*git, "add", "--quiet", "--detach", str(root), commit], check=True)
         try:
             if patch is not None:
                 subprocess.run(["git", "-C", str(root), "apply", str(patch.resolve())], check=True)

@@ -1,7 +1,8 @@
 // Kinematics and dynamics of a serial chain in one pass. All numbers of one kind stand side by side, one "lane" per
 // joint, so that the work of all links is done with vector instructions. World axes throughout; spatial quantities
-// refer to the point at the base's origin. recursion_portable.cpp chooses between the portable and the AVX2 build of
-// the same code. Both execute the same operations in the same order and return the same bits (tests/arm holds this).
+// refer to the point at the base's origin. recursion_portable.cpp chooses between the builds for every machine,
+// AVX2 and AVX-512 of the same code. All execute the same operations in the same order and return the same bits
+// (tests/arm holds this).
 #pragma once
 
 #include <cstddef>
