@@ -111,23 +111,26 @@ void bind_ik(nb::module_& m) {
               "Damping of the last step; large near singularities and out of reach."_doc);
 }
 
-/// Everything that one build of the recursion computes, as bytes, for tests that compare the two.
+/// Everything that one build of the recursion computes, as bytes, for tests that compare them.
 nb::bytes recursion_by_kernel(const std::string& xml, const std::string& base_frame, const std::string& tip_frame,
                               const VectorArg& q, const VectorArg& v, const std::string& kernel) {
-  if (kernel != "avx2" && kernel != "portable") throw nb::value_error("kernel must be 'avx2' or 'portable'");
+  const std::map<std::string, decltype(&arm::portable::chain_dynamics)> kernels = {
+      {"avx512", &arm::avx512::chain_dynamics},
+      {"avx2", &arm::avx2::chain_dynamics},
+      {"portable", &arm::portable::chain_dynamics}};
+  if (!kernels.contains(kernel)) throw nb::value_error("kernel must be 'avx512', 'avx2' or 'portable'");
   const arm::ChainLanes chain = arm::chain_lanes(xml, base_frame, tip_frame);
   alignas(64) Lanes q_lanes, v_lanes;
   pad(joint_vector(q, "q", chain.n), q_lanes);
   pad(joint_vector(v, "v", chain.n), v_lanes);
-  const auto dynamics = kernel == "avx2" ? &arm::avx2::chain_dynamics : &arm::portable::chain_dynamics;
   arm::ChainState state;
-  dynamics(chain, q_lanes, v_lanes, v_lanes, state);
+  kernels.at(kernel)(chain, q_lanes, v_lanes, v_lanes, {0.2, 3e-4}, state);
   return nb::bytes(&state, sizeof state);
 }
 
 void bind_kernels(nb::module_& m) {
   m.def("recursion_by_kernel", &recursion_by_kernel, "xml"_a, "base_frame"_a, "tip_frame"_a, "q"_a, "v"_a, "kernel"_a,
-        "All results of the recursion at (q, v, a = v) as bytes, by the build 'avx2' or 'portable' (tests).");
+        "All results of the recursion at (q, v, a = v) as bytes, by the build 'avx512', 'avx2' or 'portable' (tests).");
 }
 
 /// Construction, joints, links and limits.

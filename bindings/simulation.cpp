@@ -226,7 +226,8 @@ void bind_running(nb::module_& m) {
       .def(
           "at",
           [](const HandPath& self, double t) {
-            const HandPath::Point point = self.at(t);
+            HandPath::Cursor cursor;
+            const HandPath::Point point = self.at(t, cursor);
             return std::make_tuple(point.p, point.v, point.gripper);
           },
           "t"_a, "(position (3,) [m], velocity (3,) [m/s], gripper angle [rad]) at t [s].");

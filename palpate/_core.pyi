@@ -2645,7 +2645,7 @@ def recursion_by_kernel(
     kernel: str,
 ) -> bytes:
     """
-    All results of the recursion at (q, v, a = v) as bytes, by the build 'avx2' or 'portable' (tests).
+    All results of the recursion at (q, v, a = v) as bytes, by the build 'avx512', 'avx2' or 'portable' (tests).
     """
 
 class IkOptions:

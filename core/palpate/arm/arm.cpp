@@ -1,5 +1,6 @@
 #include "palpate/arm/arm.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -13,9 +14,12 @@ namespace {
 /// 2018).
 bool consistent(const Eigen::Matrix<double, 10, 1>& pi) {
   const double trace = 0.5 * (pi[4] + pi[6] + pi[9]);
-  double J[4][4] = {
-      {trace - pi[4]}, {-pi[5], trace - pi[6]}, {-pi[7], -pi[8], trace - pi[9]}, {pi[1], pi[2], pi[3], pi[0]}};
-  return cholesky(J);
+  double J[4][4] = {{trace - pi[4], -pi[5], -pi[7], pi[1]},
+                    {0.0, trace - pi[6], -pi[8], pi[2]},
+                    {0.0, 0.0, trace - pi[9], pi[3]},
+                    {0.0, 0.0, 0.0, pi[0]}};
+  double x[4] = {};
+  return solve_positive(J, x);
 }
 
 }  // namespace
@@ -35,13 +39,16 @@ Arm Arm::from_urdf(const std::string& xml, const std::string& base_frame, const 
 Arm::Arm(const Arm& other)
     : mechanism_(other.mechanism_->clone()),
       spring_(other.spring_),
+      along_{},
       identified_(other.identified_),
       regressor_(other.regressor_),
       zero_(other.zero_),
       result_(other.result_),
       v_(other.v_),
       state_(other.state_),
-      work_(other.work_) {}
+      work_(other.work_) {
+  std::copy_n(other.along_, kLanes, along_);
+}
 
 Arm& Arm::operator=(const Arm& other) {
   if (this != &other) *this = Arm(other);
@@ -82,6 +89,21 @@ JointVector Arm::elastic(const JointVector& q) noexcept {
   return -spring_.torque * std::cos(spring_.along.dot(q)) * spring_.along;
 }
 
+void Arm::elastic(const JointVector& q, Lanes& tau) noexcept {
+  if (identified_) return pad(elastic(q), tau);
+  if (spring_.torque == 0.0) {
+    std::fill_n(tau, kLanes, 0.0);
+    return;
+  }
+  double even = 0.0, odd = 0.0;
+  for (int k = 0; k < kLanes; k += 2) {
+    even += along_[k] * lanes(q)[k];
+    odd += along_[k + 1] * lanes(q)[k + 1];
+  }
+  const double scale = -spring_.torque * std::cos(even + odd);
+  for (int k = 0; k < kLanes; ++k) tau[k] = scale * along_[k];
+}
+
 JointVector Arm::holding(const JointVector& q) noexcept {
   if (identified_) return identified_->holding(q, gravity_regressor(q));
   return gravity(q) + elastic(q);
@@ -116,6 +138,7 @@ void Arm::set_counterbalance(const Counterbalance& spring) {
                              " N m and " + std::to_string(spring.along.size()) + " numbers");
   }
   spring_ = spring;
+  pad(spring.along, along_);
 }
 
 const JointVector& Arm::inverse_dynamics(const JointVector& q, const JointVector& v, const JointVector& a) noexcept {

@@ -62,10 +62,11 @@ class Arm {
   void update(const JointVector& q, const JointVector& v) noexcept;
   /// Kinematics and dynamics at q, v in one pass: fills tip(), jacobian(), twist() and state().
   const Dynamics& dynamics(const JointVector& q, const JointVector& v) noexcept;
-  /// The same for a plant, in `work` or in a place of the arm that the next call of any function overwrites. It does
-  /// not change tip(), jacobian(), twist() and state().
-  const LaneDynamics& lane_dynamics(const JointVector& q, const JointVector& v, LaneDynamics& work) noexcept {
-    return mechanism_->lane_dynamics(q, v, work);
+  /// The same for a plant with a body at its tip, in `work` or in a place of the arm that the next call of any function
+  /// overwrites. It does not change tip(), jacobian(), twist() and state().
+  const LaneDynamics& lane_dynamics(const JointVector& q, const JointVector& v, const TipBody& body,
+                                    LaneDynamics& work) noexcept {
+    return mechanism_->lane_dynamics(q, v, body, work);
   }
   [[nodiscard]] const Pose& tip() const noexcept { return state_.X_0T; }        ///< X_0T, base to tip
   [[nodiscard]] const Jacobian& jacobian() const noexcept { return state_.J; }  ///< at the tip, in base axes
@@ -83,6 +84,8 @@ class Arm {
   [[nodiscard]] JointVector holding(const JointVector& q, const JointVector& G) noexcept;
   /// Torque of springs and cables: holding(q) - gravity(q).
   [[nodiscard]] JointVector elastic(const JointVector& q) noexcept;
+  /// The same over all lanes, zero beyond the last joint, as q must be.
+  void elastic(const JointVector& q, Lanes& tau) noexcept;
   /// tau = M a + C v + G.
   [[nodiscard]] const JointVector& inverse_dynamics(const JointVector& q, const JointVector& v,
                                                     const JointVector& a) noexcept;
@@ -136,6 +139,7 @@ class Arm {
 
   std::unique_ptr<Mechanism> mechanism_;
   Counterbalance spring_;
+  Lanes along_{};  ///< spring_.along
   std::optional<GravityModel> identified_;
   GravityRegressor regressor_;
   JointVector zero_, result_, v_;

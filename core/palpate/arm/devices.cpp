@@ -18,19 +18,25 @@ constexpr Kind kKinds[] = {{"delta", &make_delta}};
 
 }  // namespace
 
-const LaneDynamics& Mechanism::lane_dynamics(const JointVector& q, const JointVector& v, LaneDynamics& out) noexcept {
+const LaneDynamics& Mechanism::lane_dynamics(const JointVector& q, const JointVector& v, const TipBody& body,
+                                             LaneDynamics& out) noexcept {
   Dynamics d;
   dynamics(q, v, d);
   for (Eigen::Index k = 0; k < d.bias.size(); ++k) {
-    for (Eigen::Index i = 0; i < d.bias.size(); ++i) out.M[k][i] = d.M(k, i);
+    for (Eigen::Index i = 0; i < d.bias.size(); ++i) {
+      const auto J_k = d.J.col(k), J_i = d.J.col(i);
+      out.M[k][i] =
+          d.M(k, i) + body.mass * J_k.head<3>().dot(J_i.head<3>()) + body.inertia * J_k.tail<3>().dot(J_i.tail<3>());
+    }
     for (int r = 0; r < 6; ++r) out.J[r][k] = d.J(r, k);
     out.bias[k] = d.bias[k];
   }
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) out.tip[j][i] = d.X_0T.R(i, j);
     out.tip[3][i] = d.X_0T.p[i];
+    out.Jdot_v[i] = d.Jdot_v[i];
+    out.Jdot_v[4 + i] = d.Jdot_v[3 + i];
   }
-  std::copy_n(d.Jdot_v.data(), 6, out.Jdot_v);
   return out;
 }
 

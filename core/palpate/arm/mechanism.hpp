@@ -57,8 +57,10 @@ class Mechanism {
   virtual void kinematics(const JointVector& q, Pose& X_0T, Jacobian& J) noexcept = 0;
   /// Kinematics and dynamics at (q, v).
   virtual void dynamics(const JointVector& q, const JointVector& v, Dynamics& d) noexcept = 0;
-  /// The same for a plant: in `work`, or in a place of the mechanism that the next call of any function overwrites.
-  virtual const LaneDynamics& lane_dynamics(const JointVector& q, const JointVector& v, LaneDynamics& work) noexcept;
+  /// The same for a plant that carries a body at its tip: in `work`, or in a place of the mechanism that the next call
+  /// of any function overwrites.
+  virtual const LaneDynamics& lane_dynamics(const JointVector& q, const JointVector& v, const TipBody& body,
+                                            LaneDynamics& work) noexcept;
   /// Potential energy P(q) of the masses [J]; Dynamics::G is its gradient.
   [[nodiscard]] virtual double potential_energy(const JointVector& q) noexcept = 0;
   /// Gravity's acceleration in base axes [m/s^2].

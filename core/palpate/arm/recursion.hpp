@@ -1,7 +1,8 @@
 // Kinematics and dynamics of a serial chain in one pass. All numbers of one kind stand side by side, one "lane" per
 // joint, so that the work of all links is done with vector instructions. World axes throughout; spatial quantities
-// refer to the point at the base's origin. recursion_portable.cpp chooses between the portable and the AVX2 build of
-// the same code. Both execute the same operations in the same order and return the same bits (tests/arm holds this).
+// refer to the point at the base's origin. recursion_portable.cpp chooses between the builds for every machine,
+// AVX2 and AVX-512 of the same code. All execute the same operations in the same order and return the same bits
+// (tests/arm holds this).
 #pragma once
 
 #include <cstddef>
@@ -18,6 +19,7 @@ using LaneMask = std::int64_t[kLanes];  ///< all bits set, or none
 /// are zero.
 struct alignas(64) ChainLanes {
   Lanes m{}, c[3]{};     ///< mass [kg]; centre of mass in the link's axes [m]
+  Lanes m_carried{};     ///< mass of the link and of all links after it [kg]
   Lanes I[6]{};          ///< inertia about the centre of mass in the link's axes: xx, xy, yy, xz, yz, zz [kg m^2]
   Lanes R[9]{}, p[3]{};  ///< pose in the previous link at q = 0: columns of R one after the other, origin [m]
   Lanes turns{},
@@ -40,16 +42,24 @@ struct alignas(64) ChainState : LaneDynamics {
 
 /// Poses and Jacobian at q. Numbers beyond n are ignored.
 void kinematics(const ChainLanes& c, const Lanes& q, ChainState& s) noexcept;
-/// Poses, Jacobian and dynamics at (q, v, a). Numbers beyond n are ignored.
-void dynamics(const ChainLanes& c, const Lanes& q, const Lanes& v, const Lanes& a, ChainState& s) noexcept;
+/// Poses, Jacobian and dynamics at (q, v, a), with a body at the tip. Numbers beyond n are ignored.
+void dynamics(const ChainLanes& c, const Lanes& q, const Lanes& v, const Lanes& a, const TipBody& body,
+              ChainState& s) noexcept;
 
 namespace portable {
 void chain_kinematics(const ChainLanes& c, const Lanes& q, ChainState& s) noexcept;
-void chain_dynamics(const ChainLanes& c, const Lanes& q, const Lanes& v, const Lanes& a, ChainState& s) noexcept;
+void chain_dynamics(const ChainLanes& c, const Lanes& q, const Lanes& v, const Lanes& a, const TipBody& body,
+                    ChainState& s) noexcept;
 }  // namespace portable
 namespace avx2 {
 void chain_kinematics(const ChainLanes& c, const Lanes& q, ChainState& s) noexcept;
-void chain_dynamics(const ChainLanes& c, const Lanes& q, const Lanes& v, const Lanes& a, ChainState& s) noexcept;
+void chain_dynamics(const ChainLanes& c, const Lanes& q, const Lanes& v, const Lanes& a, const TipBody& body,
+                    ChainState& s) noexcept;
 }  // namespace avx2
+namespace avx512 {
+void chain_kinematics(const ChainLanes& c, const Lanes& q, ChainState& s) noexcept;
+void chain_dynamics(const ChainLanes& c, const Lanes& q, const Lanes& v, const Lanes& a, const TipBody& body,
+                    ChainState& s) noexcept;
+}  // namespace avx512
 
 }  // namespace palpate::arm

@@ -81,7 +81,7 @@ class Serial final : public Mechanism {
   }
 
   void dynamics(const JointVector& q, const JointVector& v, Dynamics& d) noexcept override {
-    arm::dynamics(lanes_, lanes(q), lanes(v), zero_, now_);
+    arm::dynamics(lanes_, lanes(q), lanes(v), zero_, {}, now_);
     tip(d.X_0T, d.J);
     const int n = lanes_.n;
     d.M.resize(n, n);
@@ -93,18 +93,19 @@ class Serial final : public Mechanism {
       d.bias[k] = now_.bias[k];
       d.G[k] = now_.G[k];
     }
-    std::copy_n(now_.Jdot_v, 6, d.Jdot_v.data());
+    std::copy_n(now_.Jdot_v, 3, d.Jdot_v.data());
+    std::copy_n(now_.Jdot_v + 4, 3, d.Jdot_v.data() + 3);
   }
 
-  const LaneDynamics& lane_dynamics(const JointVector& q, const JointVector& v,
+  const LaneDynamics& lane_dynamics(const JointVector& q, const JointVector& v, const TipBody& body,
                                     LaneDynamics& /*work*/) noexcept override {
-    arm::dynamics(lanes_, lanes(q), lanes(v), zero_, now_);
+    arm::dynamics(lanes_, lanes(q), lanes(v), zero_, body, now_);
     return now_;
   }
 
   void inverse_dynamics(const JointVector& q, const JointVector& v, const JointVector& a, Dynamics& /*work*/,
                         JointVector& tau) noexcept override {
-    arm::dynamics(lanes_, lanes(q), lanes(v), lanes(a), now_);
+    arm::dynamics(lanes_, lanes(q), lanes(v), lanes(a), {}, now_);
     tau.resize(lanes_.n);
     for (int k = 0; k < lanes_.n; ++k) tau[k] = now_.bias[k];
   }
@@ -162,7 +163,7 @@ class Serial final : public Mechanism {
   /// parameters. They load all joints before the link.
   [[nodiscard]] Eigen::MatrixXd torque_regressor(const JointVector& q, const JointVector& v,
                                                  const JointVector& a) override {
-    arm::dynamics(lanes_, lanes(q), lanes(v), lanes(a), now_);
+    arm::dynamics(lanes_, lanes(q), lanes(v), lanes(a), {}, now_);
     const int n = lanes_.n;
     Eigen::MatrixXd Y = Eigen::MatrixXd::Zero(n, kParameters * n);
     for (int k = 0; k < n; ++k) {
@@ -270,6 +271,8 @@ class Serial final : public Mechanism {
       for (int i = 0; i < 3; ++i) lanes_.c[i][k] = com[i];
       for (int i = 0; i < 6; ++i) lanes_.I[i][k] = six[i];
     }
+    double carried = 0.0;
+    for (int k = lanes_.n - 1; k >= 0; --k) lanes_.m_carried[k] = carried += link(k).mass;
   }
 
   Chain chain_;               ///< its frames refer to the turned axes

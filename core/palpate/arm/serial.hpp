@@ -11,7 +11,7 @@ namespace palpate::arm {
 [[nodiscard]] std::unique_ptr<Mechanism> serial_arm(const std::string& xml, const std::string& base_frame,
                                                     const std::string& tip_frame);
 
-/// Constants of the recursion for this chain, for tests that compare its two builds.
+/// Constants of the recursion for this chain, for tests that compare its builds.
 [[nodiscard]] ChainLanes chain_lanes(const std::string& xml, const std::string& base_frame,
                                      const std::string& tip_frame);
 

@@ -21,6 +21,12 @@ constexpr int kSinusoids = 5;            // number of sinusoids of a tremor
 /// Share of a minimum-jerk motion that is done after the share s of its time.
 double minimum_jerk(double s) noexcept { return s * s * s * (10.0 - 15.0 * s + 6.0 * s * s); }
 
+/// Index of the first time after t; times.size() if there is none. Tries `guess` first.
+std::size_t first_after(const std::vector<double>& times, double t, std::size_t guess) noexcept {
+  if (guess > 0 && guess < times.size() && times[guess - 1] <= t && t < times[guess]) return guess;
+  return static_cast<std::size_t>(std::upper_bound(times.begin(), times.end(), t) - times.begin());
+}
+
 }  // namespace
 
 HandPath::HandPath(std::vector<double> times, std::vector<Vec3> positions_W, std::vector<double> grippers,
@@ -50,46 +56,39 @@ HandPath::HandPath(std::vector<double> times, std::vector<Vec3> positions_W, std
                    std::to_string(times_[i - 1]) + " s)");
     }
   }
-  velocities_.assign(times_.size(), Vec3::Zero());
+  std::vector<Vec3> velocities(times_.size(), Vec3::Zero());
   for (std::size_t i = 1; i + 1 < times_.size(); ++i) {
     const Vec3 a = (positions_[i] - positions_[i - 1]) / (times_[i] - times_[i - 1]);
     const Vec3 b = (positions_[i + 1] - positions_[i]) / (times_[i + 1] - times_[i]);
     if (a.dot(b) > 0.0) {
-      velocities_[i] = 2.0 * a.dot(b) / (a + b).squaredNorm() * (a + b);
+      velocities[i] = 2.0 * a.dot(b) / (a + b).squaredNorm() * (a + b);
     }
+  }
+  for (std::size_t i = 0; i + 1 < times_.size(); ++i) {  // positions and velocities of both ends, zero acceleration
+    const double T = times_[i + 1] - times_[i];
+    const Vec3 whole = positions_[i + 1] - positions_[i], a = T * velocities[i], b = T * velocities[i + 1];
+    quintics_.push_back({positions_[i], a, 10.0 * whole - 6.0 * a - 4.0 * b, -15.0 * whole + 8.0 * a + 7.0 * b,
+                         6.0 * whole - 3.0 * a - 3.0 * b});
   }
 }
 
-HandPath::Point HandPath::at(double t) const noexcept {
-  if (times_.empty()) {
-    return {Vec3::Zero(), Vec3::Zero(), pinch(t)};
-  }
-  const auto after = static_cast<std::size_t>(std::upper_bound(times_.begin(), times_.end(), t) - times_.begin());
-  if (after == 0 || after == times_.size()) {
-    const std::size_t i = after == 0 ? 0 : after - 1;
-    return {positions_[i], Vec3::Zero(), pinch(t)};
-  }
-  // The quintic with the positions and velocities of both ends and zero acceleration there.
-  const std::size_t i = after - 1;
-  const double T = times_[after] - times_[i];
-  const double s = (t - times_[i]) / T;
-  const double s2 = s * s, s3 = s2 * s, s4 = s2 * s2;
-  const double way = minimum_jerk(s);
-  const double way_rate = 30.0 * s2 * (1.0 - s) * (1.0 - s) / T;
-  const Vec3 whole = positions_[after] - positions_[i];
-  const Vec3 &v0 = velocities_[i], &v1 = velocities_[after];
-  const Vec3 p = positions_[i] + way * whole + T * (s - s3 * (6.0 - 8.0 * s + 3.0 * s2)) * v0 -
-                 T * s3 * (4.0 - 7.0 * s + 3.0 * s2) * v1;
-  const Vec3 v =
-      way_rate * whole + (1.0 - 18.0 * s2 + 32.0 * s3 - 15.0 * s4) * v0 - (12.0 * s2 - 28.0 * s3 + 15.0 * s4) * v1;
-  return {p, v, pinch(t)};
+HandPath::Point HandPath::at(double t, Cursor& cursor) const noexcept {
+  const double gripper = pinch(t, cursor.grip);
+  if (times_.empty()) return {Vec3::Zero(), Vec3::Zero(), gripper};
+  const std::size_t after = cursor.point = first_after(times_, t, cursor.point);
+  if (after == 0) return {positions_.front(), Vec3::Zero(), gripper};
+  if (after == times_.size()) return {positions_.back(), Vec3::Zero(), gripper};
+  const double per_time = 1.0 / (times_[after] - times_[after - 1]), s = (t - times_[after - 1]) * per_time;
+  const double s2 = s * s, s3 = s2 * s, s4 = s2 * s2, s5 = s3 * s2;
+  const Quintic& c = quintics_[after - 1];
+  return {c.power0 + s * c.power1 + (s3 * c.power3 + s4 * c.power4 + s5 * c.power5),
+          per_time * (c.power1 + (3.0 * s2) * c.power3 + (4.0 * s3) * c.power4 + (5.0 * s4) * c.power5), gripper};
 }
 
 // The pinch angle at the time t.
-double HandPath::pinch(double t) const noexcept {
+double HandPath::pinch(double t, std::size_t& cursor) const noexcept {
   if (grippers_.empty()) return kOpenHand;
-  const auto after =
-      static_cast<std::size_t>(std::upper_bound(grip_times_.begin(), grip_times_.end(), t) - grip_times_.begin());
+  const std::size_t after = cursor = first_after(grip_times_, t, cursor);
   if (after == 0) return grippers_.front();
   if (after == grip_times_.size()) return grippers_.back();
   const double s = (t - grip_times_[after - 1]) / (grip_times_[after] - grip_times_[after - 1]);
@@ -118,7 +117,7 @@ HandMotion::HandMotion(HandPath path, const Pose& X_WL, double tremor, std::uint
 
 void HandMotion::start(const Pose& X_LH) noexcept {
   target_.X_LH = X_LH;
-  target_.gripper = path_.at(t_).gripper;
+  target_.gripper = path_.at(t_, cursor_).gripper;
   origin_ = X_WL_ * X_LH.p;
   gain_ = 0.0;
 }
@@ -128,12 +127,14 @@ void HandMotion::follow(const mapping::Mapping& mapping, const Vec3& p_offset_W,
   if (mapping.anchor_count() == 0) {
     return;  // the tool does not follow yet, so the hand waits
   }
+  const Vec3 origin = path_.empty() ? origin_ : mapping.hand_position(Vec3::Zero());
+  const double gain = path_.empty() ? gain_ : 1.0 / mapping.options().scale;
+  const Vec3 offset = p_offset_W.allFinite() ? p_offset_W : offset_;
+  if (origin == origin_ && gain == gain_ && offset == offset_ && paused == paused_) return;
   const HandPath::Point before = intended(t);
-  if (!path_.empty()) {
-    origin_ = mapping.hand_position(Vec3::Zero());
-    gain_ = 1.0 / mapping.options().scale;
-  }
-  offset_ = p_offset_W.allFinite() ? p_offset_W : offset_;
+  origin_ = origin;
+  gain_ = gain;
+  offset_ = offset;
   if (paused && !paused_) {
     t_paused_ = t - pause_duration_;
   } else if (paused_ && !paused) {
@@ -154,8 +155,8 @@ void HandMotion::turn(const Mat3& R_WL) noexcept {
   v_glide_ = R_change * v_glide_;
 }
 
-HandPath::Point HandMotion::intended(double t) const noexcept {
-  HandPath::Point point = path_.at(paused_ ? t_paused_ : t - pause_duration_);
+HandPath::Point HandMotion::intended(double t) noexcept {
+  HandPath::Point point = path_.at(paused_ ? t_paused_ : t - pause_duration_, cursor_);
   point.v *= paused_ ? 0.0 : 1.0;
   point.p = origin_ + offset_ + gain_ * point.p;
   point.v *= gain_;

@@ -25,6 +25,11 @@ class HandPath {
     double gripper = 0.0;   ///< pinch angle [rad]
   };
 
+  /// Way points after the last query, where the next query looks first.
+  struct Cursor {
+    std::size_t point = 0, grip = 0;
+  };
+
   HandPath() = default;
   /// times: increasing [s]; positions_W [m]; grippers: pinch angles [rad], or empty for an open hand; grip_times: their
   /// times [s], or empty for those of the positions. The angle moves between them by minimum jerk. Throws
@@ -34,13 +39,18 @@ class HandPath {
 
   [[nodiscard]] bool empty() const noexcept { return times_.empty(); }
   /// The point of the path at the time t [s].
-  [[nodiscard]] Point at(double t) const noexcept;
+  [[nodiscard]] Point at(double t, Cursor& cursor) const noexcept;
 
  private:
-  [[nodiscard]] double pinch(double t) const noexcept;
+  /// Quintic from one way point to the next, in powers of the share of the time that has passed; the second is zero.
+  struct Quintic {
+    Vec3 power0, power1, power3, power4, power5;
+  };
+  [[nodiscard]] double pinch(double t, std::size_t& cursor) const noexcept;
 
   std::vector<double> times_;
-  std::vector<Vec3> positions_, velocities_;
+  std::vector<Vec3> positions_;
+  std::vector<Quintic> quintics_;
   std::vector<double> grippers_, grip_times_;
 };
 
@@ -81,11 +91,12 @@ class HandMotion {
     Vec3 amplitude = Vec3::Zero(), phase = Vec3::Zero();
     double omega = 0.0;
   };
-  [[nodiscard]] HandPath::Point intended(double t) const noexcept;
+  [[nodiscard]] HandPath::Point intended(double t) noexcept;
   /// Moves the offset of a transition towards zero.
   void glide(double dt) noexcept;
 
   HandPath path_;
+  HandPath::Cursor cursor_;
   Pose X_WL_, X_LW_;
   std::vector<Sinusoid> tremor_;
   // p_WH = origin + offset + gain * path: the present inverse map.

@@ -86,11 +86,10 @@ std::size_t Simulation::run(std::size_t n, Tick* rows, const Vec3* hand_W) {
   std::size_t done = 0;
   for (take(false); done < n && !in_.controls.paused; take(false)) {
     if (hand_W != nullptr) hand_.steer(hand_W[done], 1.0 / options_.rate);
-    tick(0.0);
+    rows[done++] = tick(0.0);
     if (cycle_.contact().asynchronous()) {
       cycle_.contact().collide(front_.scene());
     }
-    rows[done++] = tick_;
   }
   hand_.stop_steering();
   return done;
@@ -151,11 +150,11 @@ bool Simulation::wake(const Wake& w) noexcept {
   if (in_.controls.paused) {
     return true;
   }
-  tick(1e-3 * static_cast<double>(w.lateness_ns));
+  const Tick& tick = this->tick(1e-3 * static_cast<double>(w.lateness_ns));
   publish();
-  front_.keep(tick_);
+  front_.keep(tick);
   const auto zero = [](const double (&x)[3]) { return x[0] == 0.0 && x[1] == 0.0 && x[2] == 0.0; };
-  const bool quiet = zero(tick_.F_H_L) && zero(tick_.t_H_L);
+  const bool quiet = zero(tick.F_H_L) && zero(tick.t_H_L);
   return !(w.stopping && quiet && !cycle_.moves());
 }
 
@@ -188,7 +187,7 @@ void Simulation::turn_hand() noexcept {
   hand_.turn(q.isZero() ? options_.X_WL.R : Mat3(Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized()));
 }
 
-void Simulation::tick(double lateness_us) noexcept {
+const Tick& Simulation::tick(double lateness_us) noexcept {
   in_.t = now();
   in_.leader = leader_.measured();
   in_.follower = follower_.measured();
@@ -197,31 +196,32 @@ void Simulation::tick(double lateness_us) noexcept {
 
   const std::int64_t begin = now_ns();
   meet();
-  const CycleOutput& out = cycle_.step(in_);
+  CycleOutput& out = cycle_.step(in_);
   const std::int64_t spent = now_ns() - begin;
   cycle_time_.add(spent);
 
-  tick_ = out.tick;
+  Tick& tick = out.tick;
   const Vec3& F_cell_L = in_.leader.F_cell_L;
   for (int i = 0; i < 3; ++i) {
-    tick_.F_cell_L[i] = F_cell_L[i];
-    tick_.p_hand_L[i] = hand.X_LH.p[i];
-    tick_.F_touch_W[i] = F_touch_W_[i];
+    tick.F_cell_L[i] = F_cell_L[i];
+    tick.p_hand_L[i] = hand.X_LH.p[i];
+    tick.F_touch_W[i] = F_touch_W_[i];
   }
-  tick_.status |= leader_.hand_slipped() ? kHandSlipped : 0u;
-  front_.record(tick_);
-  if (in_world_) on_tool_.record(tick_);
-  tick_.cycle_us = 1e-3 * static_cast<double>(spent);
-  tick_.lateness_us = lateness_us;
-  front_.show(tick_);
-  if (!faulty_ && (tick_.status & (kLeaderStale | kFollowerStale | kNotFinite)) != 0) {
+  tick.status |= leader_.hand_slipped() ? kHandSlipped : 0u;
+  front_.record(tick);
+  if (in_world_) on_tool_.record(tick);
+  tick.cycle_us = 1e-3 * static_cast<double>(spent);
+  tick.lateness_us = lateness_us;
+  front_.show(tick);
+  if (!faulty_ && (tick.status & (kLeaderStale | kFollowerStale | kNotFinite)) != 0) {
     faulty_ = true;
-    fault_.write(tick_);
+    fault_.write(tick);
   }
 
   leader_.command(out.leader);
   follower_.command(out.follower);
   plant();
+  return tick;
 }
 
 // Wrench of the other instruments on the tool. A follower without drives renders it to the hand; a driven follower is

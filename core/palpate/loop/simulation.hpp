@@ -90,7 +90,7 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): a singl
   [[nodiscard]] double now() const noexcept { return static_cast<double>(k_) / options_.rate; }
   void take(bool stopping) noexcept;
   void turn_hand() noexcept;
-  void tick(double lateness_us) noexcept;
+  const Tick& tick(double lateness_us) noexcept;
   void plant() noexcept;
   void meet() noexcept;
   Wrench touch(double t) noexcept;
@@ -108,7 +108,6 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): a singl
   double plant_dt_;
   std::uint64_t k_ = 0;  ///< ticks since the start; t = k / rate does not accumulate rounding errors
   CycleInput in_;
-  Tick tick_{};
   arm::Arm leader_model_, follower_model_;  ///< at the positions that in_world_ has published
   std::unique_ptr<InWorld> in_world_;       ///< null without other instruments
   OnTool on_tool_;                          ///< forces of the other instruments at this tick

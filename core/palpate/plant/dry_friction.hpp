@@ -15,16 +15,14 @@ class DryFriction {
  public:
   /// All of the n joints rest.
   void reset(Eigen::Index n) noexcept;
-  /// Velocity at the end of the step (n,), zero beyond the last joint. Only the upper triangle of A is read. The
-  /// numbers beyond the last joint are ignored.
+  /// Velocity at the end of the step (n,), zero beyond the last joint. A is full and symmetric; A, b, lo and hi are
+  /// zero beyond the last joint, except that lo and hi may be infinite there.
   const JointVector& solve(const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo, const Lanes& hi) noexcept;
 
   /// Result of the last solve().
   [[nodiscard]] const JointVector& v() const noexcept { return v_; }
 
  private:
-  bool correct(const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo, const Lanes& hi, bool one_only) noexcept;
-
   Lanes direction_{};  ///< of each joint's motion: 1, -1, or 0 while it sticks
   JointVector v_;
 };

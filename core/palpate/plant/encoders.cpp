@@ -44,6 +44,22 @@ PALPATE_AVX2_TOO void bound(const Lanes& v_edges, const Lanes& since_edge, const
   store(min(max(load(v_edges), -most), most), v);
 }
 
+/// Moves the encoders from edge to edge, where the counts have changed in this period. Edges lie half-way between
+/// counts; the hardware's clock is fine enough to time the last one within the period.
+PALPATE_AVX2_TOO void Encoders::pass_edges(const Lanes& step, const Lanes& motor, const Lanes& counts, double dt,
+                                           Tracks& track) noexcept {
+  const Pack zero = {}, now = load(counts), moved = now - load(track.counts), half = constant(0.5);
+  const Pack changes = moved * moved, since = load(track.since_edge) + constant(dt), edge_before = load(track.edge);
+  const Pack edge = (now - where_at_most(moved, zero, -half, half)) * load(step);
+  const Pack share = (load(motor) - edge) / (load(motor) - load(track.motor));
+  const Pack after = dt * min(max(share, zero), constant(1.0));
+  const Pack v = (edge - edge_before) / max(since - after, constant(1e-9));
+  store(where_at_most(changes, zero, load(track.v_edges), v), track.v_edges);
+  store(where_at_most(changes, zero, edge_before, edge), track.edge);
+  store(where_at_most(changes, zero, since, after), track.since_edge);
+  store(now, track.counts);
+}
+
 Encoders::Encoders(const EncoderOptions& options)
     : options_(options),
       q_(JointVector::Zero(options.step.size())),
@@ -80,17 +96,6 @@ void Encoders::reset(const JointVector& q) noexcept {
   for (JointVector& motor : history_) motor = motor_;
 }
 
-void Encoders::pass_edges(int k, double motor_now, double counts_now, double dt) noexcept {
-  const double moved = counts_now - track_.counts[k];
-  if (moved == 0.0) return;
-  // Edges lie half-way between counts; the hardware's clock is fine enough to time the last one within the period.
-  const double edge_now = (counts_now - std::copysign(0.5, moved)) * step_[k];
-  const double after = dt * std::clamp((motor_now - edge_now) / (motor_now - track_.motor[k]), 0.0, 1.0);
-  track_.v_edges[k] = (edge_now - track_.edge[k]) / std::max(track_.since_edge[k] - after, 1e-9);
-  track_.edge[k] = edge_now;
-  track_.since_edge[k] = after;
-}
-
 const JointVector& Encoders::earlier(double dt) noexcept {
   newest_ = (newest_ + 1) % history_.size();
   history_[newest_] = motor_;
@@ -102,11 +107,7 @@ void Encoders::step(const Lanes& q, double dt) noexcept {
   alignas(64) Lanes motor, counts;
   multiply(inverse_, q, motor);
   count(motor, step_, counts);
-  for (int k = 0; k < kLanes; ++k) {
-    track_.since_edge[k] += dt;
-    pass_edges(k, motor[k], counts[k], dt);
-  }
-  std::copy(counts, counts + kLanes, track_.counts);
+  pass_edges(step_, motor, counts, dt, track_);
   if (every_period_) estimate(motor, dt);
   std::copy(motor, motor + kLanes, track_.motor);
 }

@@ -41,8 +41,7 @@ class Encoders {
     Lanes v_edges{};     ///< velocity between the last two edges [rad/s]
     Lanes since_edge{};  ///< time since the last edge [s]
   };
-  /// Moves encoder k from edge to edge, if there is one in this period.
-  void pass_edges(int k, double motor_now, double counts_now, double dt) noexcept;
+  static void pass_edges(const Lanes& step, const Lanes& motor, const Lanes& counts, double dt, Tracks& track) noexcept;
   /// Positions and velocities from the counts of this period and the true motor positions.
   void estimate(const Lanes& motor, double dt) noexcept;
   /// Motor positions one window ago, or those of the reset if that is later.

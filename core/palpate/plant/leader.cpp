@@ -67,17 +67,24 @@ void check_values(const LeaderOptions& o, const HandOptions& h) {
   }
 }
 
-/// Rotation vector from R_from to R_to, in the axes in which both are expressed.
-Vec3 turn_between(const Mat3& R_from, const Mat3& R_to) noexcept { return rotation_vector(R_to * R_from.transpose()); }
-
 /// Copies all lanes: faster than as many numbers as the vector has.
 void copy(const JointVector& from, JointVector& to) noexcept {
   to.resize(from.size());
   std::copy_n(lanes(from), kLanes, lanes(to));
 }
 
-Six& as_array(Vec6& x) noexcept { return *reinterpret_cast<Six*>(x.data()); }
-const Six& as_array(const Vec6& x) noexcept { return *reinterpret_cast<const Six*>(x.data()); }
+template <int rows, int cols>
+const double (&numbers(const Eigen::Matrix<double, rows, cols>& x) noexcept)[rows * cols] {
+  return *reinterpret_cast<const double (*)[rows * cols]>(x.data());
+}
+
+void set(const Vec3& linear, const Vec3& angular, HandleLanes& x) noexcept {
+  for (int i = 0; i < 3; ++i) x[i] = linear[i], x[4 + i] = angular[i];
+  x[3] = x[7] = 0.0;
+}
+void set(double linear, double angular, HandleLanes& x) noexcept {
+  set(Vec3::Constant(linear), Vec3::Constant(angular), x);
+}
 
 }  // namespace
 
@@ -106,9 +113,9 @@ struct Leader::Impl {
 
   void grip(const HandOptions& h) noexcept {
     hand = h;
-    M_hand << Vec3::Constant(hand.mass), Vec3::Constant(hand.inertia);
-    K << Vec3::Constant(hand.stiffness), Vec3::Constant(hand.rotational_stiffness);
-    B << Vec3::Constant(hand.damping), Vec3::Constant(hand.rotational_damping);
+    set(hand.mass, hand.inertia, impedance.M);
+    set(hand.stiffness, hand.rotational_stiffness, impedance.K);
+    set(hand.damping, hand.rotational_damping, impedance.B);
   }
 
   void place(const JointVector& q0) noexcept {
@@ -153,50 +160,50 @@ struct Leader::Impl {
     return sum;
   }
 
-  /// Velocity at the end of the step if the hand pushes with F - response * (velocity of the handle at that end).
-  const Lanes& advance(const Vec6& F, const Vec6& response, const Vec6& V_handle, double dt) noexcept {
-    const Vec6 H = M_hand + dt * response;
-    const Vec6 push = M_hand.cwiseProduct(V_handle - dt * Vec6::Map(d->Jdot_v)) + dt * (F + F_push);
+  /// The pull of the hand towards its path, from the pose of the handle in `d`.
+  void pull_towards(const Pose& X_path, const Twist& V_path) noexcept {
+    alignas(64) HandleLanes error;
+    if (!pose_error(*d, numbers(X_path.p), numbers(X_path.R), error)) {
+      using Columns = Eigen::Map<const Mat3, 0, Eigen::OuterStride<4>>;
+      Vec3::Map(error + 4) = rotation_vector(X_path.R * Columns(d->tip[0]).transpose());
+    }
+    pull(impedance, error, numbers(V_path.v), numbers(V_path.w), force.F);
+  }
+
+  /// Solves the step for the present force and response of the hand. Returns the square of the hand's linear force.
+  double advance(double dt) noexcept {
     alignas(64) Lanes A[kLanes], b;
-    assemble(*d, joints, dt, as_array(H), as_array(push), loads.tau, lanes(v), A, b);
-    return lanes(friction.solve(A, b, loads.lo, loads.hi));
+    assemble(*d, joints, impedance, dt, force, F_push, V_handle, loads, lanes(v), A, b);
+    const JointVector& v_next = friction.solve(A, b, loads.lo, loads.hi);
+    return react(*d, impedance, dt, force, F_push, V_handle, lanes(v), lanes(v_next), F_hand, arm_on_hand);
+  }
+
+  /// Dynamics at the middle of the step; the inertia includes that of the hand and of its response.
+  void evaluate(double dt) noexcept {
+    const arm::TipBody body = {hand.mass + dt * force.response[0], hand.inertia + dt * force.response[4]};
+    d = &arm.lane_dynamics(q_mid, v_mid, body, work);
   }
 
   void step(double dt, const Pose& X_path, const Twist& V_path, const Wrench& push) noexcept {
-    F_push << push.f, push.t;
+    set(push.f, push.t, F_push);
+    set(hand.damping + 0.5 * dt * hand.stiffness, hand.rotational_damping + 0.5 * dt * hand.rotational_stiffness,
+        force.response);
     const Lanes& tau_drives = lanes(drive.step(dt));
     to_middle(dt, lanes(q), lanes(v), lanes(v_before), lanes(q_mid), lanes(v_mid));
     alignas(64) Lanes elastic;
-    pad(arm.elastic(q_mid), elastic);
-    d = &arm.lane_dynamics(q_mid, v_mid, work);
-    Vec6 V_before, dV;  // velocity of the handle; its change
-    sum_loads(*d, joints, dt, tau_drives, elastic, lanes(q_mid), lanes(v), loads, as_array(V_before));
-
-    using Columns = Eigen::Map<const Eigen::Matrix<double, 3, 4>, 0, Eigen::OuterStride<4>>;
-    const Columns tip(d->tip[0]);
-    Vec6 x_error, V;
-    x_error << X_path.p - tip.col(3), turn_between(tip.leftCols<3>(), X_path.R);
-    V << V_path.v, V_path.w;
-    const Vec6 F0 = K.cwiseProduct(x_error) + B.cwiseProduct(V);
-    const Vec6 response = 0.5 * dt * K + B;
-    const auto push_with = [&](const Vec6& force, const Vec6& answer) {
-      const Lanes& v_next = advance(force, answer, V_before, dt);
-      change_of_velocity(*d, lanes(v), v_next, as_array(dV));
-      return Vec6(force - answer.cwiseProduct(V_before + dV));
-    };
-    Vec6 F = push_with(F0, response);
-    const double grip = F.head<3>().norm();
-    slipped = grip > hand.grip_force_max;
+    arm.elastic(q_mid, elastic);
+    evaluate(dt);
+    sum_loads(*d, joints, dt, tau_drives, elastic, lanes(q_mid), lanes(v), loads, V_handle);
+    pull_towards(X_path, V_path);
+    const double most = hand.grip_force_max, squared_force = advance(dt);
+    slipped = squared_force > most * most;
     if (slipped) {  // the fingers slide: the force is what they can hold, whatever the velocity
-      Vec6 F_slip = F0, response_slip = response;
-      F_slip.head<3>() = F.head<3>() * (hand.grip_force_max / grip);
-      response_slip.head<3>().setZero();
-      F = push_with(F_slip, response_slip);
+      for (int i = 0; i < 3; ++i) force.F[i] = F_hand[i] * (most / std::sqrt(squared_force));
+      std::fill_n(force.response, 3, 0.0);
+      evaluate(dt);
+      advance(dt);
     }
-    // Newton's law for the hand's mass: the arm's force is the mass times its acceleration minus the person's force.
-    const Vec6 arm_on_hand = M_hand.cwiseProduct(dV / dt + Vec6::Map(d->Jdot_v)) - F - F_push;
-    cell = {arm_on_hand.head<3>(), arm_on_hand.tail<3>()};
-
+    cell = {Vec3::Map(arm_on_hand), Vec3::Map(arm_on_hand + 4)};
     to_end(dt, joints, lanes(q_mid), lanes(friction.v()), lanes(v), lanes(v_before), lanes(q));
     t += dt;
     encoders.step(lanes(q), dt);
@@ -206,8 +213,8 @@ struct Leader::Impl {
   [[nodiscard]] double energy() noexcept {
     const arm::Dynamics& now = arm.dynamics(q, v);
     const Vec6 V = now.J * v;
-    const double kinetic =
-        v.dot(now.M * v) + v.dot(options.rotor_inertia.cwiseProduct(v)) + V.dot(M_hand.cwiseProduct(V));
+    const double kinetic = v.dot(now.M * v) + v.dot(options.rotor_inertia.cwiseProduct(v)) +
+                           hand.mass * V.head<3>().squaredNorm() + hand.inertia * V.tail<3>().squaredNorm();
     return 0.5 * kinetic + arm.potential_energy(q) + arm.elastic_energy(q);
   }
 
@@ -217,10 +224,11 @@ struct Leader::Impl {
   Drive drive;
   Encoders encoders;
   DryFriction friction;
-  Vec6 M_hand, K, B;  // inertia, stiffness and damping of the hand: linear over angular
-  Vec6 F_push;
+  HandLanes impedance;  // of the hand
+  HandForce force;
   LeaderJoints joints;
   LeaderLoads loads;
+  alignas(64) HandleLanes V_handle, F_push, F_hand, arm_on_hand;
   JointVector q, v, v_before, q_mid, v_mid;  // zero beyond the last joint
   const arm::LaneDynamics* d = nullptr;      // at the middle of the step
   arm::LaneDynamics work;

@@ -1,8 +1,29 @@
 #include "palpate/plant/leader_kernels.hpp"
 
+#include "palpate/types/arc_sine.hpp"
 #include "palpate/types/pack.hpp"
 
 namespace palpate::plant {
+namespace {
+
+/// J v, the velocity of the handle.
+PALPATE_INLINE Pack handle_velocity(const arm::LaneDynamics& d, const Pack& v) noexcept {
+  Four part[8] = {};
+  for (int r = 0; r < 6; ++r) {
+    const Pack row = load(d.J[r]);
+    part[r < 3 ? r : r + 1] = row.low * v.low + row.high * v.high;
+  }
+  Four sums[2];
+  for (int i = 0; i < 2; ++i) {
+    const Four *p = part + 4 * i, ab = __builtin_shufflevector(p[0], p[1], 0, 4, 2, 6), cd = p[2];
+    const Four even = ab + __builtin_shufflevector(p[0], p[1], 1, 5, 3, 7);
+    const Four odd = __builtin_shufflevector(cd, p[3], 0, 4, 2, 6) + __builtin_shufflevector(cd, p[3], 1, 5, 3, 7);
+    sums[i] = __builtin_shufflevector(even, odd, 0, 1, 4, 5) + __builtin_shufflevector(even, odd, 2, 3, 6, 7);
+  }
+  return {sums[0], sums[1]};
+}
+
+}  // namespace
 
 PALPATE_AVX2_TOO void to_middle(double dt, const Lanes& q, const Lanes& v, const Lanes& v_before, Lanes& q_mid,
                                 Lanes& v_mid) noexcept {
@@ -12,35 +33,60 @@ PALPATE_AVX2_TOO void to_middle(double dt, const Lanes& q, const Lanes& v, const
 
 PALPATE_AVX2_TOO void sum_loads(const arm::LaneDynamics& d, const LeaderJoints& joints, double dt,
                                 const Lanes& tau_drives, const Lanes& tau_elastic, const Lanes& q_mid, const Lanes& v,
-                                LeaderLoads& loads, Six& V) noexcept {
+                                LeaderLoads& loads, HandleLanes& V) noexcept {
   const Pack impulse = dt * load(joints.coulomb), q = load(q_mid), infinity = constant(__builtin_inf());
   store(load(tau_drives) - load(d.bias) - load(tau_elastic), loads.tau);
   store(where_at_most(q, load(joints.q_min), infinity, impulse), loads.hi);
   store(where_at_most(load(joints.q_max), q, -infinity, -impulse), loads.lo);
-  for (int r = 0; r < 6; ++r) V[r] = dot(load(d.J[r]), load(v));
+  store(handle_velocity(d, load(v)), V);
 }
 
-PALPATE_AVX2_TOO void assemble(const arm::LaneDynamics& d, const LeaderJoints& joints, double dt, const Six& H,
-                               const Six& push, const Lanes& tau, const Lanes& v, Lanes (&A)[kLanes],
-                               Lanes& b) noexcept {
-  Pack of_motion = load(joints.rotor) * load(v), of_push = dt * load(tau);
-  for (int j = 0; j < kLanes; ++j) of_motion = of_motion + v[j] * load(d.M[j]);
-  for (int r = 0; r < 6; ++r) of_push = of_push + push[r] * load(d.J[r]);
-  store(of_motion + of_push, b);
-  Lanes HJ[6];
-  for (int r = 0; r < 6; ++r) store(H[r] * load(d.J[r]), HJ[r]);
-  for (int j = 0; j < kLanes; ++j) {
-    Pack row = load(d.M[j]);
-    for (int r = 0; r < 6; ++r) row = row + HJ[r][j] * load(d.J[r]);
-    store(row, A[j]);
-    A[j][j] += joints.rotor[j] + dt * joints.viscous[j];
+PALPATE_AVX2_TOO bool pose_error(const arm::LaneDynamics& d, const double (&p)[3], const double (&R)[9],
+                                 HandleLanes& error) noexcept {
+  const auto* columns = reinterpret_cast<const FourInMemory*>(d.tip);
+  Four cross = {}, product = {};
+  for (int i = 0; i < 3; ++i) {
+    const Four from = columns[i], to = {R[3 * i], R[3 * i + 1], R[3 * i + 2], 0.0};
+    cross += from * __builtin_shufflevector(to, to, 1, 2, 0, 3) - __builtin_shufflevector(from, from, 1, 2, 0, 3) * to;
+    product += from * to;
   }
+  const Four sine = 0.5 * __builtin_shufflevector(cross, cross, 1, 2, 0, 3), squares = sine * sine;
+  const double z = squares[0] + squares[1] + squares[2], trace = product[0] + product[1] + product[2];
+  store({Four{p[0], p[1], p[2], 0.0} - columns[3], arc_sine_ratio(z) * sine}, error);
+  return z < kSmallSine && trace > 1.0;
 }
 
-PALPATE_AVX2_TOO void change_of_velocity(const arm::LaneDynamics& d, const Lanes& v, const Lanes& v_next,
-                                         Six& dV) noexcept {
-  const Pack dv = load(v_next) - load(v);
-  for (int r = 0; r < 6; ++r) dV[r] = dot(load(d.J[r]), dv);
+PALPATE_AVX2_TOO void pull(const HandLanes& hand, const HandleLanes& error, const double (&v)[3], const double (&w)[3],
+                           HandleLanes& F) noexcept {
+  const Pack V_path = {Four{v[0], v[1], v[2], 0.0}, Four{w[0], w[1], w[2], 0.0}};
+  store(load(hand.K) * load(error) + load(hand.B) * V_path, F);
+}
+
+PALPATE_AVX2_TOO void assemble(const arm::LaneDynamics& d, const LeaderJoints& joints, const HandLanes& hand, double dt,
+                               const HandForce& force, const HandleLanes& F_push, const HandleLanes& V,
+                               const LeaderLoads& loads, const Lanes& v, Lanes (&A)[kLanes], Lanes& b) noexcept {
+  alignas(64) HandleLanes F;
+  store(load(force.F) + load(F_push) - load(force.response) * load(V) - load(hand.M) * load(d.Jdot_v), F);
+  const Pack rotor = load(joints.rotor), diagonal = rotor + dt * load(joints.viscous);
+  Pack tau = load(loads.tau), momentum[2] = {rotor * load(v), {}};  // two sums, so that the second need not wait
+  for (int r = 0; r < 6; ++r) tau = tau + F[r < 3 ? r : r + 1] * load(d.J[r]);
+  for (int j = 0; j < kLanes; ++j) {
+    const Pack row = load(d.M[j]);
+    momentum[j % 2] = momentum[j % 2] + v[j] * row;
+    store(row + load(kUnit[j]) * diagonal, A[j]);
+  }
+  store((momentum[0] + momentum[1]) + dt * tau, b);
+}
+
+PALPATE_AVX2_TOO double react(const arm::LaneDynamics& d, const HandLanes& hand, double dt, const HandForce& force,
+                              const HandleLanes& F_push, const HandleLanes& V, const Lanes& v, const Lanes& v_next,
+                              HandleLanes& F, HandleLanes& arm_on_hand) noexcept {
+  const Pack dV = handle_velocity(d, load(v_next) - load(v));
+  const Pack now = load(force.F) - load(force.response) * (load(V) + dV);
+  store(now, F);
+  store(load(hand.M) * ((1.0 / dt) * dV + load(d.Jdot_v)) - now - load(F_push), arm_on_hand);
+  const Four squares = now.low * now.low;
+  return squares[0] + squares[1] + squares[2];
 }
 
 PALPATE_AVX2_TOO void to_end(double dt, const LeaderJoints& joints, const Lanes& q_mid, const Lanes& v_next, Lanes& v,

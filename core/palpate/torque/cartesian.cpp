@@ -3,23 +3,33 @@
 #include <algorithm>
 #include <cmath>
 
-#include "palpate/types/cholesky.hpp"
 #include "palpate/types/pack.hpp"
 
 namespace palpate::torque {
 
-/// P <- X^T M^-1 X. Only the lower triangle of M is read; M and X are overwritten. False if M is not positive definite;
-/// P is then useless.
-PALPATE_AVX2_TOO bool multiply_by_inverse(Lanes (&M)[kLanes], Lanes (&X)[kLanes], Lanes (&P)[kLanes]) noexcept {
-  const bool positive = cholesky(M);
-  for (int i = 0; i < kLanes; ++i) {
-    Pack row = load(X[i]);
-    for (int k = 0; k < i; ++k) row = row - M[i][k] * load(X[k]);
-    store(M[i][i] * row, X[i]);
+/// P <- X^T M^-1 X for matrices of n rows. Only the upper triangle of M is read; M and X are overwritten. Elimination
+/// without fractions: each step multiplies the rest by the pivot and divides it by the pivot before, so that no step
+/// waits for a division. Pivot j is the leading minor D_j+1 of M, and P the sum of x_j x_j^T / (D_j D_j+1) over the
+/// rows x_j of X after their elimination. False if M is not positive definite; P is then useless.
+PALPATE_AVX2_TOO bool multiply_by_inverse(int n, Lanes (&M)[kLanes], Lanes (&X)[kLanes], Lanes (&P)[kLanes]) noexcept {
+  bool positive = true;
+  double before = 1.0;
+  alignas(64) Lanes scaled[kLanes];
+  for (int j = 0; j < n; ++j) {
+    const double pivot = M[j][j], inverse = 1.0 / pivot;
+    const Pack row = load(M[j]), x = load(X[j]);
+    for (int i = j + 1; i < n; ++i) {
+      const double factor = M[j][i];
+      store(before * (pivot * load(M[i]) - factor * row), M[i]);
+      store(before * (pivot * load(X[i]) - factor * x), X[i]);
+    }
+    store((before * inverse) * x, scaled[j]);
+    positive &= pivot > 0.0;
+    before = inverse;
   }
   for (int r = 0; r < kLanes; ++r) {
     Pack sum = constant(0.0);
-    for (const Lanes& row : X) sum = sum + row[r] * load(row);
+    for (int j = 0; j < n; ++j) sum = sum + scaled[j][r] * load(X[j]);
     store(sum, P[r]);
   }
   return positive;
@@ -68,11 +78,11 @@ void diagonalise(double (&A)[m][m], double (&V)[m][m]) noexcept {
 template <int m>
 bool bounded_inverse(const Lanes (&A)[kLanes], double max_inertia, Lanes (&inverse)[kLanes]) noexcept {
   alignas(64) Lanes M[kLanes]{}, unit[kLanes]{};
-  for (int i = 0; i < kLanes; ++i) {
-    M[i][i] = unit[i][i] = 1.0;
-    for (int j = 0; i < m && j <= i; ++j) M[i][j] = A[i][j];
+  for (int i = 0; i < m; ++i) {
+    std::copy_n(A[i], m, M[i]);
+    unit[i][i] = 1.0;
   }
-  const bool positive = multiply_by_inverse(M, unit, inverse);
+  const bool positive = multiply_by_inverse(m, M, unit, inverse);
   double trace = 0.0;
   for (int i = 0; i < m; ++i) trace += inverse[i][i];
   if (positive && trace <= max_inertia) return false;  // the trace bounds every eigenvalue
@@ -92,9 +102,9 @@ bool bounded_inverse(const Lanes (&A)[kLanes], double max_inertia, Lanes (&inver
 
 }  // namespace
 
-// L is the Cholesky factor of M, and D = diag(weight) scales the task axes. With (X, c, g) = L^-1 (J^T D, C v, G):
+// D = diag(weight) scales the task axes. With (X, c, g) = (J^T D, C v, G), one product contains
 //
-//   D J M^-1 J^T D = X^T X,     D J M^-1 C v = X^T c,     D J M^-1 G = X^T g
+//   D J M^-1 J^T D = X^T M^-1 X,     D J M^-1 C v = X^T M^-1 c,     D J M^-1 G = X^T M^-1 g
 template <int m>
 Cartesian<m> cartesian(const arm::Dynamics& d, const JointVector& rotor, Eigen::Index joints,
                        double max_inertia) noexcept {
@@ -102,15 +112,15 @@ Cartesian<m> cartesian(const arm::Dynamics& d, const JointVector& rotor, Eigen::
   double weight[m];
   alignas(64) Lanes M[kLanes]{}, X[kLanes]{}, P[kLanes], inverse[kLanes];
   for (int r = 0; r < m; ++r) weight[r] = r < 3 ? 1.0 : kLever;
-  for (int i = 0; i < kLanes; ++i) M[i][i] = 1.0;
-  for (int i = 0; i < static_cast<int>(joints); ++i) {
-    for (int j = 0; j < i; ++j) M[i][j] = d.M(i, j);
-    M[i][i] = d.M(i, i) + rotor[i];
+  const int n = static_cast<int>(joints);
+  for (int i = 0; i < n; ++i) {
+    for (int j = 0; j < n; ++j) M[i][j] = d.M(i, j);
+    M[i][i] += rotor[i];
     for (int r = 0; r < m; ++r) X[i][r] = weight[r] * d.J(r, i);
     X[i][m] = d.bias[i] - d.G[i];
     X[i][m + 1] = d.G[i];
   }
-  multiply_by_inverse(M, X, P);
+  multiply_by_inverse(n, M, X, P);
 
   Cartesian<m> c;
   c.singular = bounded_inverse<m>(P, max_inertia, inverse);

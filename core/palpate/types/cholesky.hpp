@@ -1,30 +1,8 @@
-// Cholesky factorisation of small matrices. The loops run over a number of rows known at compile time: they are faster
-// than Eigen's factorisation for the few rows of an arm, and they compile quickly.
+// Equations with small positive definite matrices. The loops run over a number of rows known at compile time: they are
+// faster than Eigen's factorisation for the few rows of an arm, and they compile quickly.
 #pragma once
 
-#include <cmath>
-
 namespace palpate {
-
-/// Replaces A (n, n) by its lower Cholesky factor L. The diagonal stores 1 / L_jj; the upper triangle is neither read
-/// nor written. Returns false when A is not positive definite; L is then invalid.
-template <int n>
-bool cholesky(double (&A)[n][n]) noexcept {
-  bool positive = true;
-  for (int j = 0; j < n; ++j) {
-    double d = A[j][j];
-    for (int k = 0; k < j; ++k) d -= A[j][k] * A[j][k];
-    positive &= d > 0.0;
-    const double inverse = 1.0 / std::sqrt(d);
-    A[j][j] = inverse;
-    for (int i = j + 1; i < n; ++i) {
-      double s = A[i][j];
-      for (int k = 0; k < j; ++k) s -= A[i][k] * A[j][k];
-      A[i][j] = s * inverse;
-    }
-  }
-  return positive;
-}
 
 /// x <- A^-1 x for a positive definite A, of which only the upper triangle is read; all of A is overwritten. The
 /// factorisation is L D L^T, which needs no square roots. False when A is not positive definite; x is then useless.

@@ -7,6 +7,16 @@ namespace palpate {
 inline constexpr int kLanes = 8;
 using Lanes = double[kLanes];
 
+/// Rows of the identity.
+alignas(64) inline constexpr Lanes kUnit[kLanes] = {{1},
+                                                    {0, 1},
+                                                    {0, 0, 1},
+                                                    {0, 0, 0, 1},
+                                                    {0, 0, 0, 0, 1},
+                                                    {0, 0, 0, 0, 0, 1},
+                                                    {0, 0, 0, 0, 0, 0, 1},
+                                                    {0, 0, 0, 0, 0, 0, 0, 1}};
+
 }  // namespace palpate
 
 /// Compiles a function of plain loops twice, with and without AVX2; the loader chooses. The operations and their order

@@ -3,26 +3,15 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "palpate/types/arc_sine.hpp"
+
 namespace palpate {
-namespace {
-
-// Coefficients of asin(x) / x in powers of x^2, the highest first: 1, 1/6, 3/40 .. Below x^2 = 0.01 the next term is
-// less than 1e-17.
-constexpr double kSmall = 0.01;
-constexpr double kArcSine[] = {143.0 / 10240.0, 231.0 / 13312.0, 63.0 / 2816.0, 35.0 / 1152.0,
-                               5.0 / 112.0,     3.0 / 40.0,      1.0 / 6.0,     1.0};
-
-}  // namespace
 
 Vec3 rotation_vector(const Mat3& R) noexcept {
-  // Half of R - R^T is the axis times the sine. For a small angle, Taylor's series of asin(x) / x is exact to rounding.
+  // Half of R - R^T is the axis times the sine. A small angle needs a series only.
   const Vec3 s = 0.5 * Vec3(R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1));
   const double x = s.squaredNorm();
-  if (x < kSmall && R(0, 0) + R(1, 1) + R(2, 2) > 1.0) {
-    double factor = 0.0;
-    for (const double coefficient : kArcSine) factor = factor * x + coefficient;
-    return factor * s;
-  }
+  if (x < kSmallSine && R(0, 0) + R(1, 1) + R(2, 2) > 1.0) return arc_sine_ratio(x) * s;
   const Eigen::AngleAxisd rotation = angle_axis(R);
   return rotation.angle() * rotation.axis();
 }
