@@ -43,7 +43,8 @@ def test_slides_over_a_users_mesh(tmp_path, monkeypatch):
     vertices, faces = Sphere().mesh(20_000)
     mesh_files.write(file, 1e3 * vertices, faces)
     rows = list(organs.organ_rows(file))
-    assert [r["depth_mm"] for r in rows] == [1.0, 2.0] * 2
+    assert [r["depth_mm"] for r in rows] == [1.0, 2.0] * 3
+    assert [r["repaired"] for r in rows] == [False] * 4 + [True] * 2
     assert all(r["mesh"] == "ball" and r["large_share"] == 0.0 for r in rows)
     for r in rows:
         assert r["step_deg"] == pytest.approx(np.degrees(organs.STEP / (0.032 - 1e-3 * r["depth_mm"])), rel=0.1)
