@@ -62,9 +62,9 @@ def table(before: list[Round], now: list[Round]) -> str:
 
 
 def run(root: Path, seconds: int) -> Round:
-    """Runs the scene with the package in `root`, without the site's hooks, which would compile again."""
+    """Runs the scene with the package in `root`; another checkout without the hooks of this environment's install."""
     packages = sysconfig.get_paths()["platlib"]
-    command = [sys.executable, "-S", "-c", RUN, str(root), str(seconds), packages]
+    command = [sys.executable, *([] if root == ROOT else ["-S"]), "-c", RUN, str(root), str(seconds), packages]
     output = subprocess.run(command, check=True, capture_output=True, text=True, cwd=root).stdout
     return Round(*json.loads(output.splitlines()[-1]))
 
