@@ -15,6 +15,7 @@ from palpate import _core
 from palpate.arrays import Array
 from palpate.arrays.checks import finite_or_none
 from palpate.arrays.plain import Content, plain
+from palpate.mesh.flips import thickness
 from palpate.renamed import RenamedMethod
 
 Index = npt.NDArray[np.integer]
@@ -114,9 +115,8 @@ def fineness(mesh: _core.Mesh, stiffness: float) -> Fineness:
 def _stepping_share(mesh: _core.Mesh, e: _Edges) -> float:
     """Fraction of the surface next to creases, each with a third of its two facets, or on slivers."""
     corners = mesh.vertices[mesh.triangles]
-    sides = np.roll(corners, -1, axis=1) - corners
-    double = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
-    thin = double < SLIVER * (sides**2).sum(axis=2).max(axis=1)
+    double = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    thin = thickness(mesh.vertices, mesh.triangles) < SLIVER
     total = max(double.sum() / 2, 1e-300)
     return float(min(e.area[np.abs(e.turn) >= _core.CREASE_ANGLE].sum() / 3 + double[thin].sum() / 2, total) / total)
 
