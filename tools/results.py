@@ -115,6 +115,11 @@ RUNS: dict[str, Run] = {
     "geometry": Run("study geometry", ("point_contact", "deflection", "slopes")),
     "tissue": Run("bench tissue", ("tick_ms", "control_ms", "viscosity")),
     "soak_tissue": Run("soak tissue"),
+    "ros": Run("bench ros --duration 60 --sim"),  # on an idle machine
+    "ros_discovery": Run("bench ros --discovery"),  # on an idle machine
+    "ros_faults": Run("bench ros --faults"),
+    "viewer": Run("bench viewer", ("renderer",)),  # on an idle machine
+    "grid": Run(f"grid {DATA}/meshes/Liver.stl --spacing 0.36 --out {OUT}/liver.npz", ("mesh", "grid")),
     "tissue_times": Run("bench tissue --only ticks --only mujoco"),  # on an idle machine
 }
 

@@ -4,6 +4,12 @@ from __future__ import annotations
 
 from phrases.values import Result, Tie
 
+ASSISTANCE = {
+    "none": "none",
+    "drawn": "the plan drawn in the picture",
+    "tube": "the wall of the tube alone",
+    "follow": "led along the plan, in its tube",
+}
 SCENES = ("liver, gallbladder, duodenum", "closed cage with one window of 12 mm", "two instruments crossing")
 
 
@@ -46,7 +52,7 @@ def study_rows(found: Result) -> list[str]:
     return [
         f"| {words} | {by[name]['entry_mm_s']:.3f} mm s | {by[name]['deepest_mm']:.2f} mm | "
         f"{by[name]['path_error_mm']:.2f} mm |"
-        for name, words in (("none", "none"), ("follow", "led along the plan, in its tube"))
+        for name, words in ASSISTANCE.items()
     ]
 
 
@@ -54,8 +60,15 @@ def study_text(found: Result) -> list[str]:
     led = found["conditions"]["follow"]
     low, high = (f"{100 * share:.0f}" for share in led["entry_reduction_95"])
     trials = sum(row["trials"] for row in found["conditions"].values())
+    drawn, tube = (f"{100 * found['conditions'][name]['entry_reduction']:.0f}" for name in ("drawn", "tube"))
     assert led["done"] == 1.0
+    assert (
+        found["conditions"]["tube"]["entry_reduction_95"][0]
+        < 0.0
+        < found["conditions"]["drawn"]["entry_reduction_95"][0]
+    )
     return [
+        f"drawn in the picture by {drawn} %, and with the wall of the tube alone by {tube} %",
         f"16 simulated operators, {trials} trials)",
         f"by {100 * led['entry_reduction']:.0f} % less (95 % interval: {low} to {high} %)",
     ]

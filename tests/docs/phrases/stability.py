@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from phrases.values import Result, Tie, mj
+from phrases.values import Result, Tie, mj, percent
 
 
 def certificate_devices(found: Result) -> list[str]:
@@ -56,6 +56,14 @@ def passivity_changes(found: Result) -> list[str]:
             for runs, row in zip(every, rows.values(), strict=True) if row["of"] != "silent"]  # fmt: skip
 
 
+def passivity_delays(found: Result) -> list[str]:
+    rows = found["by_delay"]
+    shares = [row["changed"] / row["runs"] for row in rows]
+    assert shares == sorted(shares)
+    return [f"{percent(shares[0])} % below 1 ms, {percent(shares[1])} % from there to 5 ms, "
+            f"{percent(shares[-1])} % from 20 to 50 ms"]  # fmt: skip
+
+
 def extracted(found: Result) -> list[str]:
     return [
         f"{found['motions']} random motions per case",
@@ -78,5 +86,5 @@ TIES = [
     Tie("oscillation.md", "swings", (swings,)),
     Tie("stability-study.md", "extract", (extracted,)),
     Tie("certificate.md", "certificate", (certificate_devices, certificate_arms)),
-    Tie("stability-study.md", "passivity", (passivity_rows, passivity_text, passivity_changes)),
+    Tie("stability-study.md", "passivity", (passivity_rows, passivity_text, passivity_changes, passivity_delays)),
 ]
