@@ -169,7 +169,8 @@ class SampledLoop:
         poles = np.log(self._modal[0])
         swings = poles.imag[(poles.imag > 0.0) & (-poles.real < _RESONANT * np.abs(poles))]
         near = np.outer(swings, np.linspace(0.95, 1.05, 41)).ravel()
-        return np.unique(np.concatenate([wide, even, near[near < np.pi]]))
+        every = np.sort(np.concatenate([wide, even, near[near < np.pi]]))
+        return every[np.diff(every, prepend=0.0) > 0.0]  # np.unique would import numpy.ma
 
     @cached_property
     def _on_circle(self) -> tuple[Complex, Complex]:

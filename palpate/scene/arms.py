@@ -162,7 +162,8 @@ def _base_next_to(surfaces: list[PlacedSurface], p_LH: Array, R_WL: Array) -> Ar
 def _check_path(scene: Scene, arms: Arms, path: HandPlan) -> None:
     """Check that both arms reach the intended path with constant orientation."""
     last = np.searchsorted(path.times, 6 * path.period, side="right") if path.period else len(path.times)
-    rows = np.unique(np.linspace(0, max(0, int(last) - 1), 120).astype(int))
+    rows = np.linspace(0, max(0, int(last) - 1), 120).astype(int)
+    rows = rows[np.diff(rows, prepend=-1) > 0]  # np.unique would import numpy.ma
     X_WT, X_LH = arms.X_WB @ arms.follower.fk(arms.q_follower0), arms.leader.fk(arms.q_leader0)
     p0, R_LW, scale = X_WT[:3, 3].copy(), arms.X_WL[:3, :3].T, scene.mapping.scale
     q_f, q_l, handle0 = arms.q_follower0, arms.q_leader0, X_LH[:3, 3].copy()

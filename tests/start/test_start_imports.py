@@ -72,6 +72,8 @@ def test_check_imports_no_more_than_a_run(tmp_path, scene):
     modules = imported(tmp_path, "check", scene)
     assert not tops(modules) & HEAVY
     assert "palpate._core" in modules
+    assert "palpate.devices" not in modules, "the scene has no driver"
+    assert "numpy.ma" not in modules, "np.unique imports it"
 
 
 @pytest.mark.parametrize("args", [("--help",), ("run", "ball.yaml", "--headless", "--out", "runs")])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from rich.console import Console
@@ -14,7 +15,6 @@ from rich.table import Table
 from palpate.arrays import Array
 from palpate.arrays.checks import finite_or_none
 from palpate.certificate.scene import warn_outside
-from palpate.cli.check.device import DeviceFindings, inspect_device
 from palpate.cli.check.mesh import warn_of_facets
 from palpate.cli.check.tissue import TissueFindings, inspect_tissue, tissue_words, warn_of_tissue
 from palpate.console.output import say
@@ -28,6 +28,12 @@ from palpate.scene.rig import Rig, build
 from palpate.scene.together import build_pairs, gap_at_start
 from palpate.surfaces import PointSurface
 from palpate.tissue import Tissue
+
+if TYPE_CHECKING:
+    from palpate.cli.check.device import DeviceFindings
+
+_FIRST = 0.0
+"""Time up to which an automatic path is planned [s]: its first periods, which are all that a check looks at."""
 
 
 @dataclass(frozen=True)
@@ -90,8 +96,12 @@ def inspect(path: Path, console: Console) -> Findings | PairsFindings:
     scene = Scene.load(path)
     if scene.pairs:
         return _inspect_pairs(scene, console)
-    device = None if scene.arms.leader.driver is None else inspect_device(scene)
-    rig = build(scene) if device is None else device.rig
+    device = None
+    if scene.arms.leader.driver is not None:
+        from palpate.cli.check.device import inspect_device
+
+        device = inspect_device(scene)
+    rig = build(scene, until=_FIRST) if device is None else device.rig
     rig.simulation()
     if device is None:
         warn_outside(rig)  # the certificate of a device needs its model: palpate device bench
@@ -101,7 +111,7 @@ def inspect(path: Path, console: Console) -> Findings | PairsFindings:
 
 
 def _inspect_pairs(scene: Scene, console: Console) -> PairsFindings:
-    rigs = build_pairs(scene)
+    rigs = build_pairs(scene, until=_FIRST)
     found = {}
     for name, rig in rigs.items():
         say(console, name, "pair", "bold")
