@@ -92,6 +92,7 @@ std::size_t Simulation::run(std::size_t n, Tick* rows, const Vec3* hand_W) {
     }
   }
   hand_.stop_steering();
+  if (done > 0) front_.show(rows[done - 1]);
   return done;
 }
 
@@ -152,6 +153,7 @@ bool Simulation::wake(const Wake& w) noexcept {
   }
   const Tick& tick = this->tick(1e-3 * static_cast<double>(w.lateness_ns));
   publish();
+  front_.show(tick);
   front_.keep(tick);
   const auto zero = [](const double (&x)[3]) { return x[0] == 0.0 && x[1] == 0.0 && x[2] == 0.0; };
   const bool quiet = zero(tick.F_H_L) && zero(tick.t_H_L);
@@ -212,7 +214,6 @@ const Tick& Simulation::tick(double lateness_us) noexcept {
   if (in_world_) on_tool_.record(tick);
   tick.cycle_us = 1e-3 * static_cast<double>(spent);
   tick.lateness_us = lateness_us;
-  front_.show(tick);
   if (!faulty_ && (tick.status & (kLeaderStale | kFollowerStale | kNotFinite)) != 0) {
     faulty_ = true;
     fault_.write(tick);

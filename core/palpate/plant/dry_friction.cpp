@@ -55,23 +55,25 @@ PALPATE_INLINE Pack multiply(const Lanes (&A)[kLanes], const Lanes& x) noexcept 
   return even + odd;
 }
 
-}  // namespace
-
 /// v <- the solution of A v = b + (lo or hi) over the moving joints, whose direction is not 0; v = 0 for all others.
-PALPATE_AVX2_TOO void solve_moving_joints(int n, const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo,
-                                          const Lanes& hi, const Lanes& direction, Lanes& v) noexcept {
+PALPATE_INLINE void solve_moving_joints(int n, const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo,
+                                        const Lanes& hi, const Lanes& direction, Lanes& v) noexcept {
   const Pack zero = {}, way = load(direction), moves = way * way, one = constant(1.0);
-  alignas(64) Lanes moving, A_moving[kLanes];  // a joint that sticks becomes an equation of its own: 1 v = 0
-  store(moves, moving);
-  for (int j = 0; j < kLanes; ++j) {
-    store(moving[j] * (moves * load(A[j])) + load(kUnit[j]) * (one - moves), A_moving[j]);
+  alignas(64) Lanes moving, A_moving[kLanes];
+  if (dot(moves, moves) == n) {
+    for (int j = 0; j < kLanes; ++j) store(load(A[j]), A_moving[j]);
+  } else {  // a joint that sticks becomes an equation of its own: 1 v = 0
+    store(moves, moving);
+    for (int j = 0; j < kLanes; ++j) {
+      store(moving[j] * (moves * load(A[j])) + load(kUnit[j]) * (one - moves), A_moving[j]);
+    }
   }
   const Pack right = load(b) + where_at_most(way, zero, load(hi), load(lo));
   store(solve_in_lanes(n, A_moving, where_at_most(moves, zero, zero, right)), v);
 }
 
 /// Lets a joint that has moved into an end stop start from rest.
-PALPATE_AVX2_TOO void stop_at_ends(const Lanes& lo, const Lanes& hi, Lanes& direction) noexcept {
+PALPATE_INLINE void stop_at_ends(const Lanes& lo, const Lanes& hi, Lanes& direction) noexcept {
   const Pack way = load(direction), zero = {}, most = constant(std::numeric_limits<double>::max());
   const Pack impulse = where_at_most(way, zero, load(hi), -load(lo));
   store(where_at_most(impulse, most, way, zero), direction);
@@ -79,8 +81,8 @@ PALPATE_AVX2_TOO void stop_at_ends(const Lanes& lo, const Lanes& hi, Lanes& dire
 
 /// Directions of n joints that suit v and the impulses better, where those are not as required. Returns false if
 /// nothing changes.
-PALPATE_AVX2_TOO bool next_directions(int n, const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo, const Lanes& hi,
-                                      const Lanes& v, const Lanes& direction, Lanes& next) noexcept {
+PALPATE_INLINE bool next_directions(int n, const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo, const Lanes& hi,
+                                    const Lanes& v, const Lanes& direction, Lanes& next) noexcept {
   const Pack way = load(direction), zero = {}, one = constant(1.0), slack = constant(kTolerance);
   const Pack least = load(lo), most = load(hi);
   // A moving joint that would turn back sticks, except without friction: then any velocity is right.
@@ -96,6 +98,25 @@ PALPATE_AVX2_TOO bool next_directions(int n, const Lanes (&A)[kLanes], const Lan
   return dot(change, change) > 0.0;
 }
 
+}  // namespace
+
+PALPATE_AVX2_TOO void DryFriction::solve(int n, const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo,
+                                         const Lanes& hi, Lanes& direction, Lanes& v) noexcept {
+  stop_at_ends(lo, hi, direction);
+  for (int pivot = 0; pivot < kPivots; ++pivot) {
+    solve_moving_joints(n, A, b, lo, hi, direction, v);
+    alignas(64) Lanes next;
+    if (!next_directions(n, A, b, lo, hi, v, direction, next)) break;
+    if (pivot >= kBlockPivots) {  // one at a time
+      int k = 0;
+      while (next[k] == direction[k]) ++k;
+      direction[k] = next[k];
+    } else {
+      store(load(next), direction);
+    }
+  }
+}
+
 void DryFriction::reset(Eigen::Index n) noexcept {
   std::memset(direction_, 0, sizeof direction_);
   v_.resize(n);
@@ -104,20 +125,7 @@ void DryFriction::reset(Eigen::Index n) noexcept {
 
 const JointVector& DryFriction::solve(const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo,
                                       const Lanes& hi) noexcept {
-  const auto n = static_cast<int>(v_.size());
-  stop_at_ends(lo, hi, direction_);
-  for (int pivot = 0; pivot < kPivots; ++pivot) {
-    solve_moving_joints(n, A, b, lo, hi, direction_, lanes(v_));
-    alignas(64) Lanes next;
-    if (!next_directions(n, A, b, lo, hi, lanes(v_), direction_, next)) break;
-    if (pivot >= kBlockPivots) {  // one at a time
-      int k = 0;
-      while (next[k] == direction_[k]) ++k;
-      direction_[k] = next[k];
-    } else {
-      std::memcpy(direction_, next, sizeof next);
-    }
-  }
+  solve(static_cast<int>(v_.size()), A, b, lo, hi, direction_, lanes(v_));
   return v_;
 }
 

@@ -23,6 +23,10 @@ class DryFriction {
   [[nodiscard]] const JointVector& v() const noexcept { return v_; }
 
  private:
+  /// The same for n joints; `direction` of the last step, then of this one.
+  static void solve(int n, const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo, const Lanes& hi, Lanes& direction,
+                    Lanes& v) noexcept;
+
   Lanes direction_{};  ///< of each joint's motion: 1, -1, or 0 while it sticks
   JointVector v_;
 };

@@ -20,22 +20,21 @@ void take_columns(const JointMatrix& A, Lanes (&columns)[kLanes]) noexcept {
   }
 }
 
-}  // namespace
-
-/// y <- A x, where the columns of A are given.
-PALPATE_AVX2_TOO void multiply(const Lanes (&columns)[kLanes], const Lanes& x, Lanes& y) noexcept {
+/// A x, where the columns of A are given.
+PALPATE_INLINE Pack product(const Lanes (&columns)[kLanes], const Lanes& x) noexcept {
   Pack even = x[0] * load(columns[0]), odd = x[1] * load(columns[1]);  // two sums, so that the second need not wait
   for (int j = 2; j < kLanes; j += 2) {
     even = even + x[j] * load(columns[j]);
     odd = odd + x[j + 1] * load(columns[j + 1]);
   }
-  store(even + odd, y);
+  return even + odd;
 }
 
-/// counts <- the nearest whole numbers of x / step, to even when half-way, for fewer than 2^51 counts.
-PALPATE_AVX2_TOO void count(const Lanes& x, const Lanes& step, Lanes& counts) noexcept {
-  const Pack round = constant(0x1.8p52);
-  store((load(x) / load(step) + round) - round, counts);
+}  // namespace
+
+/// y <- A x, where the columns of A are given.
+PALPATE_AVX2_TOO void multiply(const Lanes (&columns)[kLanes], const Lanes& x, Lanes& y) noexcept {
+  store(product(columns, x), y);
 }
 
 /// v <- v_edges within +-step / since_edge.
@@ -44,20 +43,24 @@ PALPATE_AVX2_TOO void bound(const Lanes& v_edges, const Lanes& since_edge, const
   store(min(max(load(v_edges), -most), most), v);
 }
 
-/// Moves the encoders from edge to edge, where the counts have changed in this period. Edges lie half-way between
-/// counts; the hardware's clock is fine enough to time the last one within the period.
-PALPATE_AVX2_TOO void Encoders::pass_edges(const Lanes& step, const Lanes& motor, const Lanes& counts, double dt,
+/// Moves the encoders from edge to edge, where the counts have changed in this period: the nearest whole numbers of
+/// motor / step, to even when half-way, for fewer than 2^51 counts. Edges lie half-way between counts; the hardware's
+/// clock is fine enough to time the last one within the period.
+PALPATE_AVX2_TOO void Encoders::pass_edges(const Lanes (&inverse)[kLanes], const Lanes& step, const Lanes& q, double dt,
                                            Tracks& track) noexcept {
-  const Pack zero = {}, now = load(counts), moved = now - load(track.counts), half = constant(0.5);
+  const Pack zero = {}, half = constant(0.5), round = constant(0x1.8p52), position = product(inverse, q);
+  const Pack now = (position / load(step) + round) - round, moved = now - load(track.counts);
   const Pack changes = moved * moved, since = load(track.since_edge) + constant(dt), edge_before = load(track.edge);
   const Pack edge = (now - where_at_most(moved, zero, -half, half)) * load(step);
-  const Pack share = (load(motor) - edge) / (load(motor) - load(track.motor));
+  const Pack before = load(track.motor), share = (position - edge) / (position - before);
   const Pack after = dt * min(max(share, zero), constant(1.0));
   const Pack v = (edge - edge_before) / max(since - after, constant(1e-9));
   store(where_at_most(changes, zero, load(track.v_edges), v), track.v_edges);
   store(where_at_most(changes, zero, edge_before, edge), track.edge);
   store(where_at_most(changes, zero, since, after), track.since_edge);
   store(now, track.counts);
+  store(before, track.motor_before);
+  store(position, track.motor);
 }
 
 Encoders::Encoders(const EncoderOptions& options)
@@ -104,25 +107,21 @@ const JointVector& Encoders::earlier(double dt) noexcept {
 }
 
 void Encoders::step(const Lanes& q, double dt) noexcept {
-  alignas(64) Lanes motor, counts;
-  multiply(inverse_, q, motor);
-  count(motor, step_, counts);
-  pass_edges(step_, motor, counts, dt, track_);
-  if (every_period_) estimate(motor, dt);
-  std::copy(motor, motor + kLanes, track_.motor);
+  pass_edges(inverse_, step_, q, dt, track_);
+  if (every_period_) estimate(dt);
 }
 
 void Encoders::read() noexcept {
-  if (!every_period_) estimate(track_.motor, 0.0);
+  if (!every_period_) estimate(0.0);
 }
 
-void Encoders::estimate(const Lanes& motor, double dt) noexcept {
+void Encoders::estimate(double dt) noexcept {
   bound(track_.v_edges, track_.since_edge, step_, lanes(motor_v_));
   for (int k = 0; k < kLanes; ++k) motor_.data()[k] = track_.counts[k] * step_[k];
   for (Eigen::Index k = 0; ideal_ && k < q_.size(); ++k) {
     if (options_.step[k] > 0.0) continue;
-    motor_[k] = motor[k];
-    motor_v_[k] = (motor[k] - track_.motor[k]) / dt;
+    motor_[k] = track_.motor[k];
+    motor_v_[k] = (track_.motor[k] - track_.motor_before[k]) / dt;
   }
   multiply(coupling_, lanes(motor_), lanes(q_));
   if (options_.velocity_window > 0.0) motor_v_ = (motor_ - earlier(dt)) / options_.velocity_window;

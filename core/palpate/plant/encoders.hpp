@@ -35,15 +35,17 @@ class Encoders {
  private:
   /// State of all encoders.
   struct alignas(64) Tracks {
-    Lanes motor{};       ///< true position [rad]
-    Lanes counts{};      ///< its whole counts
-    Lanes edge{};        ///< position of the last edge [rad]
-    Lanes v_edges{};     ///< velocity between the last two edges [rad/s]
-    Lanes since_edge{};  ///< time since the last edge [s]
+    Lanes motor{};         ///< true position [rad]
+    Lanes motor_before{};  ///< the same one period ago [rad]
+    Lanes counts{};        ///< whole counts of the true position
+    Lanes edge{};          ///< position of the last edge [rad]
+    Lanes v_edges{};       ///< velocity between the last two edges [rad/s]
+    Lanes since_edge{};    ///< time since the last edge [s]
   };
-  static void pass_edges(const Lanes& step, const Lanes& motor, const Lanes& counts, double dt, Tracks& track) noexcept;
-  /// Positions and velocities from the counts of this period and the true motor positions.
-  void estimate(const Lanes& motor, double dt) noexcept;
+  static void pass_edges(const Lanes (&inverse)[kLanes], const Lanes& step, const Lanes& q, double dt,
+                         Tracks& track) noexcept;
+  /// Positions and velocities from the state after this period.
+  void estimate(double dt) noexcept;
   /// Motor positions one window ago, or those of the reset if that is later.
   const JointVector& earlier(double dt) noexcept;
 

@@ -161,13 +161,13 @@ struct Leader::Impl {
   }
 
   /// The pull of the hand towards its path, from the pose of the handle in `d`.
-  void pull_towards(const Pose& X_path, const Twist& V_path) noexcept {
+  void pull_handle(const Pose& X_path, const Twist& V_path) noexcept {
     alignas(64) HandleLanes error;
-    if (!pose_error(*d, numbers(X_path.p), numbers(X_path.R), error)) {
-      using Columns = Eigen::Map<const Mat3, 0, Eigen::OuterStride<4>>;
-      Vec3::Map(error + 4) = rotation_vector(X_path.R * Columns(d->tip[0]).transpose());
-    }
-    pull(impedance, error, numbers(V_path.v), numbers(V_path.w), force.F);
+    const auto &v_path = numbers(V_path.v), &w_path = numbers(V_path.w);
+    if (pull_towards(*d, impedance, numbers(X_path.p), numbers(X_path.R), v_path, w_path, error, force.F)) return;
+    using Columns = Eigen::Map<const Mat3, 0, Eigen::OuterStride<4>>;
+    Vec3::Map(error + 4) = rotation_vector(X_path.R * Columns(d->tip[0]).transpose());
+    pull(impedance, error, v_path, w_path, force.F);
   }
 
   /// Solves the step for the present force and response of the hand. Returns the square of the hand's linear force.
@@ -194,7 +194,7 @@ struct Leader::Impl {
     arm.elastic(q_mid, elastic);
     evaluate(dt);
     sum_loads(*d, joints, dt, tau_drives, elastic, lanes(q_mid), lanes(v), loads, V_handle);
-    pull_towards(X_path, V_path);
+    pull_handle(X_path, V_path);
     const double most = hand.grip_force_max, squared_force = advance(dt);
     slipped = squared_force > most * most;
     if (slipped) {  // the fingers slide: the force is what they can hold, whatever the velocity

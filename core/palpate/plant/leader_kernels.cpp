@@ -23,6 +23,13 @@ PALPATE_INLINE Pack handle_velocity(const arm::LaneDynamics& d, const Pack& v) n
   return {sums[0], sums[1]};
 }
 
+/// Force of the hand's spring and damper.
+PALPATE_INLINE Pack spring_and_damper(const HandLanes& hand, const Pack& error, const double (&v)[3],
+                                      const double (&w)[3]) noexcept {
+  const Pack V_path = {Four{v[0], v[1], v[2], 0.0}, Four{w[0], w[1], w[2], 0.0}};
+  return load(hand.K) * error + load(hand.B) * V_path;
+}
+
 }  // namespace
 
 PALPATE_AVX2_TOO void to_middle(double dt, const Lanes& q, const Lanes& v, const Lanes& v_before, Lanes& q_mid,
@@ -41,8 +48,14 @@ PALPATE_AVX2_TOO void sum_loads(const arm::LaneDynamics& d, const LeaderJoints& 
   store(handle_velocity(d, load(v)), V);
 }
 
-PALPATE_AVX2_TOO bool pose_error(const arm::LaneDynamics& d, const double (&p)[3], const double (&R)[9],
-                                 HandleLanes& error) noexcept {
+PALPATE_AVX2_TOO void pull(const HandLanes& hand, const HandleLanes& error, const double (&v)[3], const double (&w)[3],
+                           HandleLanes& F) noexcept {
+  store(spring_and_damper(hand, load(error), v, w), F);
+}
+
+PALPATE_AVX2_TOO bool pull_towards(const arm::LaneDynamics& d, const HandLanes& hand, const double (&p)[3],
+                                   const double (&R)[9], const double (&v)[3], const double (&w)[3], HandleLanes& error,
+                                   HandleLanes& F) noexcept {
   const auto* columns = reinterpret_cast<const FourInMemory*>(d.tip);
   Four cross = {}, product = {};
   for (int i = 0; i < 3; ++i) {
@@ -52,14 +65,10 @@ PALPATE_AVX2_TOO bool pose_error(const arm::LaneDynamics& d, const double (&p)[3
   }
   const Four sine = 0.5 * __builtin_shufflevector(cross, cross, 1, 2, 0, 3), squares = sine * sine;
   const double z = squares[0] + squares[1] + squares[2], trace = product[0] + product[1] + product[2];
-  store({Four{p[0], p[1], p[2], 0.0} - columns[3], arc_sine_ratio(z) * sine}, error);
+  const Pack both = {Four{p[0], p[1], p[2], 0.0} - columns[3], arc_sine_ratio(z) * sine};
+  store(both, error);
+  store(spring_and_damper(hand, both, v, w), F);
   return z < kSmallSine && trace > 1.0;
-}
-
-PALPATE_AVX2_TOO void pull(const HandLanes& hand, const HandleLanes& error, const double (&v)[3], const double (&w)[3],
-                           HandleLanes& F) noexcept {
-  const Pack V_path = {Four{v[0], v[1], v[2], 0.0}, Four{w[0], w[1], w[2], 0.0}};
-  store(load(hand.K) * load(error) + load(hand.B) * V_path, F);
 }
 
 PALPATE_AVX2_TOO void assemble(const arm::LaneDynamics& d, const LeaderJoints& joints, const HandLanes& hand, double dt,

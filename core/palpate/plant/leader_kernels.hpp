@@ -38,15 +38,16 @@ void sum_loads(const arm::LaneDynamics& d, const LeaderJoints& joints, double dt
                const Lanes& tau_elastic, const Lanes& q_mid, const Lanes& v, LeaderLoads& loads,
                HandleLanes& V) noexcept;
 
-/// Displacement and rotation vector from the handle to the pose (p, columns of R). Half the sum of the cross products
-/// of both poses' axes is the axis of the rotation times its sine. Returns false if the rotation is too large for the
-/// series of the arc sine; the rotation vector is then invalid.
-[[nodiscard]] bool pose_error(const arm::LaneDynamics& d, const double (&p)[3], const double (&R)[9],
-                              HandleLanes& error) noexcept;
-
 /// Force of spring and damper for the error of the handle's pose and the velocity (v, w) of the path.
 void pull(const HandLanes& hand, const HandleLanes& error, const double (&v)[3], const double (&w)[3],
           HandleLanes& F) noexcept;
+
+/// The same towards the pose (p, columns of R). Error: displacement and rotation vector from the handle to that pose.
+/// Half the sum of the cross products of both poses' axes is the axis of the rotation times its sine. Returns false if
+/// the rotation is too large for the series of the arc sine; the rotation vector and its moment are then invalid.
+[[nodiscard]] bool pull_towards(const arm::LaneDynamics& d, const HandLanes& hand, const double (&p)[3],
+                                const double (&R)[9], const double (&v)[3], const double (&w)[3], HandleLanes& error,
+                                HandleLanes& F) noexcept;
 
 /// Equation A v = b of the velocity at the end of the step: the inertia, and the momentum after all impulses but dry
 /// friction. d.M includes the inertia of the hand and of its response; V: velocity of the handle at v; F_push:
