@@ -144,6 +144,16 @@ def test_means_are_those_of_all_operators_and_unfinished_trials_are_counted():
     assert (row["path_error_mm"], row["time_s"], row["unfinished"]) == (3.5, 2.0, 1)
 
 
+def test_bounds_of_a_relative_change_lie_around_it():
+    """Reference: the ratio of two means of normal trials, to first order."""
+    rng, n = np.random.default_rng(4), 400
+    before, after = 10.0 + rng.normal(size=n), 8.0 + rng.normal(size=n)
+    change, low, high = effects.relative_change(before, after, rng.integers(n, size=(effects.BOOTSTRAPS, n)))
+    error = 1.96 * np.std(after / after.mean() - before / before.mean()) * 0.8 / np.sqrt(n)
+    assert change == pytest.approx(after.mean() / before.mean() - 1.0)
+    assert (change - low, high - change) == (pytest.approx(error, rel=0.1), pytest.approx(error, rel=0.1))
+
+
 def test_bounds_of_a_bootstrap_are_two_standard_errors_wide():
     """Reference: normal trials, for which the bounds of a mean, a ratio of means and Hedges' g are known."""
     rng, n = np.random.default_rng(6), 400

@@ -223,3 +223,7 @@ def test_swings_are_an_option_of_the_command(tmp_path):
     found = json.loads(file.read_text())
     assert (found["loops"], found["seed"], [run["run"] for run in found["runs"]]) == (4, 3, ["needed", "short"])
     assert all(run["growing"] + run["decaying"] <= 4 for run in found["runs"])
+
+
+def test_normals_of_the_pressed_planes_are_unit_vectors():
+    assert np.linalg.norm(arms.NORMALS, axis=1) == pytest.approx(np.ones(3))

@@ -40,6 +40,14 @@ def test_sleeve_is_closed_and_has_its_inner_radius():
     assert core.triangle_count == 4 * 24 * 40
 
 
+def test_traced_curve_is_pressed_with_half_a_newton_on_both_sides_of_the_middle():
+    errand, radius = TASKS["tracing"]().errand, 0.002
+    path = errand.path
+    assert path[0, :2] == pytest.approx([-0.02, 0.0], abs=1e-9)
+    assert path[-1, :2] == pytest.approx([0.02, 0.0], abs=1e-9)
+    assert errand.stiffness * (radius - path[:, 2]) == pytest.approx(np.full(len(path), 0.5))
+
+
 def test_hedges_g():
     """Hedges' g against its definition, with the correction for small samples."""
     rng = np.random.default_rng(0)

@@ -76,6 +76,12 @@ def test_measures_of_a_damped_swing():
     assert not found["limit_cycle"]
 
 
+def test_settling_ends_with_the_first_sample_that_stays_near_rest():
+    t = np.arange(2000) * 0.002
+    y = np.where(t < 1.0 - 1e-9, WALL - 1e-3, np.where(t < 1.1 - 1e-9, WALL + 0.003, WALL + 0.002))
+    assert judge(Trace(t, y, 0 * t, 0 * t))["settling_s"] == pytest.approx(0.1, abs=1e-6)
+
+
 @pytest.mark.parametrize(("swing", "cycle"), [("lasts", True), ("undecided", True), ("decays", False)])
 def test_a_swing_that_decays_is_no_limit_cycle(swing, cycle):
     t = np.arange(0.0, 4.0, 0.002)
