@@ -18,7 +18,6 @@ from typing import Protocol, TypedDict
 import numpy as np
 
 from palpate import _core, _verify
-from palpate.errors import PalpateError
 from palpate.record.ticks import TICK, Ticks, Timing
 from palpate.scene import Scene, rig
 from palpate.scene.together import capsules
