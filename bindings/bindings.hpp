@@ -7,7 +7,6 @@ namespace palpate::bindings {
 
 void bind_algorithm1(nanobind::module_& m);
 void bind_arm(nanobind::module_& m);
-void bind_axis(nanobind::module_& m);
 void bind_camera(nanobind::module_& m);
 void bind_contact(nanobind::module_& m);
 void bind_crtk(nanobind::module_& m);
@@ -16,7 +15,6 @@ void bind_fixtures(nanobind::module_& m);
 void bind_guidance_run(nanobind::module_& m);
 void bind_force(nanobind::module_& m);
 void bind_guidance(nanobind::module_& m);
-void bind_guidance_bench(nanobind::module_& m);
 void bind_live(nanobind::module_& m);
 void bind_loop(nanobind::module_& m);
 void bind_mapping(nanobind::module_& m);
@@ -25,7 +23,6 @@ void bind_point_surface(nanobind::module_& m);
 void bind_surfaces(nanobind::module_& m);
 void bind_scene(nanobind::module_& m);
 void bind_simulation(nanobind::module_& m);
-void bind_soak(nanobind::module_& m);
 void bind_stability(nanobind::module_& m);
 void bind_tissue(nanobind::module_& m);
 void bind_torque(nanobind::module_& m);

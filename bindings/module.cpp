@@ -11,18 +11,15 @@ NB_MODULE(_core, m) {
   palpate::bindings::bind_tissue(m);
   palpate::bindings::bind_contact(m);
   palpate::bindings::bind_algorithm1(m);
-  palpate::bindings::bind_soak(m);
   palpate::bindings::bind_guidance(m);
   palpate::bindings::bind_fixtures(m);
   palpate::bindings::bind_guidance_run(m);
-  palpate::bindings::bind_guidance_bench(m);
   palpate::bindings::bind_mapping(m);
   palpate::bindings::bind_force(m);
   palpate::bindings::bind_stability(m);
   palpate::bindings::bind_arm(m);
   palpate::bindings::bind_plant(m);
   palpate::bindings::bind_camera(m);
-  palpate::bindings::bind_axis(m);
   palpate::bindings::bind_torque(m);
   palpate::bindings::bind_loop(m);
   palpate::bindings::bind_simulation(m);

@@ -75,11 +75,10 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("palpate")
-    if name == "_core":  # first import of the compiled core: rebuild it if its sources changed
-        from palpate.rebuild import refresh
+    if name in ("_core", "_dvrk", "_verify"):  # compiled on first import where that is needed
+        from palpate.rebuild import extension
 
-        refresh()
-        return import_module("palpate._core")
+        return extension(name)
     if name in _MODULE_OF:
         return getattr(import_module(_MODULE_OF[name]), name)
     if name in ("contact", "guidance", "planning", "registration", "shapes", "surfaces"):

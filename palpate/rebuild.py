@@ -1,4 +1,7 @@
-"""In a developer's editable install: the core is compiled again when one of its sources has changed.
+"""In a developer's editable install: the extensions are compiled when they are needed.
+
+The core is compiled again when one of its sources has changed. `make demo` does not compile `_dvrk` and `_verify`: the
+first import of one of them does.
 
 scikit-build-core can do so at every import, but takes over half a second to find out that nothing has changed. Looking
 at the time stamps of the sources takes a few milliseconds. An installed wheel has nothing to rebuild.
@@ -10,11 +13,26 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Callable
+from importlib import import_module, invalidate_caches
 from importlib.util import find_spec
 from pathlib import Path
+from types import ModuleType
 
 _ROOT = Path(__file__).resolve().parent.parent
 _SOURCES = ("core", "simulators", "bindings", "CMakeLists.txt")
+
+
+def extension(name: str) -> ModuleType:
+    """The module `palpate._core`, `_dvrk` or `_verify`, compiled first if a source has changed or it is missing.
+
+    Raises:
+        ImportError: a source does not compile; the compiler's words are on the standard error.
+    """
+    refresh()
+    if name != "_core" and find_spec(f"palpate.{name}") is None:
+        _complete(name)
+    return import_module(f"palpate.{name}")
 
 
 def refresh() -> None:
@@ -23,12 +41,28 @@ def refresh() -> None:
     Raises:
         ImportError: a source does not compile; the compiler's words are on the standard error.
     """
-    rebuild = getattr(getattr(sys.modules["palpate"], "__loader__", None), "rebuild", None)  # scikit-build-core's
-    if rebuild is None:
-        return
-    stamp = _ROOT / "build" / f"compiled-{sys.implementation.cache_tag}"
-    if max(_newest(str(_ROOT / source)) for source in _SOURCES) <= _compiled(stamp):
-        return
+    rebuild = _rebuild()
+    if rebuild is not None and max(_newest(str(_ROOT / source)) for source in _SOURCES) > _compiled(_stamp()):
+        _compile(rebuild)
+
+
+def _complete(name: str) -> None:
+    """Compile what the first demo does without, because it needs the extension of this name."""
+    tag = f"cp{sys.version_info.major}{sys.version_info.minor}-*"
+    build, rebuild = next((_ROOT / "build").glob(f"{tag}/CMakeCache.txt"), None), _rebuild()
+    if build is None or rebuild is None:
+        raise ImportError(f"palpate.{name} is not compiled. Mend: make setup")
+    print("palpate: compiling the simulated dVRK and what judges the core, once (about half a minute)", file=sys.stderr)
+    configure = ["cmake", "-DPALPATE_ALL=ON", str(build.parent)]
+    _compile(lambda: (subprocess.run(configure, check=True, stdout=subprocess.DEVNULL), rebuild()))
+
+
+def _rebuild() -> Callable[[], None] | None:
+    """What compiles and installs the extensions: scikit-build-core's; None in an installed wheel."""
+    return getattr(getattr(sys.modules["palpate"], "__loader__", None), "rebuild", None)
+
+
+def _compile(rebuild: Callable[[], object]) -> None:
     began, path = time.time(), os.environ.get("PATH", "")
     os.environ["PATH"] = os.pathsep.join((os.path.join(sys.prefix, "bin"), path))  # cmake and ninja are installed there
     try:
@@ -37,8 +71,13 @@ def refresh() -> None:
         raise ImportError("the C++ core of palpate does not compile; the compiler's words are above") from None
     finally:
         os.environ["PATH"] = path
-    stamp.touch()
-    os.utime(stamp, (began, began))
+    invalidate_caches()
+    _stamp().touch()
+    os.utime(_stamp(), (began, began))
+
+
+def _stamp() -> Path:
+    return _ROOT / "build" / f"compiled-{sys.implementation.cache_tag}"
 
 
 def _compiled(stamp: Path) -> float:

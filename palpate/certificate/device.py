@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import yaml
 
-from palpate import _core
 from palpate.arrays import Array
 from palpate.certificate.loop import SampledLoop, difference
 from palpate.errors import OutputError, PalpateError, RecordingError
 from palpate.hands import PRESETS, Hand
+
+if TYPE_CHECKING:
+    from palpate import _verify
 
 #: Speed of the fastest tap that a certificate considers [m/s]. Dry friction damps the fastest tap least.
 TAP = 0.5
@@ -76,8 +78,10 @@ class DeviceModel:
 
     def __post_init__(self) -> None:
         """Refuse values outside their physical range."""
+        from palpate import _verify  # compiled on first use
+
         try:
-            _core.Axis(self.axis(self.hands[0], 0.0, 0.0))
+            _verify.Axis(self.axis(self.hands[0], 0.0, 0.0))
         except ValueError as error:
             what, _, mend = str(error).partition(": ")
             raise PalpateError(what.replace("axis", "device"), mend=mend) from None
@@ -135,9 +139,11 @@ class DeviceModel:
         return SampledLoop(A, np.array([0.0, 1.0 / M]), np.array([1.0, 0.0]), T, self.delay + self.jitter,
                     velocity=difference(T, self.filter))  # fmt: skip
 
-    def axis(self, hand: Hand, K: float, B: float, bilateral: bool = False) -> _core.AxisOptions:
+    def axis(self, hand: Hand, K: float, B: float, bilateral: bool = False) -> _verify.AxisOptions:
         """Options of the simulated axis with all nonlinear effects, for a wall of K [N/m] and B [N s/m]."""
-        o = _core.AxisOptions()
+        from palpate import _verify
+
+        o = _verify.AxisOptions()
         o.mass, o.damping, o.coulomb, o.rate = self.mass, self.damping, self.friction, self.rate
         o.delay, o.jitter, o.quantum, o.velocity_cutoff = self.delay, self.jitter, self.quantum, self.filter
         o.hand_mass, o.hand_damping, o.hand_stiffness = hand.mass, hand.damping, hand.stiffness

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate import _core
 from palpate.certificate.device import TAP, DeviceModel
 from palpate.hands import Hand
 
@@ -48,7 +47,9 @@ TRIALS = (
 
 def oscillates(device: DeviceModel, hand: Hand, K: float, B: float) -> bool:
     """True if any of `TRIALS` leaves a persistent oscillation. The simulated axis chooses the duration of each run."""
-    spring, wall = (_core.Axis(device.axis(hand, K, B, bilateral)) for bilateral in (True, False))
+    from palpate import _verify  # compiled on first use
+
+    spring, wall = (_verify.Axis(device.axis(hand, K, B, bilateral)) for bilateral in (True, False))
     stiff = K + hand.stiffness
     w_n = np.sqrt(stiff / (device.mass + hand.mass))
     return any(

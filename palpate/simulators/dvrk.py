@@ -23,13 +23,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from palpate import _dvrk
 from palpate.arm import Arm, models_folder
 from palpate.errors import ArmError
-
-try:
-    from palpate import _dvrk
-except ImportError as missing:  # a clone in which only `make demo` ran
-    raise ImportError("the simulated dVRK is not compiled yet. Mend: make setup") from missing
 
 #: Names of the arms that can be simulated.
 ARMS = ("MTMR", "MTML", "PSM1", "PSM2", "PSM3", "ECM")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import palpate
-from palpate import _core
+from palpate import _verify
 from palpate.arrays.plain import plain
 from palpate.certificate import classical
 from palpate.certificate.device import is_device
@@ -18,7 +18,7 @@ NORMAL = PRESETS["normal"]
 
 def rests(device, K, B, spring=True, v0=0.2):
     o = device.axis(device.hands[0], K, B, spring)
-    return not _core.Axis(o).run(duration=6.0, v0=v0, x0=0.0 if spring else 2.0 / (K + o.hand_stiffness),
+    return not _verify.Axis(o).run(duration=6.0, v0=v0, x0=0.0 if spring else 2.0 / (K + o.hand_stiffness),
                                  push=0.0 if spring else 2.0).oscillates  # fmt: skip
 
 

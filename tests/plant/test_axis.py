@@ -7,11 +7,11 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from palpate import _core
+from palpate import _verify
 
 
 def options(**values):
-    o = _core.AxisOptions()
+    o = _verify.AxisOptions()
     o.damping = 0.0
     for name, value in values.items():
         setattr(o, name, value)
@@ -19,7 +19,7 @@ def options(**values):
 
 
 def axis(**values):
-    return _core.Axis(options(**values))
+    return _verify.Axis(options(**values))
 
 
 def reference(o, duration, x0, v0, push=0.0, path=()):
@@ -93,7 +93,7 @@ def test_positions_agree_with_an_adaptive_integrator(name):
     o = options(**({"rate": 500.0, "mass": 0.25, "damping": 0.4} | LOOPS[name]))
     path = 4e-3 * np.sin(np.arange(60) * 0.15) if "hand" in name else np.zeros(0)
     start = {"duration": 0.3, "x0": -1e-3, "v0": 0.12, "push": 0.4}
-    _, rows = _core.Axis(o).trace(**start, path=path.tolist())
+    _, rows = _verify.Axis(o).trace(**start, path=path.tolist())
     assert np.abs(rows[:, 1] - reference(o, **start, path=path)).max() < 2e-8
 
 

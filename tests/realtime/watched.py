@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate import _core
+from palpate import _core, _verify
 from palpate.arm import Arm
 from palpate.guidance import curve
 from palpate.mesh import Mesh
@@ -393,7 +393,7 @@ def geometries() -> dict[str, object]:
         for n in (300, 300, 1000, 3000):
             part = np.ascontiguousarray(X[:: 3000 // n])
             before = counts(me)
-            _core.time_query(shape, part)
+            _verify.time_query(shape, part)
             counted[name].append((counts(me) - before).tolist())
     return counted
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from palpate import _core
+from palpate import _core, _verify
 
 DT = 1e-3
 COUPLING, LOW_PASS, CAPS = 0, 1, 3
@@ -18,7 +18,7 @@ def run(forces, stiffness=0.0, dt=DT, **options):
     o = _core.StabilityOptions()
     for name, value in {"passivity": "off", "force_cap": 1e6, "rate_cap": 1e9, **options}.items():
         setattr(o, name, value)
-    stage = _core.Stability(o, dt)
+    stage = _verify.Stability(o, dt)
     out = None
     rows = []
     for F in forces:

@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from palpate import _core
+from palpate import _verify
 
 
 def run(x, F, F_damping, F_cut, spring):
-    ledger = _core.Ledger()
+    ledger = _verify.Ledger()
     steps = (ledger.step(*row) for row in zip(x, F, F_damping, F_cut, spring, strict=True))
     return np.array([(e.port, e.spring, e.damping, e.cut) for e in steps])
 

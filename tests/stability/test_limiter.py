@@ -8,7 +8,7 @@ from effort import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate import _core
+from palpate import _core, _verify
 
 CAP, RATE, STALE = 3.0, 50.0, 0.03
 LEADER_STALE, FOLLOWER_STALE, NOT_FINITE, FORCE_CAPPED, RATE_CAPPED = 4, 8, 16, 1, 2
@@ -18,7 +18,7 @@ def limiter(dt=1e-3, **options):
     o = _core.StabilityOptions()
     for name, value in options.items():
         setattr(o, name, value)
-    return _core.Limiter(o, dt)
+    return _verify.Limiter(o, dt)
 
 
 def test_defaults_are_the_documented_ones():

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate import _core
+from palpate import _core, _verify
 
 DT = 1e-3
 UNKNOWN = math.inf
@@ -23,7 +23,7 @@ class Port:
         o.delay = delay
         for name, value in changes.items():
             setattr(o, name, value)
-        self.stage = _core.Stability(o, DT)
+        self.stage = _verify.Stability(o, DT)
         self.line, self.x, self.energy = [0.0] * round(delay / DT), None, 0.0
 
     def step(self, x, v, requested, potential=UNKNOWN):
@@ -115,7 +115,7 @@ def test_limit_takes_no_force_from_an_honest_spring(K, extra, press, releases, s
 def test_reserve_pays_for_the_removal_of_every_wrench_within_the_caps():
     o = _core.StabilityOptions()
     o.delay, o.low_pass = 0.004, 40.0
-    stage = _core.Stability(o, DT)
+    stage = _verify.Stability(o, DT)
     lag = (1.0 - _core.low_pass_share(o.low_pass, DT)) / _core.low_pass_share(o.low_pass, DT) * DT
     until = o.delay + lag + DT
     cost = o.allowance

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate import _core
+from palpate import _core, _verify
 
 DT, ALLOWANCE = 1e-3, 5e-4
 
@@ -17,7 +17,7 @@ def observe(x, F, v=None, **options):
     o = _core.StabilityOptions()
     for name, value in options.items():
         setattr(o, name, value)
-    observer = _core.PassivityObserver(o, DT)
+    observer = _verify.PassivityObserver(o, DT)
     v = np.gradient(x, DT) if v is None else v
     energy = [observer.step(np.array([a, 0, 0]), np.array([b, 0, 0]), np.array([c, 0, 0]))
             for a, b, c in zip(x, v, F, strict=True)]  # fmt: skip
@@ -74,22 +74,22 @@ def test_delayed_force_is_accounted_when_it_acts(fifties, seed):
 def test_energy_of_delayed_forces_is_reserved_until_they_act():
     o = _core.StabilityOptions()
     o.delay = 0.005
-    observer = _core.PassivityObserver(o, DT)
+    observer = _verify.PassivityObserver(o, DT)
     costs = []
     for k in range(8):
         F = 1.0 if k == 0 else 0.0
         observer.step(np.zeros(3), np.array([0.2, 0, 0]), np.array([F, 0, 0]))
         costs.append(observer.in_flight)
     # A force sent at k = 0 acts for 1 ms after 5 ms, with 0.2 m/s and 5 m/s^2 until then; the reserve shrinks to zero.
-    assert costs[0] == pytest.approx(_core.held_cost(1.0, 0.2 + 0.5 * 5.0 * DT, 5.0, 0.004, 0.005))
-    assert costs[4] == pytest.approx(_core.held_cost(1.0, 0.2 + 0.5 * 5.0 * DT, 5.0, 0.0, 0.001))
+    assert costs[0] == pytest.approx(_verify.held_cost(1.0, 0.2 + 0.5 * 5.0 * DT, 5.0, 0.004, 0.005))
+    assert costs[4] == pytest.approx(_verify.held_cost(1.0, 0.2 + 0.5 * 5.0 * DT, 5.0, 0.0, 0.001))
     assert costs[5:] == [0.0, 0.0, 0.0]
 
 
 def dissipation(coulomb, viscous, quantum):
     f = _core.CertainFriction()
     f.coulomb, f.viscous, f.quantum = np.array([coulomb]), np.array([viscous]), np.array([quantum])
-    return _core.Dissipation(f, DT)
+    return _verify.Dissipation(f, DT)
 
 
 @settings(max_examples=80, deadline=None)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate import _core
+from palpate import _core, _verify
 
 DT, ALLOWANCE, A = 1e-3, 5e-4, 5.0
 PASSIVITY = 1 << 13
@@ -24,7 +24,7 @@ def options(**changes):
 
 def drive(o, x, requested, delay=0, drive_share=1.0):
     """(commanded force, true port energy) of a stage along a motion x (n,) [m]; `delay` in whole periods."""
-    stage = _core.Stability(o, DT)
+    stage = _verify.Stability(o, DT)
     v = np.diff(x, prepend=x[0]) / DT
     F = np.zeros(len(x))
     for k in range(len(x)):
@@ -95,7 +95,7 @@ def test_slow_spring_is_unchanged():
 
 
 def test_withheld_force_is_reported():
-    stage = _core.Stability(options(allowance=0.0), DT)
+    stage = _verify.Stability(options(allowance=0.0), DT)
     zero = np.zeros(3)
     out = stage.step([-1.0, 0, 0], zero, np.array([-0.1, 0, 0]))  # the hand moves outwards and has put in no energy
     assert out.status & PASSIVITY
@@ -108,7 +108,7 @@ def test_tank_discards_excess_energy_but_the_observer_does_not():
     x = np.concatenate([press(0.005, 1.0), np.zeros(100)])
     held = np.where(np.arange(len(x)) < 500, -2.0, 0.0)  # force only during the motion inwards: 10 mJ are left
     for mode, capacity, expected in (("tank", 0.004, 0.004), ("observer", 0.004, 0.01 + ALLOWANCE)):
-        stage = _core.Stability(options(passivity=mode, tank_capacity=capacity, rate_cap=1e4), DT)
+        stage = _verify.Stability(options(passivity=mode, tank_capacity=capacity, rate_cap=1e4), DT)
         levels = []
         for k in range(len(x)):
             out = stage.step([held[k], 0, 0], np.array([x[k], 0, 0]), np.zeros(3))
@@ -123,14 +123,14 @@ def test_mode_off_changes_nothing():
     x = press(0.006, 0.2, 4)
     requested = -3000.0 * x
     F, _ = drive(options(passivity="off"), x, requested)
-    limiter = _core.Limiter(options(), DT)
+    limiter = _verify.Limiter(options(), DT)
     np.testing.assert_array_equal(F, [limiter.step([w, 0, 0])[0][0] for w in requested])
 
 
 @pytest.mark.parametrize("number", [math.nan, math.inf, -math.inf, 1e308])
 def test_invalid_numbers_do_not_corrupt_the_filters(number):
     o = options(low_pass=20.0, coupling_stiffness=500.0, coupling_damping=3.0)
-    stage = _core.Stability(o, DT)
+    stage = _verify.Stability(o, DT)
     for k in range(60):
         F = [number if k == 20 else -1.0, 0, 0]
         out = stage.step(F, np.array([1e-4 * k, 0, 0]), np.array([0.1, 0, 0]), stiffness=300.0)
@@ -148,9 +148,9 @@ def numeric(F, u, a, begin, end, rate=0.0):
 @given(F=st.floats(0, 10), u=st.floats(-2, 2), a=st.floats(0.1, 100), begin=st.floats(0, 0.1), span=st.floats(0, 0.1))
 @settings(max_examples=50, deadline=None)
 def test_costs_equal_their_integrals(F, u, a, begin, span):
-    held = _core.held_cost(F, u, a, begin, begin + span)
+    held = _verify.held_cost(F, u, a, begin, begin + span)
     assert held == pytest.approx(numeric(F, u, a, begin, begin + span), rel=1e-4, abs=1e-9)
-    ramp = _core.ramp_cost(F, u, a, begin, 50.0)
+    ramp = _verify.ramp_cost(F, u, a, begin, 50.0)
     assert ramp == pytest.approx(numeric(F, u, a, begin, begin + max(F, 1e-9) / 50.0, 50.0), rel=1e-4, abs=1e-9)
 
 
@@ -161,7 +161,7 @@ WRONG = {"delay": 2.0, "acceleration": 0.0, "allowance": -1.0, "tank_capacity": 
 @pytest.mark.parametrize(("name", "value"), WRONG.items())
 def test_invalid_options_are_reported(name, value):
     with pytest.raises(ValueError, match=f"stability.{name}"):
-        _core.Stability(options(passivity="tank", **{name: value}), DT)
+        _verify.Stability(options(passivity="tank", **{name: value}), DT)
 
 
 def test_unknown_mode_is_reported():
@@ -176,7 +176,7 @@ def test_clutch_resets_an_energy_deficit():
     pressed = np.concatenate([np.linspace(-0.004, 0.003, 700), np.linspace(0.003, -0.004, 700)])
     x = np.concatenate([snatched, pressed, pressed, pressed])
     clutch = slice(len(snatched) + 1400, len(snatched) + 1500)  # before the last but one press, in free space
-    stage, F, stored = _core.Stability(o, DT), np.zeros(len(x)), np.zeros(len(x))
+    stage, F, stored = _verify.Stability(o, DT), np.zeros(len(x)), np.zeros(len(x))
     v = np.diff(x, prepend=x[0]) / DT
     for k in range(len(x)):
         engaged = not clutch.start <= k < clutch.stop

@@ -72,3 +72,27 @@ def test_installed_wheel_is_not_rebuilt(source, monkeypatch):
     monkeypatch.setattr(palpate, "__loader__", object())
     source.write_text("new")
     rebuild.refresh()
+
+
+def test_missing_extension_is_compiled_on_first_import(source, monkeypatch, capsys):
+    """The first demo configures without `_verify` and `_dvrk`."""
+    build = source.parents[2] / "build" / f"cp{sys.version_info.major}{sys.version_info.minor}-test"
+    build.mkdir()
+    (build / "CMakeCache.txt").touch()
+    loader, configured, whole = Loader(), [], object()
+    monkeypatch.setattr(palpate, "__loader__", loader)
+    monkeypatch.setattr(rebuild, "find_spec", lambda name: object() if loader.count else None)
+    monkeypatch.setattr(rebuild.subprocess, "run", lambda command, **_: configured.append(command))
+    monkeypatch.setattr(rebuild, "import_module", lambda name: whole if loader.count else pytest.fail("not compiled"))
+    assert rebuild.extension("_verify") is whole
+    assert configured == [["cmake", "-DPALPATE_ALL=ON", str(build)]]
+    assert capsys.readouterr().err.count("compiling") == 1
+    rebuild.extension("_dvrk")
+    assert (loader.count, len(configured)) == (1, 1)
+
+
+def test_missing_extension_of_a_wheel_is_reported(source, monkeypatch):
+    monkeypatch.setattr(palpate, "__loader__", object())
+    monkeypatch.setattr(rebuild, "find_spec", lambda name: None)
+    with pytest.raises(ImportError, match="make setup"):
+        rebuild.extension("_verify")

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from palpate import _core
+from palpate import _core, _verify
 from palpate.certificate.certificate import Case, linear_limit
 from palpate.certificate.device import DeviceModel
 from palpate.hands import PRESETS, Hand
@@ -75,7 +75,7 @@ def test_largest_stiffness_without_intervention(force):
 )
 def test_layer_never_acts_on_a_passive_wall_within_its_caps(changed, acts):
     """100 N/m times 5 cm/s are 5 N/s; the damper's force of 5 mN may change its sign in a tick: 10 N/s more."""
-    axis, o = _core.AxisOptions(), _core.StabilityOptions()
+    axis, o = _verify.AxisOptions(), _core.StabilityOptions()
     axis.K, axis.B, axis.damping, axis.rate, axis.delay = 100.0, 0.1, 0.0, 1000.0, 0.0
     o.force_cap, o.rate_cap, o.allowance = 2.0, 15.1, 1.0
     for name, value in changed.items():
@@ -85,7 +85,7 @@ def test_layer_never_acts_on_a_passive_wall_within_its_caps(changed, acts):
 
 def test_a_wall_is_passive_from_the_closed_form_bound_on():
     """Colgate and Schenkel 1997, with half of the friction: 0.5 b + B >= K (T / 2 + delay)."""
-    axis = _core.AxisOptions()
+    axis = _verify.AxisOptions()
     axis.damping, axis.B, axis.rate, axis.delay = 0.6, 0.2, 500.0, 0.004  # 0.5 N s/m over 5 ms
     for K, passive in ((99.9, True), (100.1, False)):
         axis.K = K
@@ -174,7 +174,7 @@ def test_a_case_is_certified_with_its_own_hand(drawn):
 
 def test_energy_of_the_port_is_that_of_the_wall_with_the_losses_of_the_device():
     """2 N s/m at 10 mm/s for 0.1 s lose 20 uJ; 0.5 N over 1 mm loses 500 uJ."""
-    axis = _core.AxisOptions()
+    axis = _verify.AxisOptions()
     axis.rate, axis.damping, axis.coulomb = 1000.0, 2.0, 0.5
     rows = np.zeros((101, 5))
     rows[:, 1], rows[:, 4] = 1e-5 * np.arange(101), -3e-3
@@ -184,7 +184,7 @@ def test_energy_of_the_port_is_that_of_the_wall_with_the_losses_of_the_device():
 
 
 def test_the_change_of_a_run_is_relative_to_the_largest_force_without_the_layer():
-    axis = _core.AxisOptions()
+    axis = _verify.AxisOptions()
     axis.rate, axis.damping, axis.coulomb = 1000.0, 0.0, 0.0
     without, rows = np.zeros((10, 5)), np.zeros((8, 5))
     without[:, 3], rows[:, 3] = -4.0, -3.9

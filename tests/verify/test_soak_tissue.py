@@ -5,7 +5,7 @@ import json
 import json_contract
 import pytest
 
-from palpate import _core
+from palpate import _verify
 from palpate.cli import main
 from palpate.verify.soak import tissue as soak
 
@@ -29,7 +29,7 @@ def test_same_seed_gives_the_same_actions():
 
 def test_a_tool_that_goes_through_is_found():
     """Far beyond the thickness of the body, without a limit of the force."""
-    through = _core.TissueSoakRange()
+    through = _verify.TissueSoakRange()
     through.depth, through.force_min, through.force_max = 0.3, 1e6, 2e6
     assert soak.run(30, seed=1, range_=through).failures > 0
 

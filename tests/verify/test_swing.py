@@ -7,7 +7,7 @@ import json_contract
 import numpy as np
 import pytest
 
-from palpate import _core
+from palpate import _verify
 from palpate.studies.certificate import swings
 
 DT = 1e-3
@@ -72,7 +72,7 @@ MOTIONS = {
 @pytest.mark.parametrize("name", MOTIONS)
 def test_closed_forms_of_motions(name):
     x, period, verdict, former = MOTIONS[name]
-    assert _core.judge_swing(x, DT, period, FLOOR).swing == verdict
+    assert _verify.judge_swing(x, DT, period, FLOOR).swing == verdict
     assert crossings(x) == former
 
 
@@ -86,26 +86,26 @@ def test_the_former_rule_was_wrong_about_slow_and_beating_motions():
 @pytest.mark.parametrize("growth", [-0.08, 0.0, 0.15])
 def test_growth_is_that_of_the_envelope(f, growth):
     t = np.arange(0.0, 32 / f, DT)
-    assert _core.judge_swing(sine(t, f, growth), DT, 1 / f, FLOOR).growth == pytest.approx(growth, abs=2e-3)
+    assert _verify.judge_swing(sine(t, f, growth), DT, 1 / f, FLOOR).growth == pytest.approx(growth, abs=2e-3)
 
 
 def test_chatter_of_encoder_counts_is_rest_up_to_the_floor():
     count, rng = 1e-5, np.random.default_rng(0)
-    floor = _core.AXIS_QUANTA * count
+    floor = _verify.AXIS_QUANTA * count
     for most in (1, 2, 8):
         x = count * rng.integers(-most, most + 1, 4000)
-        assert _core.judge_swing(x, DT, 0.1, floor).swing == "rests"
-    assert _core.judge_swing(count * np.round(12 * np.sin(80 * T2)), DT, 0.1, floor).swing == "lasts"
+        assert _verify.judge_swing(x, DT, 0.1, floor).swing == "rests"
+    assert _verify.judge_swing(count * np.round(12 * np.sin(80 * T2)), DT, 0.1, floor).swing == "lasts"
 
 
 # K 1400 N/m, B 1 N s/m, 0.5 kg, a hand of 0.1 kg, 2 N s/m and 250 N/m that pushes with 2 N
 def pressed(K, delay, **values):
-    o = _core.AxisOptions()
+    o = _verify.AxisOptions()
     o.mass, o.K, o.B, o.delay = 0.5, K, 1.0, delay
     o.hand_mass, o.hand_damping, o.hand_stiffness = 0.1, 2.0, 250.0
     for name, value in values.items():
         setattr(o, name, value)
-    return _core.Axis(o)
+    return _verify.Axis(o)
 
 
 @pytest.mark.parametrize("K", [1000.0, 1400.0, 1800.0])
@@ -142,7 +142,7 @@ def test_growing_and_decaying_loops_are_told_apart_by_the_eigenvalues():
     unstable, watched = 0, 0
     for seed in range(120):
         o = swings.linear(np.random.default_rng([4, seed]))
-        growth, result = swings.growth(o), _core.Axis(o).run(push=1.0, v0=0.1)
+        growth, result = swings.growth(o), _verify.Axis(o).run(push=1.0, v0=0.1)
         if abs(growth) * 0.75 * result.duration < swings.UNCLEAR:
             continue
         watched += 1

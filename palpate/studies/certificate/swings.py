@@ -13,7 +13,7 @@ from rich.console import RenderableType
 from rich.table import Table
 from scipy.linalg import expm
 
-from palpate import _core
+from palpate import _verify
 from palpate.studies._command import Sweeper
 from palpate.studies.passivity.work import log_uniform
 from palpate.sweep.grid import Point
@@ -47,7 +47,7 @@ class Swings(TypedDict):
     runs: list[Judged]
 
 
-def growth(o: _core.AxisOptions) -> float:
+def growth(o: _verify.AxisOptions) -> float:
     """The largest real part of log z / T over the eigenvalues z of the sampled bilateral loop with its delay [1/s]."""
     M, D, T = o.mass + o.hand_mass, o.damping + o.hand_damping, 1.0 / o.rate
     A = np.array([[0.0, 1.0, 0.0], [-o.hand_stiffness / M, -D / M, 1.0 / M], [0.0, 0.0, 0.0]])
@@ -68,9 +68,9 @@ def growth(o: _core.AxisOptions) -> float:
     return float(np.log(np.abs(np.linalg.eigvals(W)).max()) / T)
 
 
-def linear(rng: np.random.Generator) -> _core.AxisOptions:
+def linear(rng: np.random.Generator) -> _verify.AxisOptions:
     """A random bilateral loop without friction and counts, with K around its limit."""
-    o = _core.AxisOptions()
+    o = _verify.AxisOptions()
     o.mass, o.damping = log_uniform(rng, 0.05, 1.5), log_uniform(rng, 0.05, 5.0)
     o.rate, o.delay = float(rng.choice([250.0, 1000.0, 4000.0])), rng.uniform(0.0, 0.03)
     o.velocity_cutoff = float(rng.choice([0.0, log_uniform(rng, 10.0, 300.0)]))
@@ -82,7 +82,7 @@ def linear(rng: np.random.Generator) -> _core.AxisOptions:
     return o
 
 
-def _limit(o: _core.AxisOptions) -> float:
+def _limit(o: _verify.AxisOptions) -> float:
     """A stiffness at which decay turns into growth, by bisection [N/m]; 1 N/m if damping alone makes the loop grow."""
     low, high = 1.0, 1e6
     while high > 1.001 * low:
@@ -96,7 +96,7 @@ def judged(point: Point, seed: int) -> dict[str, float | str]:
     o = linear(np.random.default_rng(seed))
     true, found = growth(o), dict[str, float | str]()
     for run, seconds in RUNS.items():
-        result = _core.Axis(o).run(duration=seconds, push=1.0, v0=0.1)
+        result = _verify.Axis(o).run(duration=seconds, push=1.0, v0=0.1)
         clear = abs(true) * 0.75 * result.duration >= UNCLEAR
         found |= {f"{run}_swing": result.swing, f"{run}_oscillates": float(result.oscillates)}
         found |= {f"{run}_clear": float(clear or result.diverged)}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from rich.table import Table
 
-from palpate import _core
+from palpate import _verify
 from palpate.certificate import DeviceModel
 from palpate.certificate.certificate import certify_device
 from palpate.certificate.device import TAP
@@ -86,7 +86,7 @@ def oscillates(device: DeviceModel, K: float, B: float, throws: int, rng: np.ran
         speed = TAP * (rng.random() ** 0.1 if i % 2 else 10.0 ** rng.uniform(-2.0, 0.0))
         phase = rng.uniform(-np.pi, np.pi) if both else rng.choice([0.0, np.pi]) + rng.uniform(-0.5, 0.5)
         x0, v0 = press / (K + hand.stiffness) + speed / w * np.sin(phase), speed * np.cos(phase)
-        if _core.Axis(device.axis(hand, K, B, both)).run(x0=x0, v0=v0, push=press).oscillates:
+        if _verify.Axis(device.axis(hand, K, B, both)).run(x0=x0, v0=v0, push=press).oscillates:
             return True
     return False
 

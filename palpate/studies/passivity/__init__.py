@@ -1,7 +1,7 @@
 """``palpate study passivity``: test of the passivity layer on random devices, hands and walls in simulation.
 
-One axis is simulated exactly (`_core.Axis`): a device with friction and an encoder, held by a random hand that moves in
-and out of a wall of up to 5000 N/m with up to 50 ms of delay. The layer is that of the haptic cycle
+One axis is simulated exactly (`_verify.Axis`): a device with friction and an encoder, held by a random hand that moves
+in and out of a wall of up to 5000 N/m with up to 50 ms of delay. The layer is that of the haptic cycle
 (`core/palpate/stability`). It uses only data that a device has: encoder counts, the delay and half of the friction. The
 evaluation uses the true positions x_k at the cycles, which give a lower bound of the energy lost to friction:
 

@@ -13,7 +13,7 @@ import numpy as np
 from rich.console import RenderableType
 from rich.table import Table
 
-from palpate import _core
+from palpate import _core, _verify
 from palpate.arrays import Array
 from palpate.studies._command import Sweeper
 from palpate.studies.passivity.result import Extracted, ExtractedBy
@@ -101,7 +101,7 @@ def rendered(motion: Strokes, t: Array, o: _core.StabilityOptions, K: float, set
         x = setting.quantum * np.round(x / setting.quantum)
     if setting.differenced:
         v = np.diff(x, prepend=x[0]) / PERIOD
-    stage, F = _core.Stability(o, PERIOD), np.zeros(len(t))
+    stage, F = _verify.Stability(o, PERIOD), np.zeros(len(t))
     for k, (position, velocity) in enumerate(zip(x, v, strict=True)):
         wall = [-K * max(position, 0.0), 0.0, 0.0]
         out = stage.step(wall, np.array([position, 0.0, 0.0]), np.array([velocity, 0.0, 0.0]))

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from palpate import _core
+from palpate import _verify
 from palpate.hands import PRESETS
 from palpate.plotting.style import CAP, DEPTH, FORCE, INK, MUTED, Canvas, png
 from palpate.studies.passivity.result import Ran
@@ -20,7 +20,7 @@ _PRESSES = 4
 
 def wall() -> Case:
     """The case of the picture: a device like an MTM along one axis; a light hand presses 6 mm deep four times."""
-    o = _core.AxisOptions()
+    o = _verify.AxisOptions()
     o.mass, o.damping, o.coulomb, o.rate, o.quantum = 0.5, 0.3, 0.1, 1000.0, 1e-5
     o.K, o.delay = WALL
     hand = PRESETS["light"]

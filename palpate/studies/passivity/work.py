@@ -7,7 +7,7 @@ from typing import Literal
 
 import numpy as np
 
-from palpate import _core
+from palpate import _core, _verify
 from palpate.arrays import Array
 from palpate.certificate.certificate import SURE
 from palpate.certificate.device import DeviceModel
@@ -32,7 +32,7 @@ _REST = 0.2  # longest rest between two [s]
 class Case:
     """A device, its wall, and the intended motion of the hand."""
 
-    axis: _core.AxisOptions
+    axis: _verify.AxisOptions
     path: list[float]
     """Intended position of the hand in each cycle [m]; the wall is at x > 0."""
 
@@ -56,15 +56,15 @@ class Case:
         o.friction = friction
         return o
 
-    def run(self, mode: str, seconds: float | None = None) -> tuple[_core.AxisResult, Array]:
-        """The result, and the rows t, x, v, F, energy of `_core.Axis.trace`; None: as long as its judge needs."""
-        return _core.Axis(self.axis).trace(seconds, self.path[0], path=self.path, stability=self.options(mode))
+    def run(self, mode: str, seconds: float | None = None) -> tuple[_verify.AxisResult, Array]:
+        """The result, and the rows t, x, v, F, energy of `_verify.Axis.trace`; None: as long as its judge needs."""
+        return _verify.Axis(self.axis).trace(seconds, self.path[0], path=self.path, stability=self.options(mode))
 
 
 def case(seed: int) -> Case:
     """A random case that is determined by the seed."""
     rng = np.random.default_rng(seed)
-    o = _core.AxisOptions()
+    o = _verify.AxisOptions()
     o.mass, o.damping, o.coulomb = log_uniform(rng, 0.05, 0.6), rng.uniform(0.0, 1.0), rng.uniform(0.0, 0.3)
     o.rate = float(rng.choice([500.0, 1000.0, 2000.0, 4000.0]))
     o.delay = float(rng.choice([0.0, rng.uniform(0.0, 0.005), rng.uniform(0.0, 0.05)]))
@@ -101,19 +101,19 @@ def strokes(rng: np.random.Generator, n: int, dt: float) -> list[float]:
     return [float(v) for v in positions[:n]]
 
 
-def port(axis: _core.AxisOptions, rows: Array) -> tuple[Array, Array]:
+def port(axis: _verify.AxisOptions, rows: Array) -> tuple[Array, Array]:
     """(E_rendered, E_port) (n,) at each cycle [J]."""
     dx = np.diff(rows[:, 1], prepend=rows[0, 1])
     heat = np.cumsum(axis.coulomb * np.abs(dx) + axis.damping * axis.rate * dx**2)
     return rows[:, 4], rows[:, 4] + heat
 
 
-def passive(axis: _core.AxisOptions) -> bool:
+def passive(axis: _verify.AxisOptions) -> bool:
     """True if the wall is passive for every hand: b + B >= K (T / 2 + delay) with the certain friction b."""
     return FRICTION_SHARE * axis.damping + axis.B >= axis.K * (0.5 / axis.rate + axis.delay)
 
 
-def silent(axis: _core.AxisOptions, o: _core.StabilityOptions, force: float, speed: float) -> bool:
+def silent(axis: _verify.AxisOptions, o: _core.StabilityOptions, force: float, speed: float) -> bool:
     """True if the layer provably never acts for forces and speeds up to these bounds [N], [m/s].
 
     The conditions are a passive wall, inactive caps, and sufficient energy in the spring (docs/stability-passivity.md).
@@ -132,7 +132,7 @@ def pays(K: float, o: _core.StabilityOptions, force: float, speed: float, rate: 
     older = 0.5 * a / rate  # possible change of the velocity since its measurement [m/s]
     return all(
         F**2 / (2.0 * K) + o.allowance
-        >= _core.held_cost(F, u + older, a, 0.0, t) + _core.ramp_cost(F, u + older, a, t, o.rate_cap)
+        >= _verify.held_cost(F, u + older, a, 0.0, t) + _verify.ramp_cost(F, u + older, a, t, o.rate_cap)
         for F in np.linspace(0.0, force, 16)[1:]
         for u in np.linspace(0.0, speed, 5)
     )
@@ -155,7 +155,7 @@ def experiment(point: Point, seed: int) -> Ran:
     }  # fmt: skip
 
 
-def outcome(axis: _core.AxisOptions, result: _core.AxisResult, rows: Array, without: Array) -> Outcome:
+def outcome(axis: _verify.AxisOptions, result: _verify.AxisResult, rows: Array, without: Array) -> Outcome:
     """Result of a run, compared with the rows of the run without the layer."""
     rendered, whole = port(axis, rows)
     n = min(len(rows), len(without))

@@ -9,7 +9,7 @@ import numpy as np
 from rich.table import Table
 
 import palpate.contact
-from palpate import _core
+from palpate import _core, _verify
 from palpate.arrays import Array
 from palpate.studies._command import Sweeper
 from palpate.sweep import Axis, sweep
@@ -139,7 +139,7 @@ def rate_limited(force: Array, rate_cap: float) -> Array:
     """The force (n, 3) after the limiter of the loop with ``rate_cap`` [N/s], which starts settled."""
     options = _core.StabilityOptions()
     options.rate_cap, options.force_cap = rate_cap, 1e3
-    limiter = _core.Limiter(options, 1.0 / RATE)
+    limiter = _verify.Limiter(options, 1.0 / RATE)
     start = np.repeat(force[:1], int(np.linalg.norm(force[0]) / rate_cap * RATE) + 2, axis=0)
     limited = [limiter.step(F, i / RATE, i / RATE, i / RATE)[0] for i, F in enumerate(np.concatenate([start, force]))]
     return np.array(limited)[len(start) :]

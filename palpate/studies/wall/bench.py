@@ -14,7 +14,7 @@ from typing import Self, TypedDict
 
 import numpy as np
 
-from palpate import _core
+from palpate import _core, _verify
 from palpate.arrays import Array
 from palpate.record.ticks import as_ticks
 from palpate.scene import Scene
@@ -100,7 +100,7 @@ class Trace:
     energy: Array
     """Energy that the rendered force has taken from the hand, negative if generated (n,) [J]."""
     swing: str = "undecided"
-    """Verdict of `palpate._core.judge_swing` on a longer run, if the handle still moves at the end of this one."""
+    """Verdict of `palpate._verify.judge_swing` on a longer run, if the handle still moves at the end of this one."""
 
 
 class Outcome(TypedDict):
@@ -157,7 +157,7 @@ def press(setting: Setting, hand: WallPress, seconds: float = SECONDS) -> Trace:
     more = as_ticks(simulation.run(round(LONGER * setting.rate)))
     y = np.concatenate([trace.y, -more["p_LH"][:, 1]])[round((_START + hand.approach_s) * setting.rate) :]
     slowest = 2.0 * np.pi * np.sqrt((ARM + hand.mass_kg) / hand.stiffness_N_per_m)  # out of the wall
-    return replace(trace, swing=_core.judge_swing(y.tolist(), 1.0 / setting.rate, slowest, 0.5 * OSCILLATES).swing)
+    return replace(trace, swing=_verify.judge_swing(y.tolist(), 1.0 / setting.rate, slowest, 0.5 * OSCILLATES).swing)
 
 
 def _swing(trace: Trace) -> float:

@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from rich.table import Table
 
-from palpate import _core
+from palpate import _core, _verify
 from palpate.arrays import Array
 from palpate.shapes.analytic import SHAPES
 from palpate.shapes.paths import tool_path
@@ -44,21 +44,21 @@ def run(
     out: dict[str, float] = {"triangles": mesh.triangle_count, "constraints": CONSTRAINTS, "ticks": ticks}
     out |= {"cores": os.cpu_count() or 1, "load": os.getloadavg()[0]}
     on_progress(f"{ticks:,} ticks over it")
-    out |= _percentiles("query", _core.time_query(geometry, X_WT))
-    empty = _core.time_guidance(_core.Fixtures([]), X_WT, 1.0 / RATE)
+    out |= _percentiles("query", _verify.time_query(geometry, X_WT))
+    empty = _verify.time_guidance(_core.Fixtures([]), X_WT, 1.0 / RATE)
     out |= _percentiles("stage_empty", empty)
     for name, hard in (("fixture", False), ("hard_fixture", True)):
         policy = _core.Policy()
         policy.hard = hard
         fixtures = _core.Fixtures([_core.Fixture("mesh", geometry, "forbid", policy=policy)])
-        took = _core.time_guidance(fixtures, X_WT, 1.0 / RATE)
+        took = _verify.time_guidance(fixtures, X_WT, 1.0 / RATE)
         out |= _percentiles(f"{name}_added", took - np.median(empty))
     out |= _medial(triangles, ticks, float(np.median(empty)), on_progress)
     on_progress(f"{CONSTRAINTS} constraints")
-    out |= _percentiles("qp", _core.time_qp(*_programs(ticks)))
+    out |= _percentiles("qp", _verify.time_qp(*_programs(ticks)))
     A, b, y0 = _programs(ticks)
-    out |= _percentiles("qp_contradictory", _core.time_qp(A, -b, y0))
-    out |= _percentiles("hundred_hard", _core.time_guidance(_polytope(), _around(ticks), 1.0 / RATE))
+    out |= _percentiles("qp_contradictory", _verify.time_qp(A, -b, y0))
+    out |= _percentiles("hundred_hard", _verify.time_guidance(_polytope(), _around(ticks), 1.0 / RATE))
     return out | {"kept": all(out[key] <= most for key, most in BUDGET.items())}
 
 
@@ -115,11 +115,11 @@ def _medial(triangles: int, ticks: int, empty_us: float, on_progress: Callable[[
         on_progress(f"the middle of a {name} of as many triangles")
         geometry, X_WT = _core.SurfaceGeometry(_core.Mesh(*made)), _poses(paths[name], ticks)
         if name == "tube":
-            out |= _percentiles("tube_query", _core.time_query(geometry, X_WT))
+            out |= _percentiles("tube_query", _verify.time_query(geometry, X_WT))
         policy = _core.Policy()
         policy.hard = True
         fixtures = _core.Fixtures([_core.Fixture(name, geometry, "keep-in", policy=policy)])
-        out |= _percentiles(f"{name}_hard_added", _core.time_guidance(fixtures, X_WT, 1.0 / RATE) - empty_us)
+        out |= _percentiles(f"{name}_hard_added", _verify.time_guidance(fixtures, X_WT, 1.0 / RATE) - empty_us)
     return out
 
 

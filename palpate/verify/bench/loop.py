@@ -17,8 +17,7 @@ from typing import Protocol, TypedDict
 
 import numpy as np
 
-from palpate import _core
-from palpate.errors import PalpateError
+from palpate import _core, _verify
 from palpate.record.ticks import TICK, Ticks, Timing
 from palpate.scene import Scene, rig
 from palpate.scene.together import capsules
@@ -210,12 +209,8 @@ def _lockstep(setup: rig.Rig, seconds: float) -> Lockstep:
     """The control runs at the joints of the ticks before it, every quarter of a simulated second."""
     simulation, timed = setup.simulation(), setup.simulation()
     timed.watch_stages()
-    try:
-        from palpate import _pinocchio
-    except ImportError as missing:  # a clone in which only `make demo` ran
-        raise PalpateError("Pinocchio's dynamics are not compiled yet", mend="make setup") from missing
-    leader, follower = (_pinocchio.AllTerms(arm.urdf, *arm.frames) for arm in (setup.arms.leader, setup.arms.follower))
-    control = _pinocchio.BareDynamics(leader, follower)
+    leader, follower = (_verify.AllTerms(arm.urdf, *arm.frames) for arm in (setup.arms.leader, setup.arms.follower))
+    control = _verify.BareDynamics(leader, follower)
     spent, touching = 0.0, 0
     chunks = max(1, round(seconds * 1000.0 / _CHUNK))
     for _ in range(chunks):

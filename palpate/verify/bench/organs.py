@@ -15,7 +15,7 @@ from typing import TypedDict
 import numpy as np
 from rich.table import Table
 
-from palpate import _core
+from palpate import _core, _verify
 from palpate.arrays import Array
 from palpate.contact import touchable
 from palpate.contact.judging import RADIUS, STIFFNESS
@@ -179,7 +179,7 @@ def _judge(
     raw, limited = [], []
     for tips in paths:
         force = render(mesh, tips, radius=radius, stiffness=STIFFNESS).force
-        limiter = _core.Limiter(_core.StabilityOptions(), 1e-3)
+        limiter = _verify.Limiter(_core.StabilityOptions(), 1e-3)
         raw.append(_steps(force[_DOWN:]))
         limited.append(_steps(np.array([limiter.step(F)[0] for F in force])[_DOWN:]))
     (turn, change), (turn_limited, change_limited) = (map(np.concatenate, zip(*s, strict=True)) for s in (raw, limited))

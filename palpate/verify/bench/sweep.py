@@ -16,7 +16,7 @@ from typing import TypedDict, cast
 import numpy as np
 from rich.table import Table
 
-from palpate import _core
+from palpate import _verify
 from palpate.sweep import Axis, sweep
 from palpate.sweep.grid import Point
 from palpate.sweep.local import cores
@@ -59,12 +59,12 @@ class SweepBench(TypedDict):
 def wall_run(point: Point, seed: int) -> dict[str, float | bool]:
     """Simulate 2 s of a press of a random device into a random wall by a random hand."""
     rng = np.random.default_rng(seed)
-    o = _core.AxisOptions()
+    o = _verify.AxisOptions()
     o.mass, o.damping, o.coulomb = rng.uniform(0.1, 1.0), rng.uniform(0.1, 2.0), rng.uniform(0.0, 0.3)
     o.delay, o.jitter, o.quantum, o.velocity_cutoff = rng.uniform(0.0, 5e-3), 1e-3, 1e-5, 100.0
     o.K, o.B, o.seed = rng.uniform(100.0, 3000.0), rng.uniform(0.0, 10.0), seed
     o.hand_mass, o.hand_damping, o.hand_stiffness = 0.1, rng.uniform(1.0, 10.0), rng.uniform(50.0, 500.0)
-    found = _core.Axis(o).run(duration=SECONDS, x0=-1e-3, push=rng.uniform(0.5, 3.0))
+    found = _verify.Axis(o).run(duration=SECONDS, x0=-1e-3, push=rng.uniform(0.5, 3.0))
     return {"oscillates": found.oscillates, "peak_m": found.peak, "energy_J": found.energy_port}
 
 

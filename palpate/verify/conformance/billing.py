@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate import _core
+from palpate import _core, _verify
 from palpate.arrays import Array
 from palpate.verify.conformance.bench import DT, Motion
 
@@ -17,7 +17,7 @@ def billing_failure(F: Array, motion: Motion) -> str:
     options = _core.StabilityOptions()
     options.force_cap, options.rate_cap, options.moment_cap, options.moment_rate_cap = 50.0, 1e3, 1.0, 20.0
     options.acceleration, options.angular_acceleration, options.allowance = 10.0, 200.0, ALLOWANCE
-    stage, ledger = _core.Stability(options, DT), _core.Ledger()
+    stage, ledger = _verify.Stability(options, DT), _verify.Ledger()
     felt = np.empty_like(F)
     for k, (X, V) in enumerate(zip(motion.X, motion.V, strict=True)):
         R, p = np.ascontiguousarray(X[:3, :3]), X[:3, 3]

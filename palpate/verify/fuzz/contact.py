@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import palpate.contact
-from palpate import _core
+from palpate import _core, _verify
 from palpate.arrays import Array
 from palpate.scene.model import ContactSection
 from palpate.shapes.analytic import SHAPES
@@ -70,7 +70,7 @@ def _in_cone(force: Array, normal: Array, along: Array, friction: float, size: f
 def _limited(force: Array) -> None:
     """The limited force respects the force cap and the rate cap."""
     options = _core.StabilityOptions()
-    limiter, before = _core.Limiter(options, 1.0 / RATE), np.zeros(3)
+    limiter, before = _verify.Limiter(options, 1.0 / RATE), np.zeros(3)
     for i in range(0, len(force), 7):
         t = i / RATE
         F = np.asarray(limiter.step(force[i], t, t, t)[0])

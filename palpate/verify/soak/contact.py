@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.table import Table
 
-from palpate import _core
+from palpate import _core, _verify
 from palpate.arrays import Array
 from palpate.shapes.analytic import MM, Box, Groove, Sphere, Torus, WavySheet
 
@@ -72,7 +72,7 @@ def run(
         raise ValueError(f"passes must be at least 1, got {passes}")
     out, start, mesh = Soak(method, seed), perf_counter(), 0
 
-    def add(report: tuple[str, int, _core.SoakReport]) -> None:
+    def add(report: tuple[str, int, _verify.SoakReport]) -> None:
         _add(out, *report)
         out.seconds = perf_counter() - start
         if on_progress:
@@ -90,9 +90,9 @@ def run(
 
 def _in_order(
     pool: ThreadPoolExecutor, jobs: Iterable[tuple[int, str, int, int]]
-) -> Iterator[tuple[str, int, _core.SoakReport]]:
+) -> Iterator[tuple[str, int, _verify.SoakReport]]:
     """Yield results in the order of the jobs; a few jobs run ahead."""
-    ahead: deque[Future[tuple[str, int, _core.SoakReport]]] = deque()
+    ahead: deque[Future[tuple[str, int, _verify.SoakReport]]] = deque()
     try:
         for job in jobs:
             ahead.append(pool.submit(_at_one_mesh, *job))
@@ -105,7 +105,7 @@ def _in_order(
             future.cancel()
 
 
-def _at_one_mesh(number: int, method: str, seed: int, passes: int) -> tuple[str, int, _core.SoakReport]:
+def _at_one_mesh(number: int, method: str, seed: int, passes: int) -> tuple[str, int, _verify.SoakReport]:
     rng = np.random.default_rng([seed, number])
     kind = KINDS[int(rng.integers(len(KINDS)))]
     mesh = None
@@ -114,10 +114,10 @@ def _at_one_mesh(number: int, method: str, seed: int, passes: int) -> tuple[str,
             mesh = _core.Mesh(*random_mesh(kind, rng))
         except ValueError:  # all triangles of a soup are degenerate: draw another mesh
             continue
-    return kind, number, _core.soak(mesh, method, passes, int(rng.integers(2**63)), _core.SoakRange())
+    return kind, number, _verify.soak(mesh, method, passes, int(rng.integers(2**63)), _verify.SoakRange())
 
 
-def _add(out: Soak, kind: str, number: int, report: _core.SoakReport) -> None:
+def _add(out: Soak, kind: str, number: int, report: _verify.SoakReport) -> None:
     out.passes += report.passes
     out.touched += report.touched
     out.ticks += report.ticks

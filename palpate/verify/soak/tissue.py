@@ -12,7 +12,7 @@ from time import perf_counter
 import numpy as np
 from rich.table import Table
 
-from palpate import _core
+from palpate import _verify
 from palpate.tissue import PRESETS, Tissue
 from palpate.tissue.blocks import block
 
@@ -61,7 +61,7 @@ def run(
     actions: int = POKES,
     seed: int = 1,
     on_progress: Callable[[TissueSoak], None] | None = None,
-    range_: _core.TissueSoakRange | None = None,
+    range_: _verify.TissueSoakRange | None = None,
 ) -> TissueSoak:
     """Run random actions, shared out over the materials; the same seed gives the same actions.
 
@@ -88,17 +88,17 @@ def run(
 
 
 def _at_one_body(
-    material: str, count: int, seed: int, cells: tuple[int, int, int], range_: _core.TissueSoakRange | None
-) -> _core.TissueSoakReport:
+    material: str, count: int, seed: int, cells: tuple[int, int, int], range_: _verify.TissueSoakRange | None
+) -> _verify.TissueSoakReport:
     nodes, tets = block(cells, _SIZE)
     nodes = nodes - [0.5 * _SIZE[0], 0.5 * _SIZE[1], _SIZE[2]]
     m, held = PRESETS[material], nodes[:, 2] < -0.999 * _SIZE[2]
     soft = Tissue((nodes, tets), young=m.young, poisson=m.poisson, density=m.density, yeoh=m.yeoh, prony=m.prony,
                   fixed=held)  # fmt: skip
-    return _core.soak_tissue(soft.core_for(RADIUS), count, seed, -_SIZE[2], range_ or _core.TissueSoakRange())
+    return _verify.soak_tissue(soft.core_for(RADIUS), count, seed, -_SIZE[2], range_ or _verify.TissueSoakRange())
 
 
-def _add(into: Body, report: _core.TissueSoakReport) -> None:
+def _add(into: Body, report: _verify.TissueSoakReport) -> None:
     for name in _COUNTS:
         into.counts[name] += getattr(report, name)
     into.least_volume = min(into.least_volume, report.least_volume)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate import _core
+from palpate import _core, _verify
 from palpate.verify.conformance import billing, combinations, drawn, examine, in_motion, rejected, sample, summary
 from palpate.verify.conformance.bench import DT, Answer, Bench, Motion
 from palpate.verify.conformance.combinations import Combination
@@ -116,7 +116,7 @@ def test_energy_that_is_not_withheld_is_found(monkeypatch):
 @pytest.mark.parametrize("row", [0, 1])
 def test_energy_that_is_not_billed_is_found(monkeypatch, row):
     """The ledger is given half of the wanted wrench, or half of the rendered one."""
-    ledger = _core.Ledger
+    ledger = _verify.Ledger
 
     class Half:
         def __init__(self):

@@ -1,4 +1,4 @@
-#include "palpate/verify/pinocchio/all_terms.hpp"
+#include "palpate/verify/all_terms.hpp"
 
 #include <pinocchio/algorithm/compute-all-terms.hpp>
 

@@ -1,9 +1,9 @@
 #include "palpate/verify/axis.hpp"
 
-#include "bindings.hpp"
 #include "doc.hpp"
 #include "palpate/verify/axis_layer.hpp"
 #include "types.hpp"
+#include "verify/bindings.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;

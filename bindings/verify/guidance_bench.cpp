@@ -5,10 +5,10 @@
 #include <memory>
 #include <stdexcept>
 
-#include "bindings.hpp"
 #include "convert.hpp"
 #include "palpate/guidance/guidance.hpp"
 #include "types.hpp"
+#include "verify/bindings.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;

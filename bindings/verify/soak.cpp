@@ -3,9 +3,9 @@
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 
-#include "bindings.hpp"
 #include "doc.hpp"
 #include "palpate/verify/tissue_soak.hpp"
+#include "verify/bindings.hpp"
 
 namespace nb = nanobind;
 

@@ -7,8 +7,9 @@
 
 #include "convert.hpp"
 #include "palpate/loop/realtime.hpp"
-#include "palpate/verify/pinocchio/all_terms.hpp"
+#include "palpate/verify/all_terms.hpp"
 #include "timing.hpp"
+#include "verify/bindings.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -76,11 +77,10 @@ void bind_bare_dynamics(nb::module_& m) {
 }
 
 }  // namespace
-}  // namespace palpate::bindings
 
-NB_MODULE(_pinocchio, m) {
-  nb::set_leak_warnings(false);  // objects that live until the interpreter ends are not leaks
-  m.doc() = "Pinocchio's dynamics of the arms: the reference of tests and the control measurement of benchmarks.";
-  palpate::bindings::bind_all_terms(m);
-  palpate::bindings::bind_bare_dynamics(m);
+void bind_pinocchio(nb::module_& m) {
+  bind_all_terms(m);
+  bind_bare_dynamics(m);
 }
+
+}  // namespace palpate::bindings
