@@ -29,7 +29,7 @@ wheel: setup
 
 setup: .venv/.ready
 
-# The demo needs the core, the viewer and the report, not the simulated dVRK and what judges the core (a third of the compilation).
+# The demo needs the core, the viewer and the report, not the simulated dVRK and what judges the core.
 .venv/.demo: pyproject.toml constraints.txt CMakeLists.txt | $(UV)
 	@command -v g++ >/dev/null || { echo "palpate: no C++ compiler (g++) found. Mend: sudo apt install g++"; exit 1; }
 	@python3 -c 'import os, sys, sysconfig; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' \

@@ -52,7 +52,7 @@ def _complete(name: str) -> None:
     build, rebuild = next((_ROOT / "build").glob(f"{tag}/CMakeCache.txt"), None), _rebuild()
     if build is None or rebuild is None:
         raise ImportError(f"palpate.{name} is not compiled. Mend: make setup")
-    print("palpate: compiling the simulated dVRK and what judges the core, once (about half a minute)", file=sys.stderr)
+    print("palpate: compiling the simulated dVRK and what judges the core, once (about a minute)", file=sys.stderr)
     configure = ["cmake", "-DPALPATE_ALL=ON", str(build.parent)]
     _compile(lambda: (subprocess.run(configure, check=True, stdout=subprocess.DEVNULL), rebuild()))
 
