@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import palpate
+from palpate import _verify
 from palpate.certificate import certify_all, trials
 from palpate.certificate.certificate import Case, Certificate, judge
 from palpate.certificate.device import as_viscous
@@ -65,7 +66,7 @@ def test_free_taps_meet_a_spring_and_presses_a_wall_each_with_the_energy_of_its_
             calls.append((self.bilateral, x0, v0, push))
             return SimpleNamespace(oscillates=False)
 
-    monkeypatch.setattr(trials, "_core", SimpleNamespace(Axis=Seen))
+    monkeypatch.setattr(_verify, "Axis", Seen)
     monkeypatch.setattr(type(DEVICE), "axis", lambda self, hand, K, B, both: SimpleNamespace(bilateral=both))
     hand, K = next(iter(PRESETS.values())), 500.0
     assert not trials.oscillates(DEVICE, hand, K, 1.0)
@@ -112,7 +113,7 @@ def test_each_trial_starts_with_the_energy_of_its_tap_on_a_spring_or_a_wall(monk
             runs.append((self.bilateral, x0, v0, push))
             return type("Run", (), {"oscillates": False})
 
-    monkeypatch.setattr(trials._core, "Axis", Axis)
+    monkeypatch.setattr(_verify, "Axis", Axis)
     hand, K = PRESETS["normal"], 700.0
     assert not trials.oscillates(DEVICE, hand, K, 1.0)
     assert len(runs) == len(trials.TRIALS)

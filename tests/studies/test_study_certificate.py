@@ -119,7 +119,7 @@ def test_random_disturbances_have_at_most_the_energy_of_a_tap_and_press_within_t
             calls.append((self.bilateral, x0, v0, push))
             return SimpleNamespace(oscillates=False)
 
-    monkeypatch.setattr(study._core, "Axis", Axis)
+    monkeypatch.setattr(study._verify, "Axis", Axis)
     K = 500.0
     assert not study.oscillates(device, K, 1.0, 300, np.random.default_rng(1))
     spring, x0, v0, push = (np.array(column) for column in zip(*calls, strict=True))

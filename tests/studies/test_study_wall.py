@@ -328,7 +328,7 @@ def test_a_handle_that_still_moves_is_followed_for_twelve_seconds(monkeypatch, s
     monkeypatch.setattr(bench._core, "Simulation", Simulation)
     monkeypatch.setattr(bench, "as_ticks", lambda ticks: ticks)
     monkeypatch.setattr(
-        bench._core, "judge_swing", lambda *given: judged.append(given) or SimpleNamespace(swing="lasts")
+        bench._verify, "judge_swing", lambda *given: judged.append(given) or SimpleNamespace(swing="lasts")
     )
     trace = press(Setting(5.0), WallPress(0.2, 1.0, 60.0, 1.2, 0.8, 0.02))
     assert trace.swing == swing

@@ -127,7 +127,7 @@ def test_energy_that_is_not_billed_is_found(monkeypatch, row):
                 p, F * (0.5 if row else 1.0), damping, cut, spring, R, source * (1.0 if row else 0.5)
             )
 
-    monkeypatch.setattr(_core, "Ledger", Half)
+    monkeypatch.setattr(_verify, "Ledger", Half)
     assert "in the ledger" in billing.billing_failure(*pushed())
 
 
