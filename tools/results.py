@@ -118,7 +118,7 @@ RUNS: dict[str, Run] = {
     "ros": Run("bench ros --duration 60 --sim"),  # on an idle machine
     "ros_discovery": Run("bench ros --discovery"),  # on an idle machine
     "ros_faults": Run("bench ros --faults"),
-    "viewer": Run("bench viewer", ("renderer",)),  # on an idle machine
+    "viewer": Run("bench viewer"),  # on an idle machine
     "grid": Run(f"grid {DATA}/meshes/Liver.stl --spacing 0.38 --out {OUT}/liver.npz", ("mesh", "grid")),
     "tissue_times": Run("bench tissue --only ticks --only mujoco"),  # on an idle machine
 }
