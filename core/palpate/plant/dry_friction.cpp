@@ -45,16 +45,6 @@ PALPATE_INLINE Pack solve_in_lanes(int n, Lanes (&A)[kLanes], const Pack& right)
   return {Four{x[0], x[1], x[2], x[3]}, Four{x[4], x[5], x[6], x[7]}};
 }
 
-/// A x for a symmetric A.
-PALPATE_INLINE Pack multiply(const Lanes (&A)[kLanes], const Lanes& x) noexcept {
-  Pack even = x[0] * load(A[0]), odd = x[1] * load(A[1]);
-  for (int k = 2; k < kLanes; k += 2) {
-    even = even + x[k] * load(A[k]);
-    odd = odd + x[k + 1] * load(A[k + 1]);
-  }
-  return even + odd;
-}
-
 /// v <- the solution of A v = b + (lo or hi) over the moving joints, whose direction is not 0; v = 0 for all others.
 PALPATE_INLINE void solve_moving_joints(int n, const Lanes (&A)[kLanes], const Lanes& b, const Lanes& lo,
                                         const Lanes& hi, const Lanes& direction, Lanes& v) noexcept {
@@ -90,7 +80,7 @@ PALPATE_INLINE bool next_directions(int n, const Lanes (&A)[kLanes], const Lanes
   const Pack back = where_at_most(-slack, way * load(v), zero, friction);
   // A joint that sticks needs the impulse `hold` between its bounds.
   const bool all_move = dot(way, way) == n;
-  const Pack hold = all_move ? zero : multiply(A, v) - load(b);
+  const Pack hold = all_move ? zero : product(A, v) - load(b);
   const Pack pushed = where_at_most(least - slack, hold, where_at_most(hold, most + slack, zero, -one), one);
   const Pack chosen = where_at_most(way * way, zero, pushed, way - back * way);
   store(chosen, next);

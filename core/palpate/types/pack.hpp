@@ -51,5 +51,14 @@ PALPATE_INLINE double dot(const Pack& x, const Pack& y) noexcept {
   const Four s = x.low * y.low + x.high * y.high;
   return (s[0] + s[1]) + (s[2] + s[3]);
 }
+/// A x, where the columns of A are given.
+PALPATE_INLINE Pack product(const Lanes (&columns)[kLanes], const Lanes& x) noexcept {
+  Pack even = x[0] * load(columns[0]), odd = x[1] * load(columns[1]);  // two sums, so that the second need not wait
+  for (int j = 2; j < kLanes; j += 2) {
+    even = even + x[j] * load(columns[j]);
+    odd = odd + x[j + 1] * load(columns[j + 1]);
+  }
+  return even + odd;
+}
 
 }  // namespace palpate
