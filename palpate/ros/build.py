@@ -114,12 +114,17 @@ def load(progress: Progress = lambda _: None) -> ModuleType:
 
 
 def announce_often(ros: where.Ros) -> None:
-    """Let participants of this process announce themselves ten times a second (discovery.xml).
+    """Let participants of this process be discovered soon: discovery_local.xml, which says how.
 
-    Does nothing if the user has set a profile of Fast DDS; call it before ROS starts.
+    It names the transports. With Fast DDS before release 3, or transports chosen by the user, discovery.xml is used,
+    which leaves them alone; so it is in a network (cpp/rcl/context.cpp). Does nothing if the user has set a profile of
+    Fast DDS; call it before ROS starts.
     """
-    if not any(os.environ.get(name) for name in PROFILES):
-        os.environ[PROFILES[ros.release in ("Humble", "Iron", "Jazzy")]] = str(HERE / "discovery.xml")
+    if any(os.environ.get(name) for name in PROFILES):
+        return
+    old = ros.release in ("Humble", "Iron", "Jazzy")
+    file = "discovery.xml" if old or os.environ.get("FASTDDS_BUILTIN_TRANSPORTS") else "discovery_local.xml"
+    os.environ[PROFILES[old]] = str(HERE / file)
 
 
 def _messages(ros: where.Ros, folder: Path, name: str, progress: Progress) -> Path:

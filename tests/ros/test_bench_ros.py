@@ -4,7 +4,10 @@ import io
 import json
 import os
 import socket
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import json_contract
 import numpy as np
@@ -64,14 +67,15 @@ def test_command_measures_and_has_the_documented_keys(built, tmp_path, capsys):
 
 
 def test_discovery_figures_are_percentiles_of_the_clients_and_compare_with_the_control():
-    robot = [{"ready_s": 0.1, "pose_s": 0.2 + 0.001 * k, "command_s": 0.3, "lost": 2} for k in range(101)]
-    control = [{"ready_s": 0.1, "pose_s": 0.1, "command_s": 0.6, "lost": 0} for _ in range(101)]
+    robot = [{"ready_s": 0.1, "pose_s": 0.2 + 0.001 * k, "command_s": 0.3, "lost": 2, "dropped": 3} for k in range(101)]
+    control = [{"ready_s": 0.1, "pose_s": 0.1, "command_s": 0.6, "lost": 0, "dropped": 9} for _ in range(101)]
     seen = figures(robot, control, 7)
     assert seen["pose_p50_s"] == pytest.approx(0.25)
     assert seen["pose_p95_s"] == pytest.approx(0.295)
     assert seen["pose_max_s"] == pytest.approx(0.3)
     assert seen["ratio"] == pytest.approx(2.95), "the worse of both directions"
     assert (seen["starts"], seen["topics"], seen["lost"], seen["control_lost"]) == (101, 7, 2.0, 0.0)
+    assert (seen["dropped"], seen["control_dropped"]) == (3.0, 9.0)
 
 
 def test_discovery_beside_the_robot_and_its_control(built, tmp_path, capsys, monkeypatch):
@@ -126,6 +130,50 @@ def test_robot_announces_itself_often_unless_the_user_has_a_profile(start, monke
     monkeypatch.setenv("FASTDDS_DEFAULT_PROFILES_FILE", "mine.xml")
     build.announce_often(build.where.find())
     assert os.environ["FASTDDS_DEFAULT_PROFILES_FILE"] == "mine.xml"
+
+
+PROFILE = """
+import ctypes, sys
+from palpate import ros
+ros = ros.load()
+context = ros.Context(domain=int(sys.argv[1]), network="network" in sys.argv)
+leader = ros.MockLeader(context, ros.MockLeaderOptions())
+getenv = ctypes.CDLL(None).getenv  # the core changes the variable in its process, not in os.environ
+getenv.restype = ctypes.c_char_p
+print(getenv(b"FASTDDS_DEFAULT_PROFILES_FILE").decode())
+leader.stop()
+"""
+
+
+@pytest.mark.parametrize(
+    ("words", "transports", "file"),
+    [((), None, "discovery_local.xml"), ((), "UDPv4", "discovery.xml"), (("network",), None, "discovery.xml")],
+)
+def test_transports_are_named_on_one_machine_alone_and_left_to_the_user(words, transports, file):
+    """The profile that is used has no error for Fast DDS, which would otherwise ignore it with a message."""
+    ros = build.where.find()
+    if ros.release in ("Humble", "Iron", "Jazzy"):
+        pytest.skip("Fast DDS before release 3 has one profile")
+    domain = (int(os.environ["ROS_DOMAIN_ID"]) + 50) % 102
+    environment = {k: v for k, v in os.environ.items() if k not in build.PROFILES}
+    environment |= {"FASTDDS_BUILTIN_TRANSPORTS": transports} if transports else {}
+    done = subprocess.run([sys.executable, "-c", PROFILE, str(domain), *words], env=environment, capture_output=True,
+                          text=True, timeout=60, check=True)  # fmt: skip
+    assert Path(done.stdout.strip().splitlines()[-1]).name == file
+    assert "XMLPARSER" not in done.stdout + done.stderr
+
+
+def test_full_sockets_are_counted():
+    """A socket that nobody reads drops what does not fit."""
+    before = ros_discovery._dropped()
+    with (
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as full,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as out,
+    ):
+        full.bind(("127.0.0.1", 0))
+        for _ in range(1000):
+            out.sendto(bytes(2000), full.getsockname())
+    assert ros_discovery._dropped() - before >= 100
 
 
 def test_the_worst_try_after_a_fault_is_told_and_late_ones_are_counted():

@@ -1,7 +1,8 @@
 """`palpate bench ros --discovery`: how soon a client that starts beside a running robot hears and is heard.
 
-The robot is `palpate ros sim` with all arms. The control is a bare rclpy node with the same topics, names and types, in
-another ROS domain. Clients start in turn beside one and the other, each in a fresh process.
+The robot is `palpate ros sim` with all arms. The control is a bare rclpy node with the same topics, names and types. It
+starts when the robot has ended: clients beside both would wait for both, since the ports of shared memory are common to
+all ROS domains, and who opens one may wait 0.3 s for its owner. Each client is a fresh process.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -24,9 +26,8 @@ Figures = dict[str, Any]
 """By the keys of `palpate bench ros --discovery` in docs/json/ros.md."""
 STARTS = 20
 _PAUSE = 0.73  # after a client's end, so that starts fall at all phases of periodic announcements [s]
-_ALONE = 3.0  # after the start of robot and control, so that their first announcements are over [s]
+_ALONE = 3.0  # after the start of robot or control, so that its first announcements are over [s]
 _TIMEOUT = 20.0  # of a client [s]
-_DOMAINS = 102  # up to domain 101 no port collides with ports of the system
 
 
 def run(starts: int = STARTS, on_progress: Callable[[str], None] = lambda _: None) -> Figures:
@@ -44,27 +45,33 @@ def run(starts: int = STARTS, on_progress: Callable[[str], None] = lambda _: Non
 
     ros.load(on_progress)
     domain = int(os.environ.get("ROS_DOMAIN_ID") or 0)
-    places = {"robot": domain, "control": (domain + 1) % _DOMAINS}
     with _server("robot", domain, ["-m", "palpate", "ros", "sim"], "Ctrl-C"):
         topics = _outcome(domain, _TOPICS)["topics"]
         on_progress(f"the robot is up, {len(topics)} publishers and subscriptions")
-        command = ["-c", _PREPARED + _CONTROL, json.dumps(topics)]
-        with _server("control", places["control"], command, "ready", plain=True):
-            time.sleep(_ALONE)
-            seen: dict[str, list[dict[str, float]]] = {name: [] for name in places}
-            for start in range(starts):
-                for name, place in places.items():
-                    seen[name].append(_outcome(place, _CLIENT, plain=True))
-                    time.sleep(_PAUSE)
-                on_progress(f"start {start + 1} of {starts}: {1e3 * seen['robot'][-1]['pose_s']:.0f} ms")
-    return figures(seen["robot"], seen["control"], len(topics))
+        robot = _clients("robot", domain, starts, on_progress)
+    with _server("control", domain, ["-c", _PREPARED + _CONTROL, json.dumps(topics)], "ready", plain=True):
+        control = _clients("control", domain, starts, on_progress)
+    return figures(robot, control, len(topics))
+
+
+def _clients(name: str, domain: int, starts: int, on_progress: Callable[[str], None]) -> list[dict[str, float]]:
+    """What clients see that start one after the other beside the server `name`: rows for `figures`."""
+    time.sleep(_ALONE)
+    rows = []
+    for start in range(1, starts + 1):
+        before = _dropped()
+        row = _outcome(domain, _CLIENT, plain=True)
+        rows.append(row | {"dropped": _dropped() - before})
+        on_progress(f"{name}, start {start} of {starts}: {1e3 * row['pose_s']:.0f} ms")
+        time.sleep(_PAUSE)
+    return rows
 
 
 def figures(robot: list[dict[str, float]], control: list[dict[str, float]], topics: int) -> Figures:
     """Percentiles of the clients' times, by the documented keys.
 
     Args:
-        robot: a row per client: `ready_s`, `pose_s`, `command_s` [s], `lost` commands.
+        robot: a row per client: `ready_s`, `pose_s`, `command_s` [s], `lost` commands, `dropped` datagrams.
         control: the same beside the control.
         topics: number of publishers and subscriptions of either [-].
     """
@@ -73,7 +80,8 @@ def figures(robot: list[dict[str, float]], control: list[dict[str, float]], topi
         for key in ("ready", "pose", "command"):
             p50, p95, most = np.percentile([row[f"{key}_s"] for row in rows], [50, 95, 100]).tolist()
             out |= {f"{prefix}{key}_p50_s": p50, f"{prefix}{key}_p95_s": p95, f"{prefix}{key}_max_s": most}
-        out[f"{prefix}lost"] = float(np.mean([row["lost"] for row in rows]))
+        for key in ("lost", "dropped"):
+            out[f"{prefix}{key}"] = float(np.mean([row[key] for row in rows]))
     out["ratio"] = max(out[f"{key}_p95_s"] / out[f"control_{key}_p95_s"] for key in ("pose", "command"))
     return out
 
@@ -90,8 +98,19 @@ def table(result: Figures) -> Table:
         out.add_row(words, *(f"{1e3 * value:.0f} ms" for value in values))
     out.caption_justify = "left"
     words = "p95 over that of a bare rclpy node with as many topics"
-    out.caption = f"{words}: {result['ratio']:.2f}; load {result['load']:.1f}"
+    out.caption = (
+        f"{words}: {result['ratio']:.2f}; load {result['load']:.1f}\n"
+        f"datagrams that this machine dropped a start: {result['dropped']:.1f}, control {result['control_dropped']:.1f}"
+    )
     return out
+
+
+def _dropped() -> int:
+    """UDP datagrams that full sockets of this machine have dropped since it started; 0 where Linux does not tell."""
+    path = Path("/proc/net/snmp")
+    names, values = ([line.split() for line in path.read_text().splitlines() if line.startswith("Udp:")]
+                     if path.is_file() else ([], []))  # fmt: skip
+    return int(dict(zip(names, values, strict=True)).get("RcvbufErrors", 0))
 
 
 @contextmanager
