@@ -65,6 +65,10 @@ RUNS: dict[str, Run] = {
     "passivity": Run("study passivity"),
     "extract": Run("study passivity --extract"),
     "registration": Run("study registration", ("layouts",)),
+    "session": Run(
+        f"register session scenes/registration.yaml --out {OUT}/liver.yaml",  # on an idle machine
+        ("date", "X", "covariance", "targets", "sources", "trusted"),
+    ),
     "guidance": Run("study guidance", _BOUNDS, lambda row: row.get("condition") != "control_wrong"),
     "guidance_entry": Run("study guidance --entry"),
     "guidance_assumptions": Run("study guidance --assumptions", _BOUNDS),
@@ -107,6 +111,9 @@ RUNS: dict[str, Run] = {
     ),
     "cloud_times": Run("bench cloud", ("cases",)),  # on an idle machine
     "scan": Run(f"scan scenes/liver.yaml --views 12 --noise 1 --out {OUT}/organ.ply", ("poses", "holes", "seconds")),
+    "scan_times": Run(  # on an idle machine
+        f"scan scenes/liver.yaml --views 12 --noise 1 --out {OUT}/organ.ply", ("poses", "holes", "error_m")
+    ),
     "scan_room": Run(
         f"scan {DATA}/clouds/capture0001.pcd {DATA}/clouds/capture0002.pcd --unit m --out {OUT}/room.ply",
         ("poses", "holes", "seconds"),
