@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from phrases.values import Result, Tie, percent, rows_by
+from phrases.values import Result, Tie, control, percent, rows_by
 
 
 def cases(found: Result) -> list[str]:
@@ -41,6 +41,10 @@ def delays(found: Result) -> list[str]:
 def scanned(found: Result) -> list[str]:
     error = found["error_m"]
     return [f"error of the surface | {1e3 * error['rms']:.2f} mm rms, {1e3 * error['max']:.1f} mm at most |"]
+
+
+def scan_time(found: Result) -> list[str]:
+    return [f"| the same: time on two cores ({control('scan_times')}) | {found['seconds']:.1f} s |"]
 
 
 def room(found: Result) -> list[str]:
@@ -80,6 +84,7 @@ TIES = [
     Tie("sensing.md", "cloud", (cases, organ)),
     Tie("sensing.md", "cloud_times", (delays,)),
     Tie("scan.md", "scan", (scanned,)),
+    Tie("scan.md", "scan_times", (scan_time,)),
     Tie("scan.md", "scan_room", (room,)),
     Tie("meshes.md", "radius", (features, noisy)),
 ]
