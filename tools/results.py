@@ -119,6 +119,12 @@ RUNS: dict[str, Run] = {
         ("poses", "holes", "seconds"),
     ),
     "radius": Run("study radius", ("filtered_mN", "bias_mN", "step_deg", "step_mN", "error_mN")),
+    "radius_filter": Run(
+        "study radius",
+        ("kept", "direction_deg", "force_mN", "bias_mN", "step_deg", "step_mN"),
+        lambda row: row["feature_mm"] == 16.0 and row["noise_mm"] == 0.2,
+    ),
+    "spheres": Run("study radius --spheres"),
     "geometry": Run("study geometry", ("point_contact", "deflection", "slopes")),
     "tissue": Run("bench tissue", ("tick_ms", "control_ms", "viscosity")),
     "soak_tissue": Run("soak tissue"),
