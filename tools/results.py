@@ -126,7 +126,8 @@ RUNS: dict[str, Run] = {
     ),
     "spheres": Run("study radius --spheres"),
     "geometry": Run("study geometry", ("point_contact", "deflection", "slopes")),
-    "tissue": Run("bench tissue", ("tick_ms", "control_ms", "viscosity")),
+    "tissue": Run("bench tissue", ("tick_ms", "control_ms", "viscosity", "theories", "polynomial")),
+    "theories": Run("bench tissue --only theories"),
     "soak_tissue": Run("soak tissue"),
     "ros": Run("bench ros --duration 60 --sim"),  # on an idle machine
     "ros_discovery": Run("bench ros --discovery"),  # on an idle machine
