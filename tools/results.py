@@ -79,6 +79,8 @@ RUNS: dict[str, Run] = {
     "conformance_seeds": Run("study guidance --conformance --seeds 10", ("pairs", "hard_entry", "soft_entry")),
     "guidance_times": Run("bench guidance"),  # on an idle machine
     "planning": Run("bench planning"),
+    "planning_hooks": Run("bench planning --hooks --queries 20"),
+    "collisions": Run("study collisions", ("pairs",)),
     "planning_study": Run("study planning", (".trials",)),
     "planning_stiffness": Run("study planning --stiffness --routes 8 --operators 8", (".trials",)),
     "execution": Run("bench execution --stops 50"),

@@ -107,6 +107,19 @@ def dvrk_form(arm: str) -> Maker:
     return lambda found: [rf"| {arm} \|.*\| {r2(found)} |"]
 
 
+def fit_times(_: Result) -> list[str]:
+    every = [kept(f"gravity_{number}") for number in ("34863", "31519", "28247")]
+    took, control = ([f(one) for one in every] for f in (lambda one: one["result"]["seconds"], numpy_s))
+    return [
+        f"A fit takes {min(took):.1f} to {max(took):.1f} s on one core "
+        f"(an import of numpy: {min(control):.2f} to {max(control):.2f} s)"
+    ]
+
+
+def numpy_s(one: Result) -> float:
+    return float(one["control_numpy_import_s"])
+
+
 def few_poses(arm: str, number: str) -> Maker:
     """RMS of the joints with 40 poses over that with 160."""
 
@@ -163,7 +176,7 @@ TIES = [
     Tie("dynamics.md", "force", (simulated_force, weight)),
     Tie("dynamics.md", "dynamics_mtm", (dynamics("MTM"),)),
     Tie("dynamics.md", "dynamics_psm", (dynamics("PSM"), than_published)),
-    Tie("calibrate.md", "gravity_34863", (gravity("MTML 34863"),)),
+    Tie("calibrate.md", "gravity_34863", (gravity("MTML 34863"), fit_times)),
     Tie("calibrate.md", "gravity_31519", (gravity("MTMR 31519"),)),
     Tie("calibrate.md", "gravity_28247", (gravity("MTMR 28247"),)),
     Tie("calibrate.md", "gravity_34863_few", (few_poses("MTML 34863", "34863"),)),
