@@ -50,6 +50,13 @@ def planning_checks(found: Result) -> list[str]:
     return [f"jerks at 1 kHz reach {max(row['worst_rate'] for row in rows):.3f} of their limits"]
 
 
+def collisions(found: Result) -> list[str]:
+    judged = found["brute_force"]
+    assert judged["disagreements"] == 0
+    assert judged["worst_distance_error_m"] < 1e-9, "less than a nanometre"
+    return [f"On {judged['poses']:,} random poses of a capsule at an organ, Coal and brute force never disagreed"]
+
+
 def execution_settles(found: Result) -> list[str]:
     (settled,) = {f"{1e3 * row['slow_median_s']:.0f}" for row in found["rows"]}
     assert all(row["goal_worst_s"] < 0.05 and row["tool_worst_s"] < 0.05 for row in found["rows"])
@@ -108,6 +115,7 @@ TIES = [
     Tie("planning-study.md", "planning_stiffness", (stiffness_rows,)),
     Tie("planning.md", "planning", (planning_rows, planning_again, planning_checks)),
     Tie("planning.md", "planning_study", (planning_answer,)),
+    Tie("planning.md", "collisions", (collisions,)),
     Tie("planning-execution.md", "execution", (execution_rows, execution_settles)),
     Tie("planning-execution.md", "execution_ros", (execution_rows, execution_load)),
 ]
