@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from phrases.values import Result, Tie
+from phrases.values import Result, Tie, control
 
 ASSISTANCE = {
     "none": "none",
@@ -48,6 +48,19 @@ def planning_checks(found: Result) -> list[str]:
     assert all(row["straight"] + row["retracted"] == row["queries"] for row in rows), "none needed OMPL"
     assert max(row["largest_step_m"] for row in rows) < 0.25e-3
     return [f"jerks at 1 kHz reach {max(row['worst_rate'] for row in rows):.3f} of their limits"]
+
+
+def planners(found: Result) -> list[str]:
+    rows = {row["planner"]: row for row in found["rows"]}
+    best = min(rows.values(), key=lambda row: (-row["success_rate"], row["median_s"]))
+    assert best["planner"] == "RRTConnect", "the default"
+    return [
+        *(
+            f"| {name} | {round(row['success_rate'] * row['queries'])} of {row['queries']} | {row['median_s']:.2f} s |"
+            for name, row in rows.items()
+        ),
+        control("planning_hooks"),
+    ]
 
 
 def collisions(found: Result) -> list[str]:
@@ -115,6 +128,7 @@ TIES = [
     Tie("planning-study.md", "planning_stiffness", (stiffness_rows,)),
     Tie("planning.md", "planning", (planning_rows, planning_again, planning_checks)),
     Tie("planning.md", "planning_study", (planning_answer,)),
+    Tie("planning.md", "planning_hooks", (planners,)),
     Tie("planning.md", "collisions", (collisions,)),
     Tie("planning-execution.md", "execution", (execution_rows, execution_settles)),
     Tie("planning-execution.md", "execution_ros", (execution_rows, execution_load)),
