@@ -5,15 +5,19 @@ first import of one of them does.
 
 scikit-build-core can do so at every import, but takes over half a second to find out that nothing has changed. Looking
 at the time stamps of the sources takes a few milliseconds. An installed wheel has nothing to rebuild.
+
+One process at a time configures and compiles. A process that waited for another one looks again at what is left to do.
 """
 
 from __future__ import annotations
 
+import fcntl
 import os
 import subprocess
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib import import_module, invalidate_caches
 from importlib.util import find_spec
 from pathlib import Path
@@ -42,8 +46,15 @@ def refresh() -> None:
         ImportError: a source does not compile; the compiler's words are on the standard error.
     """
     rebuild = _rebuild()
-    if rebuild is not None and max(_newest(str(_ROOT / source)) for source in _SOURCES) > _compiled(_stamp()):
-        _compile(rebuild)
+    if rebuild is None or not _changed():
+        return
+    with _lock():
+        if _changed():
+            _compile(rebuild)
+
+
+def _changed() -> bool:
+    return max(_newest(str(_ROOT / source)) for source in _SOURCES) > _compiled(_stamp())
 
 
 def _complete(name: str) -> None:
@@ -52,14 +63,32 @@ def _complete(name: str) -> None:
     build, rebuild = next((_ROOT / "build").glob(f"{tag}/CMakeCache.txt"), None), _rebuild()
     if build is None or rebuild is None:
         raise ImportError(f"palpate.{name} is not compiled. Mend: make setup")
-    print("palpate: compiling the simulated dVRK and what judges the core, once (about a minute)", file=sys.stderr)
     configure = ["cmake", "-DPALPATE_ALL=ON", str(build.parent)]
-    _compile(lambda: (subprocess.run(configure, check=True, stdout=subprocess.DEVNULL), rebuild()))
+    with _lock():
+        if find_spec(f"palpate.{name}") is not None:
+            return
+        print("palpate: compiling the simulated dVRK and what judges the core, once (about a minute)", file=sys.stderr)
+        _compile(lambda: (subprocess.run(configure, check=True, stdout=subprocess.DEVNULL), rebuild()))
 
 
 def _rebuild() -> Callable[[], None] | None:
     """What compiles and installs the extensions: scikit-build-core's; None in an installed wheel."""
     return getattr(getattr(sys.modules["palpate"], "__loader__", None), "rebuild", None)
+
+
+@contextmanager
+def _lock() -> Iterator[None]:
+    """Let one process configure and compile at a time; the system releases the lock even if the process dies."""
+    folder = _stamp().parent
+    folder.mkdir(exist_ok=True)
+    with (folder / "compiling.lock").open("w") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            print("palpate: waiting for another process that compiles", file=sys.stderr)
+            fcntl.flock(file, fcntl.LOCK_EX)
+        invalidate_caches()  # the other process may have installed new files
+        yield
 
 
 def _compile(rebuild: Callable[[], object]) -> None:

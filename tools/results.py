@@ -59,12 +59,17 @@ _BOUNDS = (
 _TIMES = ("p50_us", "p99_us", "load_s", "memory_MB")
 
 RUNS: dict[str, Run] = {
-    "wall": Run("study wall --hands 100", ("curve", "sensitivity")),
+    "wall": Run("study wall --hands 1000", (), lambda row: row.get("kd") not in (2.5, 7.5, 30.0)),
+    "wall_fit": Run("study wall --hands 2 --fit", ("curve", "sensitivity", "other_rates", "passive_rows", "rows")),
     "certificate": Run("study certificate --devices 500", ("devices",)),
     "swings": Run("study certificate --swings 500"),
     "passivity": Run("study passivity"),
     "extract": Run("study passivity --extract"),
     "registration": Run("study registration", ("layouts",)),
+    "session": Run(
+        f"register session scenes/registration.yaml --out {OUT}/liver.yaml",  # on an idle machine
+        ("date", "X", "covariance", "targets", "sources", "trusted"),
+    ),
     "guidance": Run("study guidance", _BOUNDS, lambda row: row.get("condition") != "control_wrong"),
     "guidance_entry": Run("study guidance --entry"),
     "guidance_assumptions": Run("study guidance --assumptions", _BOUNDS),
@@ -74,6 +79,8 @@ RUNS: dict[str, Run] = {
     "conformance_seeds": Run("study guidance --conformance --seeds 10", ("pairs", "hard_entry", "soft_entry")),
     "guidance_times": Run("bench guidance"),  # on an idle machine
     "planning": Run("bench planning"),
+    "planning_hooks": Run("bench planning --hooks --queries 20"),
+    "collisions": Run("study collisions", ("pairs",)),
     "planning_study": Run("study planning", (".trials",)),
     "planning_stiffness": Run("study planning --stiffness --routes 8 --operators 8", (".trials",)),
     "execution": Run("bench execution --stops 50"),
@@ -107,13 +114,24 @@ RUNS: dict[str, Run] = {
     ),
     "cloud_times": Run("bench cloud", ("cases",)),  # on an idle machine
     "scan": Run(f"scan scenes/liver.yaml --views 12 --noise 1 --out {OUT}/organ.ply", ("poses", "holes", "seconds")),
+    "scan_times": Run(  # on an idle machine
+        f"scan scenes/liver.yaml --views 12 --noise 1 --out {OUT}/organ.ply", ("poses", "holes", "error_m")
+    ),
     "scan_room": Run(
         f"scan {DATA}/clouds/capture0001.pcd {DATA}/clouds/capture0002.pcd --unit m --out {OUT}/room.ply",
         ("poses", "holes", "seconds"),
     ),
     "radius": Run("study radius", ("filtered_mN", "bias_mN", "step_deg", "step_mN", "error_mN")),
+    "radius_filter": Run(
+        "study radius",
+        ("kept", "direction_deg", "force_mN", "bias_mN", "step_deg", "step_mN"),
+        lambda row: row["feature_mm"] == 16.0 and row["noise_mm"] == 0.2,
+    ),
+    "spheres": Run("study radius --spheres"),
     "geometry": Run("study geometry", ("point_contact", "deflection", "slopes")),
-    "tissue": Run("bench tissue", ("tick_ms", "control_ms", "viscosity")),
+    "tissue": Run("bench tissue", ("tick_ms", "control_ms", "real_time", "viscosity", "theories", "polynomial")),
+    "tissue_loops": Run("bench tissue --only realtime"),  # on an idle machine
+    "theories": Run("bench tissue --only theories"),
     "soak_tissue": Run("soak tissue"),
     "ros": Run("bench ros --duration 60 --sim"),  # on an idle machine
     "ros_discovery": Run("bench ros --discovery"),  # on an idle machine

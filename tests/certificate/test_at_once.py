@@ -83,7 +83,7 @@ def plane(name, K):
 
 
 def test_two_planes_in_one_place_are_judged_by_their_sum():
-    """Each is stable; together they oscillate in the simulation (docs/certificate.md)."""
+    """Each is stable, and together they are not (docs/certificate.md)."""
     both = rig(plane("a", 1400), plane("b", 1400))
     a, b, together = certify_all(both.scene, rig=both)
     assert (a.verdict, b.verdict, together.verdict) == ("stable", "stable", "unstable")

@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import textwrap
 import time
 
 import pytest
@@ -96,3 +97,65 @@ def test_missing_extension_of_a_wheel_is_reported(source, monkeypatch):
     monkeypatch.setattr(rebuild, "find_spec", lambda name: None)
     with pytest.raises(ImportError, match="make setup"):
         rebuild.extension("_verify")
+
+
+PROCESS = textwrap.dedent("""
+    import sys, time
+    from pathlib import Path
+    import palpate
+    from palpate import rebuild
+
+    root, name = Path(sys.argv[1]), sys.argv[2]
+    installed = root / "installed"
+
+    def step(word):
+        with (root / "log").open("a") as log:
+            log.write(f"{word} begins\\n")
+            log.flush()
+            time.sleep(0.3)
+            log.write(f"{word} ends\\n")
+
+    class Loader:
+        def rebuild(self):
+            step("build")
+            installed.touch()
+
+    rebuild._ROOT = root
+    rebuild.find_spec = lambda name: object() if installed.exists() else None
+    rebuild.import_module = lambda name: name
+    rebuild.subprocess.run = lambda command, **_: step("configure")
+    palpate.__loader__ = Loader()
+    print("ready", flush=True)
+    sys.stdin.readline()
+    rebuild.extension(name)
+""")  # CMake's two steps are mocks that write when they begin and end
+
+
+@pytest.mark.parametrize(
+    ("names", "is_changed", "steps"),
+    [(("_verify", "_dvrk"), False, ["configure", "build"]), (("_core", "_core"), True, ["build"])],
+    ids=["missing extension", "changed source"],
+)
+def test_one_of_two_processes_configures_and_compiles(source, names, is_changed, steps):
+    root = source.parents[2]
+    build = root / "build" / f"cp{sys.version_info.major}{sys.version_info.minor}-test"
+    build.mkdir()
+    (build / "CMakeCache.txt").touch()
+    if is_changed:
+        source.write_text("new")
+    processes = [
+        subprocess.Popen(
+            [sys.executable, "-c", PROCESS, str(root), name], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+        )
+        for name in names
+    ]
+    for process in processes:
+        assert process.stdout.readline() == "ready\n"
+    for process in processes:
+        process.stdin.write("go\n")
+        process.stdin.flush()
+    for process in processes:
+        process.communicate(timeout=60.0)
+        assert process.returncode == 0
+    log = (root / "log").read_text().splitlines()
+    assert log == [f"{step} {event}" for step in steps for event in ("begins", "ends")]

@@ -5,6 +5,7 @@ from functools import partial
 import json_contract
 import numpy as np
 
+from palpate.studies.radius import spheres
 from palpate.studies.radius import work as radius
 from palpate.studies.radius.figures import draw
 from palpate.sweep import sweep
@@ -27,3 +28,13 @@ def test_rate_filter_only_adds_a_lag():
     limited = radius.rate_limited(step, 5.0)[:, 2]
     assert limited[500 + 98] < 1.5 - 1e-9
     assert limited[500 + 101] == 1.5
+
+
+def test_spheres_show_what_removing_the_noise_gains():
+    found = spheres.spheres(triangles=5_000, spacing=4e-3, places=20)
+    rows = {key for name in ("meshes", "clouds") for row in found[name] for key in row}
+    assert set(found) | rows == json_contract.keys_of("study radius", "With `--spheres`:")
+    assert all(row["smoothed_deg"] < 0.5 * row["direction_deg"] for row in found["meshes"])
+    assert len(found["clouds"]) == len(spheres.CLOUD_NOISES) * len(spheres.RADII)
+    assert all(row["direction_deg"] < 5.0 for row in found["clouds"])
+    assert [table.row_count for table in spheres.table(found)] == [2, 10]

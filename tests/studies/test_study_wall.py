@@ -49,6 +49,12 @@ def test_passivity_prevents_the_limit_cycle(rows, kd):
     assert row["energy_J"] > rows[kd, "off"]["energy_J"] - 1e-9
 
 
+def test_the_fit_says_which_overshoots_its_hand_makes(rows):
+    made = [row["overshoot_percent"] for row in fit.outcomes(HAND)]
+    assert made == pytest.approx([rows[kd, "off"]["overshoot_percent"] for kd in wall.KDS])
+    assert fit.words(HAND, 0.1, made).endswith(f"overshoots {', '.join(f'{one:.3g}' for one in made)} %")
+
+
 def test_wall_of_the_scene_is_at_the_position_of_the_paper():
     """At rest the force is K times the depth of the handle beyond y = 0.385 m."""
     setup = rig.build(Scene.load(scene_file()))
@@ -134,7 +140,7 @@ def test_search_stays_within_its_bounds_and_keeps_the_best(monkeypatch):
     low, value, high = (np.array(astuple(x)) for x in (fit.LOW, found, fit.HIGH))
     assert ((low <= value * (1 + 1e-12)) & (value <= high * (1 + 1e-12))).all()
     assert least == fit.loss([judge(press(Setting(kd), found)) for kd in wall.KDS])
-    assert "found again" in fit.words(found, least)
+    assert "found again" in fit.words(found, least, [6.0, 1.3, 1.2])
 
 
 def test_sensitivity_changes_one_value_at_a_time_by_a_fifth(monkeypatch):

@@ -23,6 +23,7 @@ Figure = Literal[
     "smoothness",
     "energy",
     "kernels",
+    "theories",
     "mujoco",
 ]
 

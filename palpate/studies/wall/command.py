@@ -28,7 +28,7 @@ class Command(SweepStudy):
     def study(self, console: Console) -> Findings:
         """Simulate the wall with all hands."""
         from palpate.studies.wall.figures import draw
-        from palpate.studies.wall.fit import search, words
+        from palpate.studies.wall.fit import outcomes, search, words
         from palpate.studies.wall.words import lines, table
         from palpate.studies.wall.work import run
 
@@ -38,6 +38,7 @@ class Command(SweepStudy):
         report: list[RenderableType] = [table(found), *lines(found, self.hands)]
         if self.fit:
             best, loss = search(on_progress=console.print)
-            found["fit"] = asdict(best) | {"loss": loss}
-            report.append(words(best, loss))
+            overshoots = [outcome["overshoot_percent"] for outcome in outcomes(best)]
+            found["fit"] = asdict(best) | {"loss": loss, "overshoot_percent": overshoots}
+            report.append(words(best, loss, overshoots))
         return Findings(found, lambda folder: draw(traces, found, folder), report)

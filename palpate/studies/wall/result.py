@@ -74,4 +74,4 @@ class StudyResult(TypedDict):
     other_rates: list[Row]
     sensitivity: list[Changed]
     curve: list[Hands]
-    fit: NotRequired[dict[str, float]]
+    fit: NotRequired[dict[str, float | list[float]]]

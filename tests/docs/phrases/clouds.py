@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from phrases.values import Result, Tie, percent, rows_by
+from phrases.values import Result, Tie, control, percent, rows_by
 
 
 def cases(found: Result) -> list[str]:
@@ -43,6 +43,10 @@ def scanned(found: Result) -> list[str]:
     return [f"error of the surface | {1e3 * error['rms']:.2f} mm rms, {1e3 * error['max']:.1f} mm at most |"]
 
 
+def scan_time(found: Result) -> list[str]:
+    return [f"| the same: time on two cores ({control('scan_times')}) | {found['seconds']:.1f} s |"]
+
+
 def room(found: Result) -> list[str]:
     return [f"distance of {found['points']:,} points from the surface | {1e3 * found['rms_m']:.1f} mm rms |"]
 
@@ -69,6 +73,44 @@ def noisy(found: Result) -> list[str]:
     return [f"{times} times the noise over the spacing", "(95 %, measured within a fifth of it up to 45 deg)"]
 
 
+def smoothed(found: Result) -> list[str]:
+    little, much = found["meshes"]
+    words = f"(sphere of {found['sphere_mm']:g} mm, tool of {little['radius_mm']:g} mm"
+    return [
+        f"At {little['spacing_mm']:.2f} mm of spacing and {little['noise_mm']:g} mm of noise, 95 % of the directions "
+        f"are then within {little['smoothed_deg']:.1f} instead of {little['direction_deg']:.1f} deg {words}; "
+        f"{much['noise_mm']:g} mm of noise: {much['smoothed_deg']:.1f} instead of {much['direction_deg']:.1f}"
+    ]
+
+
+def of_clouds(found: Result) -> list[str]:
+    rows = found["clouds"]
+    radii, (spacing,), (little, much) = (
+        sorted({row[key] for row in rows}) for key in ("radius_mm", "spacing_mm", "noise_mm")
+    )
+    off = {noise: [r["direction_deg"] for r in rows if r["noise_mm"] == noise] for noise in (little, much)}
+    return [
+        f"on a sphere of {found['sphere_mm']:g} mm with points every {spacing:g} mm, with radii from {min(radii):g} to "
+        f"{max(radii):g} mm, it is off by {min(off[little]):.1f} to {max(off[little]):.1f} deg at {little:g} mm of "
+        f"noise and by {min(off[much]):.1f} to {max(off[much]):.1f} deg at {much:g} mm (95 %"
+    ]
+
+
+def filtered(found: Result) -> list[str]:
+    """Caps of 5 and 10 N/s on the widest ridge; with each, radii of 1, 2 and 4 mm leave the smallest errors."""
+    rows = rows_by(found["rows"], "radius_mm")
+    less = {r: [percent(1.0 - row["filtered_mN"][cap] / row["error_mN"]) for cap in ("10", "5")]
+            for r, row in rows.items()}  # fmt: skip
+    for cap in ("5", "10"):
+        assert sorted(sorted(rows, key=lambda r: rows[r]["filtered_mN"][cap])[:3]) == [1.0, 2.0, 4.0]
+    middle = sorted((*less[1.0], *less[2.0]), key=int)
+    return [
+        f"5 to 10 N/s reduces the error of a sphere of 0.5 mm by {less[0.5][0]} to {less[0.5][1]} %, and of 1 or 2 mm "
+        f"by {middle[0]} to {middle[-1]} %",
+        f"at 8 mm and 5 N/s the error grows by {-int(less[8.0][1])} %",
+    ]
+
+
 def turned(found: Result) -> list[str]:
     (degrees,) = {f"{row['direction_deg']:.0f}" for row in found["rows"]
                   if (row["radius_mm"], row["noise_mm"]) == (2.0, 0.05) and row["feature_mm"] > 8.0}  # fmt: skip
@@ -80,6 +122,9 @@ TIES = [
     Tie("sensing.md", "cloud", (cases, organ)),
     Tie("sensing.md", "cloud_times", (delays,)),
     Tie("scan.md", "scan", (scanned,)),
+    Tie("scan.md", "scan_times", (scan_time,)),
     Tie("scan.md", "scan_room", (room,)),
     Tie("meshes.md", "radius", (features, noisy)),
+    Tie("meshes.md", "radius_filter", (filtered,)),
+    Tie("meshes.md", "spheres", (smoothed, of_clouds)),
 ]

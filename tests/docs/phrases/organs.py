@@ -28,6 +28,17 @@ def slides(found: Result) -> list[str]:
     return [f"| {mesh} | {cells[mesh, 1.0]} | {cells[mesh, 2.0]} |" for mesh in dict.fromkeys(r["mesh"] for r in rows)]
 
 
+def causes(found: Result) -> list[str]:
+    rows = [row for row in found["rows"] if row["noise_mm"] == 0.0 and not row["repaired"]]
+    steps = {row["mesh"]: row["step_deg"] for row in rows if row["depth_mm"] == 1.0}
+    largest = max(row["limited_step_N"] for row in rows)
+    return [
+        f"tilts the smooth surface for three ticks ({steps['Kidney_right']:.1f} degrees)",
+        f"the force steps to it ({steps['Duodenum']:.1f} degrees)",
+        f"The largest change after them is {largest:.2f} N",
+    ]
+
+
 def noise(found: Result) -> list[str]:
     raw, smooth = (r for r in found["rows"]
                    if r["mesh"] == "gallbladder_visual" and r["depth_mm"] == 1.0 and not r["repaired"])  # fmt: skip
@@ -54,4 +65,4 @@ def repaired(found: Result) -> list[str]:
     ]
 
 
-TIES = [Tie("contact-organs.md", "organs", (ridges, slides, noise, repaired))]
+TIES = [Tie("contact-organs.md", "organs", (ridges, slides, causes, noise, repaired))]

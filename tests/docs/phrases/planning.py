@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from phrases.values import Result, Tie
+from phrases.values import Result, Tie, control
 
 ASSISTANCE = {
     "none": "none",
@@ -41,6 +41,44 @@ def execution_rows(found: Result) -> list[str]:
         + " |"
         for row in found["rows"]
     ]
+
+
+def planning_checks(found: Result) -> list[str]:
+    rows = found["rows"]
+    assert all(row["straight"] + row["retracted"] == row["queries"] for row in rows), "none needed OMPL"
+    assert max(row["largest_step_m"] for row in rows) < 0.25e-3
+    return [f"jerks at 1 kHz reach {max(row['worst_rate'] for row in rows):.3f} of their limits"]
+
+
+def planners(found: Result) -> list[str]:
+    rows = {row["planner"]: row for row in found["rows"]}
+    best = min(rows.values(), key=lambda row: (-row["success_rate"], row["median_s"]))
+    assert best["planner"] == "RRTConnect", "the default"
+    return [
+        *(
+            f"| {name} | {round(row['success_rate'] * row['queries'])} of {row['queries']} | {row['median_s']:.2f} s |"
+            for name, row in rows.items()
+        ),
+        control("planning_hooks"),
+    ]
+
+
+def collisions(found: Result) -> list[str]:
+    judged = found["brute_force"]
+    assert judged["disagreements"] == 0
+    assert judged["worst_distance_error_m"] < 1e-9, "less than a nanometre"
+    return [f"On {judged['poses']:,} random poses of a capsule at an organ, Coal and brute force never disagreed"]
+
+
+def execution_settles(found: Result) -> list[str]:
+    (settled,) = {f"{1e3 * row['slow_median_s']:.0f}" for row in found["rows"]}
+    assert all(row["goal_worst_s"] < 0.05 and row["tool_worst_s"] < 0.05 for row in found["rows"])
+    return [f"the tip falls below 1 mm/s only after {settled} ms"]
+
+
+def planning_answer(found: Result) -> list[str]:
+    less = found["conditions"]["follow"]["entry_reduction"]
+    return [f"simulated operators enter the margin of 3 mm by {100 * less:.0f} % less"]
 
 
 def execution_load(found: Result) -> list[str]:
@@ -88,7 +126,10 @@ def stiffness_rows(found: Result) -> list[str]:
 TIES = [
     Tie("planning-study.md", "planning_study", (study_rows, study_text)),
     Tie("planning-study.md", "planning_stiffness", (stiffness_rows,)),
-    Tie("planning.md", "planning", (planning_rows, planning_again)),
-    Tie("planning-execution.md", "execution", (execution_rows,)),
+    Tie("planning.md", "planning", (planning_rows, planning_again, planning_checks)),
+    Tie("planning.md", "planning_study", (planning_answer,)),
+    Tie("planning.md", "planning_hooks", (planners,)),
+    Tie("planning.md", "collisions", (collisions,)),
+    Tie("planning-execution.md", "execution", (execution_rows, execution_settles)),
     Tie("planning-execution.md", "execution_ros", (execution_rows, execution_load)),
 ]

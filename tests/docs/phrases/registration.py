@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from phrases.values import Result, Tie
+from phrases.values import Result, Tie, control
 
 
 def of(rows: list[Result], key: str) -> str:
@@ -23,6 +23,13 @@ def registration_markers(found: Result) -> list[str]:
     ]
 
 
+def trusted(found: Result) -> str:
+    """Right answers of all kinds of views, and those of them that were trusted."""
+    rows = [(round(one["converged"] * one["trials"]), one["right_trusted"])
+            for one in found["surface"].values() if one["converged"]]  # fmt: skip
+    return f"{sum(round(right * share) for right, share in rows)} of {sum(right for right, _ in rows)}"
+
+
 def registration_surfaces(found: Result) -> list[str]:
     rough, none, arm, beside = *(found["surface"][k] for k in ("rough", "none")), *found["handeye"].values()
     wrong = sum(one["wrong"] for one in found["surface"].values())
@@ -30,6 +37,7 @@ def registration_surfaces(found: Result) -> list[str]:
     return [
         f"from +-30 deg and +-30 mm | {of([rough], 'converged')}",
         f"rms error of its points, 95 % | {1e3 * rough['p95_m']:.2f} mm",
+        f"right answers trusted | {trusted(found)}",
         f"without a start | {of([none], 'converged')}",
         f"other organ) | {wrong} of {wrong}",
         f"on the arm | {1e3 * arm['position_p95_m']:.2f} mm, {math.degrees(arm['rotation_p95_rad']):.2f} deg",
@@ -44,6 +52,34 @@ def registration_chain(found: Result) -> list[str]:
         f"predicted {1e3 * touched['predicted_m']:.2f} mm",
         f"median; largest | {1e3 * chain['tip_median_m']:.2f} mm; {1e3 * chain['tip_largest_m']:.1f} mm",
         f"within 1 mm of the surface | {100 * chain['felt_within_1mm']:.1f} % of {20 * chain['trials']} places",
+    ]
+
+
+def covariances(found: Result) -> list[str]:
+    surfaces = [one["mean_nees"] for one in found["surface"].values() if one["mean_nees"]]
+    handeye = [one["mean_nees"] for one in found["handeye"].values()]
+    assert max(abs(nees / 6.0 - 1.0) for nees in (*surfaces, *handeye)) < 0.25
+    return [
+        f"the mean squared error over the covariance is {min(surfaces):.1f} to {max(surfaces):.1f} for surfaces and "
+        f"{min(handeye):.1f} to {max(handeye):.1f} for hand-eye"
+    ]
+
+
+def registration_real(found: Result) -> list[str]:
+    real = found["real"]
+    assert real["trusted"]
+    return [
+        f"real Kinect pair, against small_gicp's GICP | {1e3 * real['from_small_gicp_m']:.1f} mm, "
+        f"{math.degrees(real['from_small_gicp_rad']):.2f} deg apart",
+        f"whose points move by {1e3 * real['moved_m']:.0f} mm rms; the noise of its averaged points is "
+        f"{1e3 * real['noise_m']:.0f} mm",
+    ]
+
+
+def session_time(found: Result) -> list[str]:
+    return [
+        f"`palpate register session scenes/registration.yaml`, whole ({control('session')}) | "
+        f"{found['processor_s']:.1f} s of processor time |"
     ]
 
 
@@ -71,5 +107,7 @@ def sessions(found: Result) -> list[str]:
 
 TIES = [
     Tie("registration-session.md", "registration", (sessions,)),
+    Tie("registration-session.md", "session", (session_time,)),
     Tie("registration.md", "registration", (registration_markers, registration_surfaces, registration_chain)),
+    Tie("registration.md", "registration", (covariances, registration_real)),
 ]

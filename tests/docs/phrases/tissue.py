@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from phrases.values import Result, Tie
+from palpate.verify.bench.tissue.ticks import CONTROL_MS
+from phrases.values import Result, Tie, control
 
 
 def tissue_ticks(found: Result) -> list[str]:
@@ -19,9 +20,13 @@ def tissue_rows(found: Result) -> list[str]:
 
 
 def tissue_text(found: Result) -> list[str]:
-    m, (cycle, thread) = found["mujoco"], found["real_time"]
-    errors = f"errs by {100 * m['layer_error']:+.1f} %, Palpate by {100 * m['own_layer_error']:+.1f} %"
-    return [errors] + [
+    m = found["mujoco"]
+    return [f"errs by {100 * m['layer_error']:+.1f} %, Palpate by {100 * m['own_layer_error']:+.1f} %"]
+
+
+def tissue_loops(found: Result) -> list[str]:
+    cycle, thread = found["real_time"]
+    return [control("tissue_loops")] + [
         f"{loop['tets']:,} tetrahedra {where} missed {loop['missed']} of {loop['ticks']:,} ticks, a bare loop in turns "
         f"with it {loop['control_missed']}"
         for loop, where in ((cycle, "in the cycle"), (thread, "on a thread of 4 ms"))
@@ -30,6 +35,35 @@ def tissue_text(found: Result) -> list[str]:
 
 def tissue_mujoco(found: Result) -> list[str]:
     return [f"MuJoCo takes {found['mujoco']['tick_ms']['p50']:.1f} ms a step"]
+
+
+def tissue_controls(found: Result) -> list[str]:
+    """The control beside the ticks, and the two limits scaled by the control beside each."""
+    cycle, thread = (row["value"] for row in found["rows"])
+    return [
+        f"sorting 20,000 numbers, takes {found['control_ms']['p50']:.2f} ms here, and {CONTROL_MS:.2f} ms on the idle",
+        f"by the control beside each, they are {cycle:.2f} and {thread:.2f} ms: the second is missed",
+    ]
+
+
+def theories(found: Result) -> list[str]:
+    rows = {(r["poisson"], r["thickness_radii"], r["theory"]): [100 * one for one in r["error"]]
+            for r in found["theories"]}  # fmt: skip
+    names = {None: "half-space", 2.0: "2 R", 1.0: "R"}
+
+    def line(nu: str, h: float | None, theory: str, cells: list[str]) -> str:
+        return f"| {nu} | {names[h]} | {theory} | {' | '.join(f'{cell} %' for cell in cells)} |"
+
+    soft, hard = (rows[nu, None, "Sneddon"] for nu in (0.40, 0.49))
+    both = [f"{one:+.1f} / {other:+.1f}" for one, other in zip(soft, hard, strict=True)]
+    thin = [[-100 * error for error in row["error"]] for row in found["polynomial"]]
+    shares = [f"{min(row):.0f} to {max(row):.0f} %" for row in thin]
+    return [
+        *(line(f"{nu:.2f}".removeprefix("0"), h, theory, [f"{error:+.1f}" for error in errors])
+          for (nu, h, theory), errors in rows.items() if (nu, h) not in ((0.40, None), (0.49, None))),
+        line(".40 / .49", None, "Sneddon", both),
+        f"it lies {shares[0]} below the exact force at sqrt(R d)/h = .5, and {shares[1]} below at 1",
+    ]  # fmt: skip
 
 
 def thread_rows(found: Result) -> list[str]:
@@ -55,5 +89,7 @@ TIES = [
     Tie("grasping.md", "soak_tissue", (soak,)),
     Tie("soft-thread.md", "tissue", (thread_rows,)),
     Tie("tissue-figures.md", "tissue", (tissue_rows, tissue_text)),
-    Tie("tissue-figures.md", "tissue_times", (tissue_ticks, tissue_mujoco)),
+    Tie("tissue-figures.md", "tissue_times", (tissue_ticks, tissue_mujoco, tissue_controls)),
+    Tie("tissue-figures.md", "tissue_loops", (tissue_loops,)),
+    Tie("tissue-figures.md", "theories", (theories,)),
 ]

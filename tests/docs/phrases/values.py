@@ -27,6 +27,11 @@ def kept(name: str) -> Result:
     return found
 
 
+def control(name: str) -> str:
+    """The speed of the machine when this result was made."""
+    return f"an import of numpy: {kept(name)['control_numpy_import_s']:.2f} s"
+
+
 def mj(joules: float) -> str:
     """An energy in mJ with three significant digits."""
     return f"{float(f'{1e3 * joules:.3g}'):,.{max(0, 2 - int(math.log10(abs(1e3 * joules)) // 1))}f}"

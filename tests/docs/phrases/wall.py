@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from phrases.values import Result, Tie
+from phrases.values import Result, Tie, rows_by
 
 
 def peak_mm(row: Result) -> str:
@@ -67,10 +67,71 @@ def wall_text(found: Result) -> list[str]:
     ]
 
 
+def two_digits(value: float) -> str:
+    return f"{value:.{1 if value >= 1.0 else 2}f}"
+
+
 def wall_hands(found: Result) -> list[str]:
-    assert {row["hands"]["people"] for row in found["rows"]} == {100}
-    shares = [round(100.0 * row["hands"]["limit_cycle_share"]) for row in found["rows"]]
-    return [rf"| {row['kd']:g} \|.*\| {share or 'none'} |" for row, share in zip(found["rows"], shares, strict=True)]
+    phrases = []
+    for row in found["rows"]:
+        low, middle, high = (two_digits(one) for one in row["hands"]["overshoot_percent"])
+        share = round(100.0 * row["hands"]["limit_cycle_share"])
+        phrases.append(f"| {row['kd']:g} | {middle} % | {low} to {high} % | {f'{share} %' if share else 'none'} |")
+    (people,) = {row["hands"]["people"] for row in found["rows"]}
+    return [*phrases, f"Left: {people} other hands"]
 
 
-TIES = [Tie("wall.md", "wall", (wall_rows, wall_misses, wall_text, wall_hands))]
+def wall_unmet(found: Result) -> list[str]:
+    second, third = found["rows"][1:]
+    response, rest = (
+        [f"{row['published'][key] * scale:.1f}" for row in (second, third)]
+        for key, scale in (("response_s", 1.0), ("steady_state_cm", 0.1))
+    )
+    return [
+        f"the settling times ({second['settling_s']:.2f} and {third['settling_s']:.2f} s against the published "
+        f"{response[0]} and {response[1]} s) and the resting depths ({1e3 * second['steady_state_m']:.1f} and "
+        f"{1e3 * third['steady_state_m']:.1f} mm against {rest[0]} and {rest[1]} mm) are not met",
+        f"The swing grows to {float(peak_mm(found['rows'][0])):.0f} mm inside",
+    ]
+
+
+def wall_sensitivity(found: Result) -> list[str]:
+    """Rows 2 and 3 with a value changed by a fifth, against the same rows of the fitted hand."""
+    fitted = [row["overshoot_percent"] for row in found["rows"][1:]]
+
+    def changes(*names: str) -> list[float]:
+        return [100.0 * abs(mine / own - 1.0) for row in found["sensitivity"] if row["name"] in names
+                for mine, own in zip(row["overshoot_percent"][1:], fitted, strict=True)]  # fmt: skip
+
+    (slow,) = (row for row in found["sensitivity"] if row["name"] == "delay_s" and row["factor"] > 1.0)
+    assert slow["limit_cycle"] == [True, True, False], "row 2 oscillates, too"
+    much, little = changes("push_N", "approach_s", "stiffness_N_per_m"), changes("mass_kg", "damping_N_s_per_m")
+    return [f"rows by {min(much):.0f} to {max(much):.0f} %; mass and damping by {max(little):.0f} % at most"]
+
+
+def wall_rigidity(found: Result) -> list[str]:
+    by = rows_by(found["curve"], "kd")
+    assert by[20.0]["people"] == 100
+    rigidity = [f"{by[kd]['rigidity_N_per_m'][1]:.0f}" for kd in (5.0, 10.0, 20.0)]
+    rebound = [f"{by[kd]['rebound'][1]:.2f}" for kd in (5.0, 10.0, 15.0)]
+    return [
+        "it does not fall: {}, {} and {} N/m at 5, 10 and 20".format(*rigidity),
+        "falls with damping: {}, {} and {} at K_d 5, 10 and 15".format(*rebound),
+    ]
+
+
+def wall_fit(found: Result) -> list[str]:
+    fit = found["fit"]
+    first, second, third = fit["overshoot_percent"]
+    return [
+        f"ends at {fit['mass_kg']:.2f} kg, {fit['damping_N_s_per_m']:.2f} N s/m, {fit['stiffness_N_per_m']:.0f} N/m, a "
+        f"push of {fit['push_N']:.1f} N and {1e3 * fit['delay_s']:.1f} ms, which makes {second:.2f} and {third:.2f} %, "
+        f"and {first:.1f} % in row 1"
+    ]
+
+
+TIES = [
+    Tie("wall.md", "wall", (wall_rows, wall_misses, wall_text, wall_hands, wall_unmet, wall_sensitivity)),
+    Tie("wall.md", "wall", (wall_rigidity,)),
+    Tie("wall.md", "wall_fit", (wall_fit,)),
+]

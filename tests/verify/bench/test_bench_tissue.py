@@ -111,6 +111,15 @@ def test_a_body_like_the_reference_meets_the_limits_of_stiffening_and_of_the_lum
     assert all(row["met"] for row in run([name], ideal(**case), short=True)["rows"])
 
 
+def test_theories_are_compared_with_the_reference():
+    found = run(["theories"])
+    by = {(row["theory"], row["poisson"], row["thickness_radii"]): row["error"] for row in found["theories"]}
+    assert max(map(abs, by["Sneddon", 0.45, None])) < 0.01
+    assert max(by["Hertz", 0.45, None]) > 0.05, "a paraboloid is wrong when deep"
+    assert all(error < -0.02 for row in found["polynomial"] for error in row["error"]), "thin layers"
+    assert table(found).row_count == len(found["theories"])
+
+
 def test_the_command_offers_every_figure_and_json_always_has_its_keys():
     assert get_args(Figure) == tuple(FIGURES)
     found = run(["kernels"], short=True)

@@ -15,6 +15,7 @@ from palpate.verify.bench.tissue import (
     lump,
     port_energy,
     relaxing,
+    theories,
     threads,
     ticks,
 )
@@ -37,6 +38,7 @@ FIGURES: dict[str, Callable[[Lab, bool], Found]] = {
     "smoothness": holding.measure,
     "energy": port_energy.measure,
     "kernels": both_kernels.measure,
+    "theories": theories.measure,
     "mujoco": flex.measure,
 }
 """Measurements by name; each takes the lab, and whether to run a short version."""
@@ -83,6 +85,11 @@ def table(figures: dict[str, Any]) -> Table:
         for who, key in (("MuJoCo", ""), ("Palpate", "own_")):
             name = f"{who}, {other['tets']:,} tetrahedra: tick, error"
             out.add_row(name, f"{_ms(other[key + 'tick_ms'])}, {100 * other[key + 'layer_error']:+.1f} %")
+    for one in figures.get("theories", ()):
+        body = "half-space" if one["thickness_radii"] is None else f"layer of {one['thickness_radii']:g} R"
+        errors = " ".join(f"{100 * error:+.1f}" for error in one["error"])
+        depths = " ".join(f"{depth:g}" for depth in one["depth_radii"])
+        out.add_row(f"{one['theory']}, {body}, nu {one['poisson']:g}: error at {depths} R", f"{errors} %")
     for row in figures["rows"]:
         asked = f"{'>=' if row['least'] else '<='} {row['asked']:g} {row['unit']}"
         out.add_row(row["name"], f"{row['value']:.3g} {row['unit']}", asked, "yes" if row["met"] else "[red]no[/red]")
