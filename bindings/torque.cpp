@@ -23,11 +23,10 @@ using torque::ControlLawOptions;
 using torque::FrictionOptions;
 using torque::LimitOptions;
 using torque::Mode;
-using torque::Options;
 
-std::string mode_name(const Options& o) { return o.mode == Mode::full ? "full" : "paper"; }
+std::string mode_name(const torque::Options& o) { return o.mode == Mode::full ? "full" : "paper"; }
 
-void set_mode(Options& o, const std::string& name) {
+void set_mode(torque::Options& o, const std::string& name) {
   if (name != "full" && name != "paper") {
     throw std::invalid_argument("torque mode must be 'full' or 'paper' (first three joints only); got '" + name + "'");
   }
@@ -36,8 +35,9 @@ void set_mode(Options& o, const std::string& name) {
 
 /// Runs one tick. model: the controller's arm; F: wrench F_H_L (6,) to be rendered; F_cell_L (3,): force of the load
 /// cell.
-std::pair<LeaderCommand, unsigned> step(torque::Torque& self, arm::Arm& model, const VectorArg& q, const VectorArg& v,
-                                        const Vec6& F, const std::optional<Vec3>& F_cell_L, bool fresh) {
+std::pair<LeaderCommand, unsigned> step_torque(torque::Torque& self, arm::Arm& model, const VectorArg& q,
+                                               const VectorArg& v, const Vec6& F, const std::optional<Vec3>& F_cell_L,
+                                               bool fresh) {
   LeaderState leader;
   leader.q = joint_vector(q, "q", model.n());
   leader.v = joint_vector(v, "v", model.n());
@@ -87,20 +87,22 @@ void bind_command(nb::module_& m) {
 }
 
 void bind_torque_options(nb::module_& m) {
-  nb::class_<Options> options(m, "TorqueOptions", "Options of the stage `torque`.");
+  nb::class_<torque::Options> options(m, "TorqueOptions", "Options of the stage `torque`.");
   options.def(nb::init<>())
-      .def_rw("law", &Options::law, "Control law: 'stiffness' (the paper's), 'impedance' or 'admittance'."_doc)
+      .def_rw("law", &torque::Options::law, "Control law: 'stiffness' (the paper's), 'impedance' or 'admittance'."_doc)
       .def_prop_rw("mode", &mode_name, &set_mode, "'full', or 'paper': torques on the first three joints only.")
-      .def_rw("force_gain", &Options::force_gain, "Gain of tau_force [-]; 0 switches it off."_doc)
-      .def_rw("gravity_gain", &Options::gravity_gain, "Gain of the gravity compensation [-]; 0 switches it off."_doc)
-      .def_rw("platform_gain", &Options::platform_gain,
+      .def_rw("force_gain", &torque::Options::force_gain, "Gain of tau_force [-]; 0 switches it off."_doc)
+      .def_rw("gravity_gain", &torque::Options::gravity_gain,
+              "Gain of the gravity compensation [-]; 0 switches it off."_doc)
+      .def_rw("platform_gain", &torque::Options::platform_gain,
               "Gain of the controller of joint 4, 0..1 [-], for MTMs with seven joints in mode 'full'."_doc)
-      .def_rw("friction", &Options::friction, "Options of the friction compensation."_doc)
-      .def_rw("limits", &Options::limits, "Options of the soft stops."_doc)
-      .def_rw("laws", &Options::laws, "Options of the control laws."_doc)
-      .def_rw("law_cap", &Options::law_cap, "Largest force that a law may add to the rendered force [N]."_doc)
-      .def_rw("fast_force", &Options::fast_force, "F_neglected above which the status bit too_fast is set [N]."_doc);
-  joint_field(options, "rotor_inertia", &Options::rotor_inertia,
+      .def_rw("friction", &torque::Options::friction, "Options of the friction compensation."_doc)
+      .def_rw("limits", &torque::Options::limits, "Options of the soft stops."_doc)
+      .def_rw("laws", &torque::Options::laws, "Options of the control laws."_doc)
+      .def_rw("law_cap", &torque::Options::law_cap, "Largest force that a law may add to the rendered force [N]."_doc)
+      .def_rw("fast_force", &torque::Options::fast_force,
+              "F_neglected above which the status bit too_fast is set [N]."_doc);
+  joint_field(options, "rotor_inertia", &torque::Options::rotor_inertia,
               "Rotor inertias in the controller's model (n,) [kg m^2].");
 
   nb::class_<FrictionOptions> friction(m, "FrictionOptions",
@@ -143,12 +145,12 @@ void bind_torque(nb::module_& m) {
                              "The stage `torque`: joint torques of one control law, within the drive limits.")
       .def(
           "__init__",
-          [](torque::Torque* self, const Options& options, const VectorArg& tau_max, double dt) {
+          [](torque::Torque* self, const torque::Options& options, const VectorArg& tau_max, double dt) {
             new (self) torque::Torque(options, joint_vector(tau_max, "tau_max"), dt);
           },
           "options"_a, "tau_max"_a, "dt"_a = 1e-3,
           "tau_max (n,): torque limits of the drives [N m]; dt: period of the cycle [s].")
-      .def("step", &step, "model"_a, "q"_a, "v"_a, "F_H_L"_a, "F_cell_L"_a = nb::none(), "fresh"_a = true,
+      .def("step", &step_torque, "model"_a, "q"_a, "v"_a, "F_H_L"_a, "F_cell_L"_a = nb::none(), "fresh"_a = true,
            "One tick: (LeaderCommand that renders F_H_L (6,) [N, N m], status bits). F_cell_L (3,): measured force of "
            "the arm on the hand [N]. fresh: False resets the control law, because the state of the leader is not new.");
   m.def("cartesian_place", &cartesian<3>, "model"_a, "q"_a, "v"_a, "rotor_inertia"_a = nb::none(), "heaviest"_a = 20.0,

@@ -91,7 +91,7 @@ double root(const Quintic& f) noexcept {
   return u;
 }
 
-void require(bool good, const std::string& otherwise) {
+void check(bool good, const std::string& otherwise) {
   if (!good) throw std::invalid_argument(otherwise);
 }
 
@@ -99,23 +99,23 @@ void require(bool good, const std::string& otherwise) {
 
 Path::Path(std::vector<Controls> pieces, std::span<const Mat3> attitudes, bool tangential, bool closed)
     : pieces_(std::move(pieces)), tangential_(tangential), closed_(closed) {
-  require(!pieces_.empty(), "a path needs at least one piece");
-  require(attitudes.size() == pieces_.size() + 1, "a path of " + std::to_string(pieces_.size()) +
+  check(!pieces_.empty(), "a path needs at least one piece");
+  check(attitudes.size() == pieces_.size() + 1, "a path of " + std::to_string(pieces_.size()) +
                                                       " pieces needs one attitude more, got " +
                                                       std::to_string(attitudes.size()));
   start_.push_back(0.0);
   for (std::size_t i = 0; i < pieces_.size(); ++i) {
     const std::string name = "piece " + std::to_string(i) + " of the path ";
     for (const Vec3& c : pieces_[i])
-      require(c.allFinite() && c.cwiseAbs().maxCoeff() <= kMaxCoordinate, name + "is not finite, or beyond 1000 km");
+      check(c.allFinite() && c.cwiseAbs().maxCoeff() <= kMaxCoordinate, name + "is not finite, or beyond 1000 km");
     const Vec3& end = i > 0 ? pieces_[i - 1][3] : closed ? pieces_.back()[3] : pieces_[i][0];
-    require((pieces_[i][0] - end).norm() < 1e-9, name + "does not begin where the one before ends");
-    require(slope(pieces_[i], 0.0).norm() > 0.0 && slope(pieces_[i], 1.0).norm() > 0.0, name + "stands still");
+    check((pieces_[i][0] - end).norm() < 1e-9, name + "does not begin where the one before ends");
+    check(slope(pieces_[i], 0.0).norm() > 0.0 && slope(pieces_[i], 1.0).norm() > 0.0, name + "stands still");
     start_.push_back(start_.back() + arc(pieces_[i], 1.0));
   }
   for (const Mat3& R : attitudes) {
     Eigen::Quaterniond q(R);
-    require(std::abs(q.norm() - 1.0) < 1e-6, "attitudes of a path must be rotations");
+    check(std::abs(q.norm() - 1.0) < 1e-6, "attitudes of a path must be rotations");
     attitude_.push_back(q.normalized());
   }
   build_tree();

@@ -9,7 +9,7 @@
 namespace palpate::guidance {
 namespace {
 
-constexpr double kTouch = 1000.0;  // [N/m] stiffness of the touched environment when it is unknown
+constexpr double kUnknownStiffness = 1000.0;  // [N/m] stiffness of the touched environment when it is unknown
 
 class Limit final : public Role {
  public:
@@ -30,7 +30,7 @@ class Limit final : public Role {
     const double force = tool.F_T_W.norm();
     if (force_ > 0.0 && force > 0.0) {
       const Vec3 n = tool.F_T_W / force;
-      out.gap = (force_ - force) / (tool.stiffness > 0.0 ? tool.stiffness : kTouch) + n.dot(tool.X_WT.p - tool.p_touch);
+      out.gap = (force_ - force) / (tool.stiffness > 0.0 ? tool.stiffness : kUnknownStiffness) + n.dot(tool.X_WT.p - tool.p_touch);
       out.gradient.f = n;
       out.free = Mat3::Identity() - n * n.transpose();
     }
