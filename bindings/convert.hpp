@@ -1,14 +1,12 @@
 // Converts between numpy arrays and the core's Eigen types of bounded size. Errors name the argument and both shapes.
 #pragma once
 
-#include <nanobind/eigen/dense.h>
-#include <nanobind/nanobind.h>
-
 #include <stdexcept>
 #include <string>
 #include <utility>
 
 #include "palpate/types/spatial.hpp"
+#include "types.hpp"
 
 namespace palpate::bindings {
 

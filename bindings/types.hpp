@@ -1,9 +1,15 @@
 // Types of arguments and results: arrays that a function reads in place, and return types that name the types inside
-// arrays, tuples and dicts, for the stub generator (tools/stubs.py).
+// arrays, tuples and dicts, for the stub generator (tools/stubs.py). Every file of bindings includes this header, since
+// a file that lacks a converter of nanobind compiles, but fails when the module is imported.
 #pragma once
 
+#include <nanobind/eigen/dense.h>
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
 
 #include <cstdint>
 #include <initializer_list>

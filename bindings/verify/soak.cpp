@@ -5,6 +5,7 @@
 
 #include "doc.hpp"
 #include "palpate/verify/tissue_soak.hpp"
+#include "types.hpp"
 #include "verify/bindings.hpp"
 
 namespace nb = nanobind;
