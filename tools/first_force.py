@@ -2,11 +2,12 @@
 
     python tools/first_force.py            # clones this repository's HEAD into a temporary folder
 
-The control is one file that includes Eigen and one header of Pinocchio, compiled in the new clone's environment.
+The control is that of `palpate bench build` in the new clone: one file that includes Eigen and one header of Pinocchio.
 """
 
 from __future__ import annotations
 
+import json
 import os
 import resource
 import subprocess
@@ -16,7 +17,6 @@ import time
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-CONTROL = "#include <Eigen/Dense>\n#include <pinocchio/algorithm/joint-configuration.hpp>\n"
 
 
 def timed(command: list[str], folder: Path, environment: dict[str, str]) -> tuple[float, float]:
@@ -37,15 +37,14 @@ def main() -> None:
                        "XDG_CACHE_HOME": str(cache), "CCACHE_DISABLE": "1"}  # fmt: skip
         environment.pop("VIRTUAL_ENV", None)
         timed(["git", "clone", "--quiet", str(ROOT), str(clone)], Path(name), environment)
-        wall, cpu = timed(["make", "demo", "ARGS=--headless --duration 5"], clone, environment)
-        print(f"fresh clone to the end of the demo: {wall:.0f} s of wall time, {cpu:.0f} CPU-seconds")
+        wall, whole = timed(["make", "demo", "ARGS=--headless --duration 5"], clone, environment)
+        print(f"fresh clone to the end of the demo: {wall:.0f} s of wall time, {whole:.0f} CPU-seconds")
         wall, cpu = timed(["make", "demo", "ARGS=--headless --duration 5"], clone, environment)
         print(f"the demo a second time: {wall:.1f} s of wall time, {cpu:.1f} CPU-seconds")
-        (prefix,) = clone.glob(".venv/lib/python3*/site-packages/cmeel.prefix/include")
-        (clone / "control.cpp").write_text(CONTROL)
-        flags = ["-std=c++20", "-O3", "-fPIC", "-isystem", str(prefix), "-isystem", str(prefix / "eigen3")]
-        _, cpu = timed(["g++", *flags, "-c", "control.cpp", "-o", "control.o"], clone, environment)
-        print(f"control, Eigen and one header of Pinocchio: {cpu:.1f} CPU-seconds")
+        command = [str(clone / ".venv/bin/palpate"), "bench", "build", "--last", "--json", "control.json"]
+        timed(command, clone, environment)
+        control = json.loads((clone / "control.json").read_text())["control_cpu_s"]
+        print(f"control, Eigen and one header of Pinocchio: {control:.1f} CPU-seconds; ratio {whole / control:.1f}")
 
 
 if __name__ == "__main__":

@@ -36,7 +36,6 @@ def test_stopwatch_writes_cpu_time_and_returns_the_exit_code(tmp_path):
             "CMakeFiles/palpate_core.dir/Unity/unity_core__palpate__types+mapping_cxx.cxx.o",
             "core/palpate/types+mapping/",
         ),
-        ("CMakeFiles/_core.dir/cmake_pch.hxx.gch", "cmake_pch.hxx.gch"),
     ],
 )
 def test_compilation_is_named_after_its_source_or_folder(made, name):
@@ -44,10 +43,19 @@ def test_compilation_is_named_after_its_source_or_folder(made, name):
 
 
 def test_flags_keep_the_libraries_without_input_and_output(tmp_path):
-    flags = "-DX -isystem /p/include -O3 -Winvalid-pch -include /b/cmake_pch.hxx"
+    flags = "-DX -isystem /p/include -O3 -MD"
     command = f"/usr/bin/ccache /usr/bin/g++ {flags} -o a.o -c /p/bindings/arm.cpp"
     (tmp_path / "c.json").write_text(json.dumps([{"file": "/p/bindings/arm.cpp", "command": command}]))
     assert build._flags(tmp_path / "c.json") == ["/usr/bin/g++", "-DX", "-isystem", "/p/include", "-O3"]
+
+
+def test_control_is_compiled_in_one_way_whatever_the_flags_of_the_bindings(monkeypatch, tmp_path):
+    seen = []
+    monkeypatch.setattr(build, "_cpu_of", lambda flags, headers, folder: seen.append((flags, headers)) or 2.5)
+    flags = ["g++", "-DX", "-I/p/core", "-isystem", "/p/include", "-isystem", "/p/eigen", "-O1", "-Wall"]
+    assert build._control(flags, tmp_path) == 2.5
+    plain = ["g++", "-std=c++20", "-O3", "-fPIC", "-isystem", "/p/include", "-isystem", "/p/eigen"]
+    assert seen == [(plain, build.CONTROL)]
 
 
 def test_every_header_of_another_library_is_counted():
