@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from effort import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -87,7 +88,7 @@ def speeds_of(distance, speed, a):
     return v * distance / (v.sum() * DT)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(60), deadline=None)
 @given(K=st.floats(50, 5000), extra=st.floats(0, 5), press=st.floats(0.05, 0.9),
        releases=st.lists(st.floats(0.001, 0.28), min_size=1, max_size=4), share=st.floats(0.1, 0.95))  # fmt: skip
 def test_limit_takes_no_force_from_an_honest_spring(K, extra, press, releases, share):
