@@ -1,5 +1,7 @@
 #include "palpate/verify/axis.hpp"
 
+#include <memory>
+
 #include "doc.hpp"
 #include "palpate/verify/axis_layer.hpp"
 #include "types.hpp"
