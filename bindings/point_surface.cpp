@@ -63,6 +63,7 @@ Tuple<Array, Fields> usable(const Input<Number, -1, 3>& points_C, const Matrix4&
                             double radius, const Balls& tool) {
   const Pose X = to_pose(X_WC, "X_WC");
   std::vector<scene::Ball> balls;
+  balls.reserve(tool.shape(0));
   for (std::size_t i = 0; i < tool.shape(0); ++i) balls.push_back({Vec3(&tool(i, 0)), tool(i, 3)});
   scene::FrameCount count;
   std::vector<double> found;

@@ -60,7 +60,7 @@ Push CapsulePair::step(const Capsule& A, const Capsule& B, const InstrumentLaw& 
 }
 
 int InstrumentPair::step(const Instrument& A, const Instrument& B, const InstrumentLaw& law,
-                         std::array<Push, kMaxCapsules * kMaxCapsules>& pushes, double& gap) noexcept {
+                         std::array<Push, kMaxCapsulePairs>& pushes, double& gap) noexcept {
   gap = std::numeric_limits<double>::infinity();
   int found = 0;
   for (int i = 0; i < A.size; ++i) {

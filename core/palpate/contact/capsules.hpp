@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "palpate/types/spatial.hpp"
@@ -11,6 +12,9 @@ namespace palpate::contact {
 
 /// Maximum number of capsules of one instrument.
 inline constexpr int kMaxCapsules = 8;
+
+/// Maximum number of pairs of capsules of two instruments.
+inline constexpr std::size_t kMaxCapsulePairs = std::size_t{kMaxCapsules} * kMaxCapsules;
 
 /// A cylinder with round ends, in W.
 struct Capsule {
@@ -68,10 +72,10 @@ class InstrumentPair {
  public:
   /// Forces of all touching capsules, and the smallest gap. `pushes` receives the touching ones; returns their number.
   int step(const Instrument& A, const Instrument& B, const InstrumentLaw& law,
-           std::array<Push, kMaxCapsules * kMaxCapsules>& pushes, double& gap) noexcept;
+           std::array<Push, kMaxCapsulePairs>& pushes, double& gap) noexcept;
 
  private:
-  std::array<CapsulePair, kMaxCapsules * kMaxCapsules> pair_;
+  std::array<CapsulePair, kMaxCapsulePairs> pair_;
 };
 
 }  // namespace palpate::contact

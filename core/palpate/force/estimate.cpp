@@ -54,12 +54,12 @@ JointMatrix diagonal(const JointVector& values) {
 }
 
 JointVector scaled(double factor, JointVector values) noexcept {
-  for (Eigen::Index k = 0; k < values.size(); ++k) values[k] *= factor;
+  for (double& value : values) value *= factor;
   return values;
 }
 
 JointVector reciprocal(JointVector values) noexcept {
-  for (Eigen::Index k = 0; k < values.size(); ++k) values[k] = 1.0 / values[k];
+  for (double& value : values) value = 1.0 / value;
   return values;
 }
 

@@ -16,6 +16,7 @@ class DeformedScope {
 
   /// The surface with the id of `surface` in the scene of the present scope; without one, `surface` itself.
   [[nodiscard]] static const scene::Surface& present(const scene::Surface& surface) noexcept;
+  static const scene::Surface& present(scene::Surface&& surface) = delete;  // it would dangle
 
  private:
   const scene::Snapshot* before_;

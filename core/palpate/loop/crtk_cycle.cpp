@@ -263,7 +263,7 @@ bool CrtkCycle::joints_known() const noexcept {
 }
 
 // Pose of the model's base in W that agrees with the measured tip.
-Pose CrtkCycle::model_base() const noexcept { return in_.tool.X_WT * arm_->tip().inverse(); }
+Pose CrtkCycle::model_base(const arm::Arm& arm) const noexcept { return in_.tool.X_WT * arm.tip().inverse(); }
 
 void CrtkCycle::join(std::shared_ptr<Board> board, int index, std::vector<ToolCapsule> capsules,
                      contact::InstrumentLaw law) {
@@ -277,9 +277,9 @@ void CrtkCycle::join(std::shared_ptr<Board> board, int index, std::vector<ToolCa
 void CrtkCycle::meet(bool trusted) noexcept {
   if (!in_world_) return;
   on_tool_ = OnTool{};
-  if (trusted && joints_known() && std::isfinite(in_.tool.jaw)) {
+  if (trusted && arm_ && joints_known() && std::isfinite(in_.tool.jaw)) {
     const double dt = met_at_ > 0.0 ? last_.t - met_at_ : 0.0;
-    in_world_->publish({options_.X_WL * in_.handle.X_LH.p, in_.tool.X_WT, model_base(), &*arm_, in_.tool.jaw,
+    in_world_->publish({options_.X_WL * in_.handle.X_LH.p, in_.tool.X_WT, model_base(*arm_), &*arm_, in_.tool.jaw,
                         dt > 0.0 ? 1.0 / dt : 0.0, low_pass_coefficient(kTwistCutoff, dt)});
     met_at_ = last_.t;
     on_tool_ = in_world_->step();
@@ -291,16 +291,14 @@ void CrtkCycle::meet(bool trusted) noexcept {
 // Computes the centres of the spheres. A sphere on a link whose pose is unknown is NaN and touches nothing.
 void CrtkCycle::place_spheres(bool joints_known) noexcept {
   ToolWithSpheres& tool = in_.tool;
-  const Pose X_WA = joints_known && arm_ ? model_base() : Pose{};
+  const Pose X_WA = joints_known && arm_ ? model_base(*arm_) : Pose{};
   tool.p_WS[0] = tool.X_WT.p;
   std::size_t s = 0;
   for (const contact::ToolSphere& sphere : options_.contact.spheres) {
     ++s;
-    if (sphere.link == contact::kCarried) {
-      tool.leave_out(s);
-    } else if (sphere.link < 0) {
+    if (sphere.link < 0 && sphere.link != contact::kCarried) {
       tool.place(s, sphere, tool.X_WT);
-    } else if (joints_known && arm_) {
+    } else if (sphere.link >= 0 && joints_known && arm_) {
       tool.place(s, sphere, X_WA * arm_->link_pose(sphere.link));
     } else {
       tool.leave_out(s);

@@ -111,7 +111,7 @@ class CrtkCycle {
   void place_spheres(bool joints_known) noexcept;
   void meet(bool trusted) noexcept;
   [[nodiscard]] bool joints_known() const noexcept;
-  [[nodiscard]] Pose model_base() const noexcept;
+  [[nodiscard]] Pose model_base(const arm::Arm& arm) const noexcept;
   [[nodiscard]] bool is_at_goal(bool settled) const noexcept;
   unsigned follow(const HapticsOutput& felt) noexcept;
   [[nodiscard]] Wrench limit_rate(const Wrench& F, bool allowed, double dt) const noexcept;

@@ -7,6 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "palpate/scene/deformable.hpp"
+
 namespace palpate::loop {
 namespace {
 

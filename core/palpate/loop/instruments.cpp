@@ -18,7 +18,7 @@ constexpr int kSilent = 5;  // ticks without news after which another instrument
 
 void Board::write(int writer, const Published& published) noexcept {
   for (int reader = 0; reader < size_; ++reader) {
-    if (reader != writer) boxes_[to_index(writer * size_ + reader)].write(published);
+    if (reader != writer) boxes_[box(writer, reader)].write(published);
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -15,6 +16,7 @@
 #include "palpate/contact/contact.hpp"
 #include "palpate/loop/held_object.hpp"
 #include "palpate/loop/tick.hpp"
+#include "palpate/types/index.hpp"
 #include "palpate/types/mailbox.hpp"
 
 namespace palpate::loop {
@@ -38,18 +40,20 @@ struct Published {
 class Board {
  public:
   explicit Board(int size, const RodOptions& rod = {})
-      : size_(size), rod_(rod), boxes_(static_cast<std::size_t>(size * size)) {}
+      : size_(size), rod_(rod), boxes_(to_index(size) * to_index(size)) {}
   [[nodiscard]] int size() const noexcept { return size_; }
   /// The rod that the instruments can hold.
   [[nodiscard]] const RodOptions& rod() const noexcept { return rod_; }
   /// A number larger than all before.
   [[nodiscard]] std::uint64_t order() noexcept { return order_.fetch_add(1, std::memory_order_relaxed) + 1; }
   void write(int writer, const Published& published) noexcept;
-  [[nodiscard]] const Published& read(int writer, int reader) noexcept {
-    return boxes_[static_cast<std::size_t>(writer * size_ + reader)].read();
-  }
+  [[nodiscard]] const Published& read(int writer, int reader) noexcept { return boxes_[box(writer, reader)].read(); }
 
  private:
+  [[nodiscard]] std::size_t box(int writer, int reader) const noexcept {
+    return to_index(writer) * to_index(size_) + to_index(reader);
+  }
+
   int size_;
   RodOptions rod_;
   std::atomic<std::uint64_t> order_{0};
@@ -112,7 +116,7 @@ class InWorld {
   std::array<contact::Instrument, kMaxInstruments> other_;
   std::array<int, kMaxInstruments> silent_{};  ///< ticks since the other instrument was last published
   std::array<contact::InstrumentPair, kMaxInstruments> pair_;
-  std::array<contact::Push, contact::kMaxCapsules * contact::kMaxCapsules> pushes_;
+  std::array<contact::Push, contact::kMaxCapsulePairs> pushes_;
   OnTool out_;
 };
 

@@ -1,5 +1,7 @@
 #include "palpate/plant/leader_kernels.hpp"
 
+#include <cstddef>
+
 #include "palpate/types/arc_sine.hpp"
 #include "palpate/types/pack.hpp"
 
@@ -14,7 +16,7 @@ PALPATE_INLINE Pack handle_velocity(const arm::LaneDynamics& d, const Pack& v) n
     part[r < 3 ? r : r + 1] = row.low * v.low + row.high * v.high;
   }
   Four sums[2];
-  for (int i = 0; i < 2; ++i) {
+  for (std::size_t i = 0; i < 2; ++i) {
     const Four *p = part + 4 * i, ab = __builtin_shufflevector(p[0], p[1], 0, 4, 2, 6), cd = p[2];
     const Four even = ab + __builtin_shufflevector(p[0], p[1], 1, 5, 3, 7);
     const Four odd = __builtin_shufflevector(cd, p[3], 0, 4, 2, 6) + __builtin_shufflevector(cd, p[3], 1, 5, 3, 7);
@@ -58,7 +60,7 @@ PALPATE_AVX2_TOO bool pull_towards(const arm::LaneDynamics& d, const HandLanes& 
                                    HandleLanes& F) noexcept {
   const auto* columns = reinterpret_cast<const FourInMemory*>(d.tip);
   Four cross = {}, product = {};
-  for (int i = 0; i < 3; ++i) {
+  for (std::size_t i = 0; i < 3; ++i) {
     const Four from = columns[i], to = {R[3 * i], R[3 * i + 1], R[3 * i + 2], 0.0};
     cross += from * __builtin_shufflevector(to, to, 1, 2, 0, 3) - __builtin_shufflevector(from, from, 1, 2, 0, 3) * to;
     product += from * to;

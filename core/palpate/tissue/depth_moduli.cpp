@@ -166,6 +166,7 @@ double felt(const Layers& shares, const Layers& modulus) {
 DepthModuli::DepthModuli(const scene::Mesh& mesh, const BodyData& data, double edge, double width)
     : values_(mesh.vertices().size() / 3), width_(width) {
   std::vector<double> modulus;
+  modulus.reserve(data.mu.size());
   for (std::size_t t = 0; t < data.mu.size(); ++t) modulus.push_back(plane_modulus_of(data.mu[t], data.bulk[t]));
   Values all{{}, modulus.front(), data.yeoh.front()};
   all.pressed.fill(modulus.front());

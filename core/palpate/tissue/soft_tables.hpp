@@ -11,6 +11,7 @@
 #include "palpate/tissue/body.hpp"
 #include "palpate/tissue/depth_moduli.hpp"
 #include "palpate/tissue/spreading.hpp"
+#include "palpate/types/index.hpp"
 
 namespace palpate::tissue {
 
@@ -42,9 +43,9 @@ template <class Act>
 void for_nodes_under(const SoftTables& tables, const scene::SurfacePoint& at, Act&& act) noexcept {
   const double b[3] = {at.u(), at.v, at.w};
   for (std::int32_t k = 0; k < 3; ++k) {
-    const std::int32_t vertex = tables.rest->triangles()[static_cast<std::size_t>(3 * at.triangle + k)];
+    const std::int32_t vertex = tables.rest->triangles()[to_index(3 * at.triangle + k)];
     for (const Spreading::Entry& e : tables.spreading.row(vertex))
-      act(tables.node[static_cast<std::size_t>(e.vertex)], b[k] * e.weight);
+      act(tables.node[to_index(e.vertex)], b[k] * e.weight);
   }
 }
 

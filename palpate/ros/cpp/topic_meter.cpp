@@ -98,6 +98,7 @@ void TopicMeter::listen(const std::vector<Topic>& topics) {
 
 std::vector<TopicMeter::Heard> TopicMeter::take() {
   std::vector<Heard> heard;
+  heard.reserve(ears_.size());
   for (const auto& ear : ears_) node_.remove(*ear);  // their messages are not taken any more
   for (const auto& ear : ears_) heard.push_back(std::move(ear->heard));
   ears_.clear();
