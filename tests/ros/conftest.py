@@ -128,8 +128,10 @@ def until(rclpy, node):
 
 
 def plain_environment():
-    """The variables of this process without the profile of Fast DDS that Palpate has set for it."""
-    return {k: v for k, v in os.environ.items() if k not in build.PROFILES or Path(v).parent != build.HERE}
+    """The variables of this process without the profile and transport of Fast DDS that Palpate has set for it."""
+    ours = {k: v for k, v in os.environ.items() if k in build.PROFILES and Path(v).parent == build.HERE}
+    ours |= {build.TRANSPORTS: "UDPv4"}
+    return {k: v for k, v in os.environ.items() if ours.get(k) != v}
 
 
 class Processes:

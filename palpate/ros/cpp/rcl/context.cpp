@@ -4,24 +4,12 @@
 #include <rcl/init_options.h>
 
 #include <cstdlib>
-#include <string>
 #include <string_view>
 
 #include "rcl/status.hpp"
 
 namespace palpate::ros {
 namespace {
-
-/// Replaces our profile of Fast DDS that names transports, and so overrides FASTDDS_BUILTIN_TRANSPORTS, by the one
-/// beside it that does not (palpate/ros/build.py sets them).
-void leave_transports() {
-  const char* variable = "FASTDDS_DEFAULT_PROFILES_FILE";
-  const char* file = std::getenv(variable);
-  const std::string_view named = file ? file : "", ours = "/palpate/ros/discovery_local.xml";
-  if (!named.ends_with(ours)) return;
-  const std::string other = std::string(named.substr(0, named.size() - ours.size())) + "/palpate/ros/discovery.xml";
-  setenv(variable, other.c_str(), 1);
-}
 
 /// Sets the discovery range in the environment, where rcl reads it; the variable was renamed after Humble. The default
 /// is this machine; `network` widens it to the subnet.
@@ -31,10 +19,6 @@ void set_range(bool network) {
         range && std::string_view(range) == "LOCALHOST")
       setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "SUBNET", 1);
     unsetenv("ROS_LOCALHOST_ONLY");
-    // Plain UDP discovers its peers in 0.1 s; the default transports need 2.7 s. Within one machine the middleware uses
-    // shared memory and UDP independently of this variable.
-    leave_transports();
-    setenv("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4", 0);
     return;
   }
 #if __has_include(<rmw/discovery_options.h>)
