@@ -124,7 +124,7 @@ def announce_often(ros: where.Ros) -> None:
     """
     old = ros.release in ("Humble", "Iron", "Jazzy")
     if not any(os.environ.get(name) for name in PROFILES):
-        os.environ[PROFILES[old]] = str(HERE / ("discovery_before_3.xml" if old else "discovery.xml"))
+        os.environ[PROFILES[old]] = str(HERE / "discovery.xml")
     os.environ.setdefault(TRANSPORTS, "UDPv4")
 
 
