@@ -99,7 +99,7 @@ def load(progress: Progress = lambda _: None) -> ModuleType:
     if name in sys.modules:
         return sys.modules[name]
     built = messages(progress)
-    announce_often(built.ros)
+    speed_up_discovery(built.ros)
     for prefix in reversed(built.ros.prefixes):
         _prepend("LD_LIBRARY_PATH", prefix / "lib")
     loader = importlib.machinery.ExtensionFileLoader(name, str(built.extension))
@@ -115,16 +115,15 @@ def load(progress: Progress = lambda _: None) -> ModuleType:
     return module
 
 
-def announce_often(ros: where.Ros) -> None:
+def speed_up_discovery(ros: where.Ros) -> None:
     """Let participants of this process be discovered soon; call it before ROS starts.
 
-    Sets a profile of Fast DDS (discovery.xml says what for), and UDP as the only transport. With shared memory, who
+    They announce themselves ten times a second (discovery.xml), and use UDP alone. With shared memory, who
     opens a port checks that its owner is alive, and may sleep for 0.33 s in the middle of discovery; between machines,
     discovery took 2.7 s instead of 0.1 s. A profile or transports that the user has set stay.
     """
-    old = ros.release in ("Humble", "Iron", "Jazzy")
     if not any(os.environ.get(name) for name in PROFILES):
-        os.environ[PROFILES[old]] = str(HERE / "discovery.xml")
+        os.environ[PROFILES[ros.release in ("Humble", "Iron", "Jazzy")]] = str(HERE / "discovery.xml")
     os.environ.setdefault(TRANSPORTS, "UDPv4")
 
 

@@ -15,8 +15,7 @@ def link(state):
 
 
 def main(folder):
-    # The network has one machine; with these settings the processes use it instead of shared memory.
-    os.environ |= {"ROS_STATIC_PEERS": "127.0.0.1", "FASTDDS_BUILTIN_TRANSPORTS": "UDPv4"}
+    os.environ["ROS_STATIC_PEERS"] = "127.0.0.1"  # the network has one machine
     link("up")
     subprocess.run(["ip", "route", "add", "224.0.0.0/4", "dev", "lo"], check=True)
     subprocess.run(["ip", "link", "set", "lo", "multicast", "on"], check=True)

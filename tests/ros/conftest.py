@@ -89,7 +89,7 @@ def rclpy(built):
     """The module rclpy, initialised in this process, which announces itself as often as Palpate's own processes."""
     import rclpy
 
-    build.announce_often(where.find())
+    build.speed_up_discovery(where.find())
 
     rclpy.init()
     yield rclpy

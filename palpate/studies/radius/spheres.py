@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TypedDict
 
 import numpy as np
@@ -116,16 +117,20 @@ def _direction_deg(surface: Mesh | PointSurface, radius: float, places: int) -> 
 def table(found: Spheres) -> list[Table]:
     """The directions on meshes and on clouds."""
     words = f"simulated sphere of {found['sphere_mm']:g} mm, direction of the force at {found['places']} places, 95 %"
-    meshes = Table(title=f"Meshes: {words}", box=None, padding=(0, 2, 0, 0), pad_edge=False)
-    for name in ("noise\nmm", "spacing\nmm", "as measured\ndeg", "smoothed\ndeg"):
-        meshes.add_column(name, justify="right")
-    for row in found["meshes"]:
-        meshes.add_row(f"{row['noise_mm']:g}", f"{row['spacing_mm']:.2f}", f"{row['direction_deg']:.1f}",
-                       f"{row['smoothed_deg']:.1f}")  # fmt: skip
-    clouds = Table(title=f"Point clouds: {words}", box=None, padding=(0, 2, 0, 0), pad_edge=False)
-    for name in ("noise\nmm", "spacing\nmm", "radius\nmm", "direction\ndeg"):
-        clouds.add_column(name, justify="right")
-    for one in found["clouds"]:
-        clouds.add_row(f"{one['noise_mm']:g}", f"{one['spacing_mm']:g}", f"{one['radius_mm']:g}",
-                       f"{one['direction_deg']:.1f}")  # fmt: skip
-    return [meshes, clouds]
+    meshes = [(f"{row['noise_mm']:g}", f"{row['spacing_mm']:.2f}", f"{row['direction_deg']:.1f}",
+               f"{row['smoothed_deg']:.1f}") for row in found["meshes"]]  # fmt: skip
+    clouds = [(f"{row['noise_mm']:g}", f"{row['spacing_mm']:g}", f"{row['radius_mm']:g}",
+               f"{row['direction_deg']:.1f}") for row in found["clouds"]]  # fmt: skip
+    return [
+        _table(f"Meshes: {words}", ("noise\nmm", "spacing\nmm", "as measured\ndeg", "smoothed\ndeg"), meshes),
+        _table(f"Point clouds: {words}", ("noise\nmm", "spacing\nmm", "radius\nmm", "direction\ndeg"), clouds),
+    ]
+
+
+def _table(title: str, names: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> Table:
+    out = Table(title=title, box=None, padding=(0, 2, 0, 0), pad_edge=False)
+    for name in names:
+        out.add_column(name, justify="right")
+    for row in rows:
+        out.add_row(*row)
+    return out

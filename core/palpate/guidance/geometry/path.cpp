@@ -101,8 +101,8 @@ Path::Path(std::vector<Controls> pieces, std::span<const Mat3> attitudes, bool t
     : pieces_(std::move(pieces)), tangential_(tangential), closed_(closed) {
   check(!pieces_.empty(), "a path needs at least one piece");
   check(attitudes.size() == pieces_.size() + 1, "a path of " + std::to_string(pieces_.size()) +
-                                                      " pieces needs one attitude more, got " +
-                                                      std::to_string(attitudes.size()));
+                                                    " pieces needs one attitude more, got " +
+                                                    std::to_string(attitudes.size()));
   start_.push_back(0.0);
   for (std::size_t i = 0; i < pieces_.size(); ++i) {
     const std::string name = "piece " + std::to_string(i) + " of the path ";

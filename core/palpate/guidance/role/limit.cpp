@@ -30,7 +30,8 @@ class Limit final : public Role {
     const double force = tool.F_T_W.norm();
     if (force_ > 0.0 && force > 0.0) {
       const Vec3 n = tool.F_T_W / force;
-      out.gap = (force_ - force) / (tool.stiffness > 0.0 ? tool.stiffness : kUnknownStiffness) + n.dot(tool.X_WT.p - tool.p_touch);
+      out.gap = (force_ - force) / (tool.stiffness > 0.0 ? tool.stiffness : kUnknownStiffness) +
+                n.dot(tool.X_WT.p - tool.p_touch);
       out.gradient.f = n;
       out.free = Mat3::Identity() - n * n.transpose();
     }
