@@ -39,8 +39,6 @@ _OURS = "palpate"
 _SUFFIX = sysconfig.get_config_var("EXT_SUFFIX")
 PROFILES = ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")
 """Variables that name a profile of Fast DDS; the second counts before release 3."""
-TRANSPORTS = "FASTDDS_BUILTIN_TRANSPORTS"
-"""Variable that names the transports of Fast DDS, from release 2.14 on."""
 
 
 @dataclass(frozen=True)
@@ -118,13 +116,10 @@ def load(progress: Progress = lambda _: None) -> ModuleType:
 def speed_up_discovery(ros: where.Ros) -> None:
     """Let participants of this process be discovered soon; call it before ROS starts.
 
-    They announce themselves ten times a second (discovery.xml), and use UDP alone. With shared memory, who
-    opens a port checks that its owner is alive, and may sleep for 0.33 s in the middle of discovery; between machines,
-    discovery took 2.7 s instead of 0.1 s. A profile or transports that the user has set stay.
+    discovery.xml says what is changed and why. A profile that the user has set stays.
     """
     if not any(os.environ.get(name) for name in PROFILES):
         os.environ[PROFILES[ros.release in ("Humble", "Iron", "Jazzy")]] = str(HERE / "discovery.xml")
-    os.environ.setdefault(TRANSPORTS, "UDPv4")
 
 
 def _messages(ros: where.Ros, folder: Path, name: str, progress: Progress) -> Path:

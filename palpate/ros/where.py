@@ -88,12 +88,13 @@ class Ros:
 
 
 def find() -> Ros:
-    """The ROS 2 to use; a sourced one takes precedence.
+    """The ROS 2 to use; a sourced one takes precedence, the wheels' own prefix in AMENT_PREFIX_PATH is none.
 
     Raises:
         RosMissingError: ROS 2 is not installed.
     """
-    sourced = [Path(p) for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p]
+    named = [Path(p) for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p]
+    sourced = [p for p in named if p != Path(sys.prefix)]
     if any((p / "include" / "rcl").is_dir() for p in sourced):
         return Ros("sourced", tuple(sourced))
     wheel = importlib.util.find_spec("rclpy")

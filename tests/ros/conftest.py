@@ -128,10 +128,8 @@ def until(rclpy, node):
 
 
 def plain_environment():
-    """The variables of this process without the profile and transport of Fast DDS that Palpate has set for it."""
-    ours = {k: v for k, v in os.environ.items() if k in build.PROFILES and Path(v).parent == build.HERE}
-    ours |= {build.TRANSPORTS: "UDPv4"}
-    return {k: v for k, v in os.environ.items() if ours.get(k) != v}
+    """The variables of this process without the profile of Fast DDS that Palpate has set for it."""
+    return {k: v for k, v in os.environ.items() if not (k in build.PROFILES and Path(v).parent == build.HERE)}
 
 
 class Processes:

@@ -4,6 +4,7 @@ import io
 import json
 import os
 import socket
+import struct
 import subprocess
 import sys
 import time
@@ -94,18 +95,35 @@ def test_discovery_beside_the_robot_and_its_control(built, tmp_path, capsys, mon
 
 
 def announcements(domain, count):
-    """Times at which the participants of a domain announce themselves at an unused address of it [s].
+    """What the participants of a domain send to an unused address of it: pairs of time [s] and message.
 
     RTPS 2.5, table 9.8 and section 9.6.2.3: participant 30 listens at 7400 + 250 * domain + 10 + 2 * 30.
     """
-    times = []
+    heard = []
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
         sock.bind(("127.0.0.1", 7400 + 250 * domain + 10 + 2 * 30))
         sock.settimeout(30.0)
-        while len(times) < count:
-            if sock.recv(65536).startswith(b"RTPS"):
-                times.append(time.monotonic())
-    return np.array(times)
+        while len(heard) < count:
+            message = sock.recv(65536)
+            if message.startswith(b"RTPS"):
+                heard.append((time.monotonic(), message))
+    return heard
+
+
+def parameters(message):
+    """Identifiers and values of the parameters in a message's DATA submessages (RTPS 2.5, 9.4.2.11 and 9.4.5)."""
+    found, at = [], 20
+    while at + 4 <= len(message):
+        kind, _, length = struct.unpack_from("<BBH", message, at)
+        at += 4
+        if kind == 0x15:  # DATA; its parameters follow the header and the encapsulation
+            here = at + 4 + struct.unpack_from("<H", message, at + 2)[0] + 4
+            while here + 4 <= at + length:
+                identifier, size = struct.unpack_from("<HH", message, here)
+                found.append((identifier, message[here + 4 : here + 4 + size]))
+                here += 4 + size
+        at += length
+    return found
 
 
 ROBOT = """
@@ -118,18 +136,40 @@ leader.stop()
 """
 
 
-def test_robot_announces_itself_often_unless_the_user_has_a_profile(start, monkeypatch):
+def test_robot_announces_itself_often_and_offers_udp_alone(start, monkeypatch, tmp_path):
     """Fast DDS's own interval is 3 s, for which a client waits that missed the answer to its first announcement.
 
-    Fast DDS reads its profile once in a process, so the robot has a process of its own.
+    Fast DDS reads its profile once in a process, so each robot has a process of its own. The second one, with a profile
+    of the user, has Fast DDS's defaults.
     """
     domain = (int(os.environ["ROS_DOMAIN_ID"]) + 50) % 102
-    start("-c", ROBOT, domain)
-    times = announcements(domain, 12)  # the first ones follow each other quickly in any case
-    assert np.median(np.diff(times[6:])) < 1.0
-    monkeypatch.setenv("FASTDDS_DEFAULT_PROFILES_FILE", "mine.xml")
-    build.speed_up_discovery(build.where.find())
-    assert os.environ["FASTDDS_DEFAULT_PROFILES_FILE"] == "mine.xml"
+    robot = start("-c", ROBOT, domain)
+    heard = announcements(domain, 12)  # the first ones follow each other quickly in any case
+    robot.kill()
+    robot.wait()
+    assert np.median(np.diff([when for when, _ in heard][6:])) < 1.0
+    assert offered(heard[-1][1]) == ({UDP}, False)
+
+    mine = tmp_path / "mine.xml"
+    mine.write_text('<dds xmlns="http://www.eprosima.com"><profiles/></dds>')
+    monkeypatch.setenv("FASTDDS_DEFAULT_PROFILES_FILE", str(mine))
+    start("-c", ROBOT, (domain + 1) % 102)
+    kinds, types = offered(announcements((domain + 1) % 102, 1)[0][1])
+    assert UDP in kinds
+    assert len(kinds) == 2, "Fast DDS offers shared memory, where it is not asked to leave it"
+    assert types, "Fast DDS offers types, where it is not asked to leave them"
+
+
+UDP = 1
+"""LOCATOR_KIND_UDPv4 (RTPS 2.5, table 9.4)."""
+
+
+def offered(announcement):
+    """The kinds of a participant's default locators, and whether it has Fast DDS's service that looks up types."""
+    locators = [value for identifier, value in parameters(announcement) if identifier == 0x31]
+    built_in = next(value for identifier, value in parameters(announcement) if identifier == 0x58)
+    kinds = {struct.unpack_from("<i", value)[0] for value in locators}
+    return kinds, bool(struct.unpack("<I", built_in)[0] >> 12 & 15)
 
 
 PROFILE = """
@@ -138,22 +178,22 @@ from palpate import ros
 from palpate.ros import build
 ros = ros.load()
 leader = ros.MockLeader(ros.Context(domain=int(sys.argv[1])), ros.MockLeaderOptions())
-print(*(os.environ[name] for name in (*build.PROFILES, build.TRANSPORTS) if name in os.environ))
+print(*(os.environ[name] for name in build.PROFILES if name in os.environ))
 leader.stop()
 """
 
 
-@pytest.mark.parametrize(("chosen", "transports"), [(None, "UDPv4"), ("DEFAULT", "DEFAULT")])
-def test_profile_has_no_error_and_transports_are_left_to_the_user(chosen, transports):
+@pytest.mark.parametrize("mine", [None, "mine.xml"])
+def test_profile_has_no_error_and_one_of_the_user_stays(mine):
     """Fast DDS would ignore a profile with an error, and print a message."""
     domain = (int(os.environ["ROS_DOMAIN_ID"]) + 50) % 102
-    environment = {k: v for k, v in os.environ.items() if k not in (*build.PROFILES, build.TRANSPORTS)}
-    environment |= {build.TRANSPORTS: chosen} if chosen else {}
+    environment = {k: v for k, v in os.environ.items() if k not in build.PROFILES}
+    environment |= {build.PROFILES[0]: mine} if mine else {}
     done = subprocess.run([sys.executable, "-c", PROFILE, str(domain)], env=environment, capture_output=True, text=True,
                           timeout=60, check=True)  # fmt: skip
-    file, used = done.stdout.strip().splitlines()[-1].split()
-    assert (Path(file).name, used) == ("discovery.xml", transports)
-    assert "XMLPARSER" not in done.stdout + done.stderr
+    file = done.stdout.strip().splitlines()[-1]
+    assert Path(file).name == (mine or "discovery.xml")
+    assert ("XMLPARSER" in done.stdout + done.stderr) == bool(mine), "mine.xml does not exist"
 
 
 def test_full_sockets_are_counted():

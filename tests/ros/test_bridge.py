@@ -267,6 +267,11 @@ def test_two_releases_are_not_mixed(monkeypatch, tmp_path, built):
     where.settle()
     assert begun == []  # no sourced ROS 2
     wheels = where._wheel_libraries()
+    with monkeypatch.context() as own:  # the wheels' own prefix is none: it was restarted without end
+        own.setenv("AMENT_PREFIX_PATH", sys.prefix)
+        own.setenv("LD_LIBRARY_PATH", ":".join(wheels))
+        where.settle()
+    assert begun == []
     (tmp_path / "include" / "rcl").mkdir(parents=True)
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
     monkeypatch.setenv("LD_LIBRARY_PATH", ":".join([*wheels, "/opt/other"]))

@@ -143,9 +143,9 @@ def _outcome(domain: int, program: str, plain: bool = False) -> dict[str, Any]:
 
 def _environment(domain: int, plain: bool) -> dict[str, str]:
     """The environment of a process; `plain`: as of a program that knows nothing of Palpate."""
-    from palpate.ros.build import PROFILES, TRANSPORTS
+    from palpate.ros.build import PROFILES
 
-    kept = {key: value for key, value in os.environ.items() if not (plain and key in (*PROFILES, TRANSPORTS))}
+    kept = {key: value for key, value in os.environ.items() if not (plain and key in PROFILES)}
     return kept | {"ROS_DOMAIN_ID": str(domain), "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
 
 
