@@ -66,6 +66,12 @@ def dynamics(arm: str) -> Maker:
     return table
 
 
+def repeated(found: Result) -> list[str]:
+    (rows,), (none,) = found["train"]["repeated_rows"], kept("dynamics_psm")["result"]["train"]["repeated_rows"]
+    assert none == 0
+    return [f"({rows} in the MTM's training recording, none in the PSM's)"]
+
+
 def r2(found: Result, key: str = "test") -> str:
     return " ".join(f"{value:.2f}".removeprefix("0") for value in found[key]["r2"])
 
@@ -174,7 +180,7 @@ def rough_drift(found: Result) -> list[str]:
 TIES = [
     Tie("torque.md", "laws", (limits, friction)),
     Tie("dynamics.md", "force", (simulated_force, weight)),
-    Tie("dynamics.md", "dynamics_mtm", (dynamics("MTM"),)),
+    Tie("dynamics.md", "dynamics_mtm", (dynamics("MTM"), repeated)),
     Tie("dynamics.md", "dynamics_psm", (dynamics("PSM"), than_published)),
     Tie("calibrate.md", "gravity_34863", (gravity("MTML 34863"), fit_times)),
     Tie("calibrate.md", "gravity_31519", (gravity("MTMR 31519"),)),
