@@ -19,12 +19,10 @@ void bind_live(nanobind::module_& m);
 void bind_loop(nanobind::module_& m);
 void bind_mapping(nanobind::module_& m);
 void bind_plant(nanobind::module_& m);
-void bind_point_surface(nanobind::module_& m);
 void bind_surfaces(nanobind::module_& m);
 void bind_scene(nanobind::module_& m);
 void bind_simulation(nanobind::module_& m);
 void bind_stability(nanobind::module_& m);
-void bind_tissue(nanobind::module_& m);
 void bind_torque(nanobind::module_& m);
 void bind_world(nanobind::module_& m);
 

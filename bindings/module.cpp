@@ -8,7 +8,6 @@ NB_MODULE(_core, m) {
   palpate::bindings::bind_live(m);
   palpate::bindings::bind_scene(m);
   palpate::bindings::bind_world(m);
-  palpate::bindings::bind_tissue(m);
   palpate::bindings::bind_contact(m);
   palpate::bindings::bind_algorithm1(m);
   palpate::bindings::bind_guidance(m);

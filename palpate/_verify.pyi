@@ -11,6 +11,7 @@ import numpy.typing
 from numpy.typing import NDArray
 
 import palpate._core
+import palpate._tissue
 
 
 class SwingJudgement:
@@ -531,7 +532,7 @@ class TissueSoakReport:
         """Largest force of the actions up to force_max [N]."""
 
 def soak_tissue(
-    surface: palpate._core.TissueSurface,
+    surface: palpate._tissue.TissueSurface,
     actions: int,
     seed: int,
     held_below: float,

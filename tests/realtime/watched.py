@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate import _core, _verify
+from palpate import _core, _tissue, _verify
 from palpate.arm import Arm
 from palpate.guidance import curve
 from palpate.mesh import Mesh
@@ -109,7 +109,7 @@ def cloud_scene() -> _core.Snapshot:
     mesh = Mesh(*organ(20_000))
     top = mesh.vertices[mesh.vertices[:, 2].argmax()]
     points = mesh.vertices - top + 5e-4 * np.random.default_rng(0).normal(size=mesh.vertices.shape)
-    surface = _core.PointSurface(points, None, np.array([0.0, 0.0, 0.5]), 1.5e-3, 7e-3, 3e-3)
+    surface = _tissue.PointSurface(points, None, np.array([0.0, 0.0, 0.5]), 1.5e-3, 7e-3, 3e-3)
     material = _core.Material(K=np.full(3, 400.0), B=np.full(3, 2.0), mu=0.3)
     return _core.Snapshot([_core.Object("cloud", surface, np.eye(4), material, live=_core.LiveOptions(gain=60.0))])
 

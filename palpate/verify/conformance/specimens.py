@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from palpate import _core
+from palpate import _core, _tissue
 from palpate.arrays import Array
 from palpate.guidance.curve import path as smooth_path
 
@@ -280,7 +280,7 @@ SPECIMENS: dict[str, Specimen] = {
 }  # fmt: skip
 
 
-_NO_FIXTURE = {_core.PointSurface, _core.TissueSurface, _core.SharedTissue}
+_NO_FIXTURE = {_tissue.PointSurface, _tissue.TissueSurface, _tissue.SharedTissue}
 """Surfaces of the contact stage of which no fixture is made: a fixture around points is `Cloud`, and one at a soft body
 takes its mesh at rest."""
 
@@ -288,6 +288,6 @@ takes its mesh at rest."""
 def unjudged() -> list[str]:
     """Geometries and surfaces of the core that no specimen covers."""
     covered = _NO_FIXTURE.union(*(specimen.classes for specimen in SPECIMENS.values()))
-    known = [cls for cls in vars(_core).values() if isinstance(cls, type)]
+    known = [cls for cls in (vars(_core) | vars(_tissue)).values() if isinstance(cls, type)]
     of_core = [cls for cls in known if issubclass(cls, (_core.Geometry, _core.Surface))]
     return sorted(cls.__name__ for cls in of_core if cls not in covered | {_core.Geometry, _core.Surface})
