@@ -27,6 +27,7 @@ from types import ModuleType
 _ROOT = Path(__file__).resolve().parent.parent
 _SOURCES = ("core", "simulators", "bindings", "CMakeLists.txt")
 _PARTS = {
+    "_guidance": ("virtual fixtures", "half a minute"),
     "_tissue": ("soft bodies and point clouds", "half a minute"),
     "_dvrk": ("the simulated dVRK", "half a minute"),
     "_verify": ("what judges the core", "a minute"),
@@ -35,7 +36,7 @@ _PARTS = {
 
 
 def extension(name: str) -> ModuleType:
-    """The module `palpate._core`, `_tissue`, `_dvrk` or `_verify`, compiled first if it is missing or a source changed.
+    """The module `palpate._core`, or that of a part, compiled first if it is missing or a source changed.
 
     Raises:
         ImportError: a source does not compile; the compiler's words are on the standard error.
