@@ -71,7 +71,7 @@ mutants: setup
 fuzz: setup
 	@$(RUN) python tools/fuzz.py $(ARGS)
 
-# Generates palpate/_core.pyi and the stubs of the parts (_dvrk.pyi, _tissue.pyi, _verify.pyi) from the compiled bindings.
+# Generates palpate/_core.pyi and the stubs of the parts (_guidance.pyi, ...) from the compiled bindings.
 stubs: setup
 	@$(RUN) python tools/stubs.py
 

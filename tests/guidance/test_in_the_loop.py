@@ -157,6 +157,29 @@ def test_empty_list_of_fixtures_leaves_a_run_bit_for_bit_equal():
     np.testing.assert_array_equal(one[:, columns], other[:, columns])
 
 
+def test_running_loop_takes_its_first_fixture_and_gives_it_up_without_a_step():
+    """A loop has no stage before its first fixture; the core's empty list ends the last one's force."""
+    deep = [0.0, 0.0, -0.01]
+    sim = loop_rig.simulation(NOTHING, hand_path([[0, 0, 0.012], deep, deep], [0.0, 0.5, 9.0]))
+    ticks = [loop_rig.run(sim, 1.0)]
+    for fixtures in (_guidance.Fixtures([fixture(plane(), law_={"K": 100.0})]), _core.FixtureList()):
+        sim.set_fixtures(fixtures)
+        ticks.append(loop_rig.run(sim, 1.0))
+    before, during, after = (np.linalg.norm(part["F_guidance_W"], axis=1) for part in ticks)
+    assert before.max() == 0.0
+    assert during[-1] > 0.3, "control: the hand presses on the fixture"
+    assert after[-1] == 0.0
+    assert np.abs(np.diff(np.concatenate([before, during, after]))).max() < 0.03  # [N] 20 N/s, and the hand's motion
+
+
+def test_frame_of_the_tool_receives_its_pose_without_fixtures():
+    tool = _core.LiveFrame()
+    sim = loop_rig.simulation(NOTHING, hand_path([[0, 0, 0.012], [0, 0, 0.02]], [0.0, 0.5]))
+    sim.set_fixtures(_core.FixtureList(tool))
+    tick = loop_rig.run(sim, 0.4)[-1]
+    np.testing.assert_array_equal(tool.at(0.0)[0][:3, 3], tick["p_WT"])
+
+
 def test_invalid_fixtures_are_rejected_by_the_simulation():
     with pytest.raises(ValueError, match="role forbid needs a geometry with an inside"):
         simulation(violent_hand(1), fixture(placed(_guidance.PointGeometry())))
