@@ -27,9 +27,9 @@ from types import ModuleType
 _ROOT = Path(__file__).resolve().parent.parent
 _SOURCES = ("core", "simulators", "bindings", "CMakeLists.txt")
 _PARTS = {
-    "_guidance": ("virtual fixtures", "half a minute"),
-    "_tissue": ("soft bodies and point clouds", "half a minute"),
-    "_dvrk": ("the simulated dVRK", "half a minute"),
+    "_guidance": ("virtual fixtures", "20 seconds"),
+    "_tissue": ("soft bodies and point clouds", "20 seconds"),
+    "_dvrk": ("the simulated dVRK", "20 seconds"),
     "_verify": ("what judges the core", "a minute"),
 }
 """What an extension adds to the core, and how long its part compiles on two idle cores."""
