@@ -29,7 +29,7 @@ wheel: setup
 
 setup: .venv/.ready
 
-# The demo needs the core, the viewer and the report, not the simulated dVRK and what judges the core.
+# The demo needs the core, the viewer and the report, and no other part (CMakeLists.txt, PALPATE_PARTS).
 .venv/.demo: pyproject.toml constraints.txt CMakeLists.txt | $(UV)
 	@command -v g++ >/dev/null || { echo "palpate: no C++ compiler (g++) found. Mend: sudo apt install g++"; exit 1; }
 	@python3 -c 'import os, sys, sysconfig; sys.exit(not os.path.exists(sysconfig.get_path("include") + "/Python.h"))' \
@@ -38,14 +38,14 @@ setup: .venv/.ready
 	@echo "setting up, once: packages into .venv, then the C++ core (two minutes on two idle cores)"
 	@test -x .venv/bin/python || $(UV) venv --quiet --python "$$(command -v python3)" .venv
 	@$(INSTALL) --group build
-	@PALPATE_ALL=$(if $(wildcard .venv/.ready),ON,OFF) $(INSTALL) --editable '.[viewer,report]'
+	@$(if $(wildcard .venv/.ready),,PALPATE_PARTS=) $(INSTALL) --editable '.[viewer,report]'
 	@touch $@
 
-# The simulated dVRK and all other extras: ROS 2, calibration, clusters, tests. The ros-* wheels contain .egg-info
+# All parts of the compiled code and all other extras: ROS 2, calibration, clusters, tests. The ros-* wheels contain .egg-info
 # folders of other names, which uv takes for unknown packages: they are deleted. uv does not compile modules: those of
 # a ROS 2 client are compiled here, since it takes three times as long to start where the environment forbids it to.
 .venv/.ready: .venv/.demo
-	@echo "setting up, once: the simulated dVRK, the packages of all extras and of the tests"
+	@echo "setting up, once: all parts of the compiled code, the packages of all extras and of the tests"
 	@$(INSTALL) --group dev --reinstall-package palpate --editable '.[$(EXTRAS)]'
 	@cd .venv/lib/python3*/site-packages && cat ros_*.dist-info/RECORD 2>/dev/null | grep -o '^[^/,]*\.egg-info' | sort -u | xargs -r rm -rf
 	@cd .venv/lib/python3*/site-packages && cat ros_*.dist-info/RECORD lark_parser-*.dist-info/RECORD pyyaml-*.dist-info/RECORD 2>/dev/null \
@@ -71,7 +71,7 @@ mutants: setup
 fuzz: setup
 	@$(RUN) python tools/fuzz.py $(ARGS)
 
-# Generates palpate/_core.pyi, _dvrk.pyi and _verify.pyi from the compiled bindings.
+# Generates palpate/_core.pyi and the stubs of the parts (_guidance.pyi, ...) from the compiled bindings.
 stubs: setup
 	@$(RUN) python tools/stubs.py
 

@@ -52,7 +52,7 @@ void bind_front(nanobind::class_<Loop>& c) {
           "The operator's controls. This is a copy: assign a whole one, which applies from the next tick on.")
       .def(
           "set_fixtures",
-          [](Loop& self, std::shared_ptr<const guidance::Fixtures> f) { self.front().set_fixtures(std::move(f)); },
+          [](Loop& self, std::shared_ptr<const guidance::FixtureList> f) { self.front().set_fixtures(std::move(f)); },
           "fixtures"_a, "Replaces the fixtures of guidance at the next tick, without a step in the force.")
       .def(
           "set_snapshot",

@@ -8,12 +8,9 @@ NB_MODULE(_core, m) {
   palpate::bindings::bind_live(m);
   palpate::bindings::bind_scene(m);
   palpate::bindings::bind_world(m);
-  palpate::bindings::bind_tissue(m);
   palpate::bindings::bind_contact(m);
   palpate::bindings::bind_algorithm1(m);
-  palpate::bindings::bind_guidance(m);
-  palpate::bindings::bind_fixtures(m);
-  palpate::bindings::bind_guidance_run(m);
+  palpate::bindings::bind_guidance_interface(m);
   palpate::bindings::bind_mapping(m);
   palpate::bindings::bind_force(m);
   palpate::bindings::bind_stability(m);

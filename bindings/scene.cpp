@@ -134,7 +134,10 @@ void bind_mesh(nb::module_& m) {
                              "A surface that the tool can touch: a mesh, a primitive or a distance field.")
       .def("nearest", &nearest, nb::arg("points"),
            "Nearest points of the surface for points (n, 3) [m]: (signed distance (n,) [m], unsigned for an open "
-           "surface; nearest point (n, 3) [m]; outward normal (n, 3)).");
+           "surface; nearest point (n, 3) [m]; outward normal (n, 3)).")
+      .def_prop_ro(
+          "deforms", [](const scene::Surface& self) { return self.deformable() != nullptr; },
+          "True if the surface gives way to the tool as a soft body.");
   nb::class_<scene::Mesh, scene::Surface>(
       m, "Mesh", "A triangle mesh for contact: welded, with normals, adjacency and a bounding volume hierarchy.")
       .def(nb::new_(&build), nb::arg("vertices"), nb::arg("triangles"),
@@ -257,7 +260,6 @@ void bind_scene(nb::module_& m) {
   bind_mesh_report(m);
   bind_mesh(m);
   bind_surfaces(m);
-  bind_point_surface(m);
   m.attr("CREASE_ANGLE") = scene::kCreaseAngle;
   m.def("bvh_has_avx2", &scene::bvh_has_avx2, "True if the processor supports the AVX2 kernel.");
   bind_material(m);

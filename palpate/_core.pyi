@@ -5,7 +5,7 @@ Palpate's C++ core: the stages of the haptic cycle (see ARCHITECTURE.md).
 
 from collections.abc import Mapping as _Mapping, Sequence
 import enum
-from typing import Annotated, Any, Final, Literal, overload
+from typing import Annotated, Any, Literal, overload
 
 import numpy
 import numpy.typing
@@ -201,6 +201,10 @@ class Surface:
         nearest point (n, 3) [m]; outward normal (n, 3)).
         """
 
+    @property
+    def deforms(self) -> bool:
+        """True if the surface gives way to the tool as a soft body."""
+
 class Mesh(Surface):
     """
     A triangle mesh for contact: welded, with normals, adjacency and a bounding volume hierarchy.
@@ -373,76 +377,6 @@ def sample_distance(
     """
     Fills values (nx, ny, nz) float32 with the signed distance of a mesh at origin + (i, j, k) * spacing [m]; origin,
     spacing (3,) [m].
-    """
-
-class PointSurface(Surface):
-    """The surface through a point cloud (algebraic spheres)."""
-
-    def __init__(
-        self,
-        points: Annotated[NDArray[numpy.float64], "(:, 3)"],
-        normals: Annotated[NDArray[numpy.float64], "(:, 3)"] | None = None,
-        viewpoint: Annotated[NDArray[numpy.float64], "(3,)"] | None = None,
-        voxel: float = 0.001,
-        support: float = 0.006,
-        bridge: float = 0.003,
-        thickness: float = 0.02,
-        continues: PointSurface | None = None,
-    ) -> None:
-        """
-        points (n, 3) [m]; normals (n, 3), zero where unknown; viewpoint (3,): position of the sensor, which orients
-        unknown normals [m]; voxel, support, bridge, thickness [m]; continues: surface of the previous frame.
-        """
-
-    def averaged(self) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.float64]]:
-        """Averaged points: positions (n, 3) [m], normals (n, 3), weights (n,)."""
-
-    def shift_to(
-        self,
-        points: Annotated[NDArray[numpy.float64], "(:, 3)"],
-        centre: Annotated[NDArray[numpy.float64], "(3,)"],
-        radius: float,
-    ) -> Annotated[NDArray[numpy.float64], "(3,)"] | None:
-        """
-        Displacement (3,) [m] by which the surface moved to pass through the points (n, 3) within radius [m] of centre
-        (3,) [m]; None if it cannot be determined.
-        """
-
-    def translate(self, d: Annotated[NDArray[numpy.float64], "(3,)"]) -> None:
-        """Moves the surface by d (3,) [m]; only before it is handed to a loop."""
-
-    @property
-    def id(self) -> int:
-        """Number of the stream of surfaces."""
-
-    @property
-    def rejected(self) -> int:
-        """Number of averaged points left out as flying pixels."""
-
-    def __len__(self) -> int:
-        """Number of averaged points."""
-
-@overload
-def usable_points(
-    points_C: Annotated[NDArray[numpy.float32], "(:, 3)"],
-    X_WC: Annotated[NDArray[numpy.float64], "(4, 4)"],
-    centre: Annotated[NDArray[numpy.float64], "(3,)"],
-    radius: float,
-    tool: Annotated[NDArray[numpy.float64], "(:, 4)"],
-) -> tuple[NDArray[numpy.float64], dict[str, Any]]: ...
-
-@overload
-def usable_points(
-    points_C: Annotated[NDArray[numpy.float64], "(:, 3)"],
-    X_WC: Annotated[NDArray[numpy.float64], "(4, 4)"],
-    centre: Annotated[NDArray[numpy.float64], "(3,)"],
-    radius: float,
-    tool: Annotated[NDArray[numpy.float64], "(:, 4)"],
-) -> tuple[NDArray[numpy.float64], dict[str, Any]]:
-    """
-    (points (n, 3) in W [m], counts) of a frame (m, 3) of float or double in the camera's frame [m]: those that are
-    finite, within radius [m] of centre (3,) in W, and outside the balls tool (k, 4) in W, centre and radius [m].
-    counts: used, invalid, outside, tool.
     """
 
 CREASE_ANGLE: float = 0.52
@@ -653,218 +587,6 @@ class Snapshot:
     def objects(self) -> list[Object]:
         """The objects, in order."""
 
-YEOH_GROWTH: float = 0.18
-
-class TissueBody:
-    """
-    A soft body of linear tetrahedra, stepped explicitly; all in the object's frame O. Energy per volume: mu/2 (w + c
-    max(w, 0)^2) + k/2 (J - 1)^2 with w = I1 - 3 - 2 (J - 1), I1 = tr F^T F, J = det F and k = bulk + mu/3: a stable
-    Neo-Hookean solid (after Smith, de Goes and Kim 2018) with the stiffening of Yeoh (1993), and a barrier 4 k/2 min(J
-    - .3, 0)^2 against inversion. Prony terms are quasi-linear on the second Piola-Kirchhoff stress of the terms with
-    mu.
-    """
-
-    def __init__(
-        self,
-        *,
-        nodes: Annotated[NDArray[numpy.float64], "(:, 3)"],
-        tets: Annotated[NDArray[numpy.int32], "(:, 4)"],
-        surface: Annotated[NDArray[numpy.int32], "(:, 3)"],
-        mu: Annotated[NDArray[numpy.float64], "(:,)"],
-        bulk: Annotated[NDArray[numpy.float64], "(:,)"],
-        density: Annotated[NDArray[numpy.float64], "(:,)"],
-        yeoh: Annotated[NDArray[numpy.float64], "(:,)"],
-        prony: Sequence[tuple[float, float]],
-        fixed: Annotated[NDArray[numpy.bool_], "(:,)"],
-        spring: Annotated[NDArray[numpy.float64], "(:,)"],
-        step: float = 0.0,
-        tick: float = 0.001,
-        damping: float = 5.0,
-        mass_limit: float = 0.05,
-        portable: bool = False,
-    ) -> None:
-        """
-        nodes (n, 3) [m]; tets (m, 4), surface (k, 3) with outward winding: int32 indices of nodes; mu, bulk (m,) [Pa]:
-        shear modulus after full relaxation and bulk modulus; density (m,) [kg/m^3]; yeoh (m,): c [-]; prony: pairs (g
-        [-], tau [s]), instantaneous modulus mu (1 + sum g); fixed (n,) bool; spring (n,) [N/m] to the rest positions;
-        step [s], 0: chosen so that the added mass stays below mass_limit [-]; tick: period of the loop [s]; damping:
-        force per mass and velocity [1/s]. Raises ValueError naming the invalid value.
-        """
-
-    def step(self, n: int = 1) -> None:
-        """Advances by n time steps."""
-
-    def reset(self) -> None:
-        """Returns to rest."""
-
-    def set_loads(self, forces: Annotated[NDArray[numpy.float64], "(:, 3)"]) -> None:
-        """Sets the forces on the nodes (n, 3) [N]."""
-
-    def set_state(
-        self,
-        positions: Annotated[NDArray[numpy.float64], "(:, 3)"],
-        velocities: Annotated[NDArray[numpy.float64], "(:, 3)"],
-    ) -> None:
-        """Sets positions (n, 3) [m] and velocities (n, 3) [m/s]."""
-
-    def positions(self) -> NDArray[numpy.float64]:
-        """Positions of the nodes (n, 3) [m]."""
-
-    def velocities(self) -> NDArray[numpy.float64]:
-        """Velocities of the nodes (n, 3) [m/s]."""
-
-    def internal_forces(self) -> NDArray[numpy.float64]:
-        """
-        Elastic forces on the nodes at the present positions, without Prony terms and springs (n, 3) [N].
-        """
-
-    def masses(self) -> NDArray[numpy.float64]:
-        """Masses of the nodes, added mass included (n,) [kg]."""
-
-    def energies(self) -> tuple[float, float]:
-        """
-        (potential, kinetic) [J]; the potential is that at the beginning of the last step.
-        """
-
-    def stable_step(self) -> float:
-        """Longest stable step without added mass: a bound, at rest [s]."""
-
-    def added_mass(self) -> float:
-        """Mass added for the time step, as a share of the mass [-]."""
-
-    @property
-    def time_step(self) -> float:
-        """Time step [s]."""
-
-    @property
-    def steps_per_tick(self) -> int:
-        """Steps in a period of the loop."""
-
-    @property
-    def least_volume(self) -> float:
-        """
-        Smallest det F at the beginning of the last step; zero or less: inverted [-].
-        """
-
-    has_avx2: Final[bool] = ...
-    """True if the AVX2 kernels are used."""
-
-class TissueSurface(Surface):
-    """
-    The surface of a soft body, for contact. Each loop and each rendering uses a copy at rest.
-    """
-
-    def __init__(
-        self,
-        body: TissueBody,
-        width: float = 0.0,
-        period: float = 0.0,
-        like: TissueSurface | None = None,
-    ) -> None:
-        """
-        body: gives the mesh, the material and the step; its state is not used. width: standard deviation of the spread
-        contact force [m], 0: .7 of the mean edge; at least .45 of the largest sphere's radius. period: by which the
-        body steps beside the cycle [s]; 0: in every tick. like: another surface of the same body, which fixtures know.
-        Raises ValueError if the body has no surface or the period is not from 0 to 0.05 s.
-        """
-
-    @property
-    def edge(self) -> float:
-        """Mean length of the edges of the surface [m]."""
-
-    @property
-    def width(self) -> float:
-        """Standard deviation of the spread contact force [m]."""
-
-    @property
-    def period(self) -> float:
-        """Period of the steps beside the cycle [s]; 0: in every tick."""
-
-    @property
-    def vertices(self) -> NDArray[numpy.float64]:
-        """Vertices of the surface at rest (n, 3), in O [m]."""
-
-    @property
-    def triangles(self) -> NDArray[numpy.int32]:
-        """Triangles of the surface (m, 3), wound outwards."""
-
-    def own(self) -> TissueSurface:
-        """A copy at rest, as each loop makes one."""
-
-    def advance(
-        self,
-        p: Annotated[NDArray[numpy.float64], "(3,)"],
-        normal: Annotated[NDArray[numpy.float64], "(3,)"],
-        depth: float,
-        radius: float,
-        force: Annotated[NDArray[numpy.float64], "(3,)"],
-        dt: float = 0.001,
-    ) -> None:
-        """
-        Advances a loop's copy by a tick under the contact of one sphere. p: contact point (3,) [m]; normal: unit (3,),
-        outwards; depth, radius [m]; force on the tool (3,) [N]; all in O.
-        """
-
-    def respond(
-        self,
-        p: Annotated[NDArray[numpy.float64], "(3,)"],
-        normal: Annotated[NDArray[numpy.float64], "(3,)"],
-        depth: float,
-        radius: float,
-    ) -> float:
-        """Normal force on a sphere [N]."""
-
-    def near_field(
-        self,
-        p: Annotated[NDArray[numpy.float64], "(3,)"],
-        normal: Annotated[NDArray[numpy.float64], "(3,)"],
-        depth: float,
-        radius: float,
-    ) -> tuple[float, float, float]:
-        """
-        (force [N], its derivative by the depth [N/m], energy [J]) of the near field.
-        """
-
-    def set_beside(self, beside: bool) -> None:
-        """True: work() steps the body, not advance()."""
-
-    def work(self) -> bool:
-        """Steps the body by a period if it is due. Returns True if it was."""
-
-    def set_state(
-        self,
-        displacements: Annotated[NDArray[numpy.float64], "(:, 3)"],
-        velocities: Annotated[NDArray[numpy.float64], "(:, 3)"],
-    ) -> None:
-        """
-        Sets displacements (n, 3) [m] and velocities (n, 3) [m/s] of all nodes, for tests of the guard.
-        """
-
-    def state(self) -> tuple[float, float, bool, bool, bool]:
-        """
-        (potential [J], kinetic [J], hurried, frozen, late), as in the signal tissue_status.
-        """
-
-class SharedTissue(Surface):
-    """The surface of a soft body that loops share."""
-
-    @property
-    def vertices(self) -> NDArray[numpy.float64]:
-        """Vertices of the surface at rest (n, 3), in O [m]."""
-
-    @property
-    def triangles(self) -> NDArray[numpy.int32]:
-        """Triangles of the surface (m, 3), wound outwards."""
-
-    def displacements(self) -> NDArray[numpy.float64]:
-        """Displacements of the nodes of the body (n, 3) [m]."""
-
-def share_bodies(snapshot: Snapshot) -> Snapshot:
-    """
-    The snapshot with soft bodies that all its loops share: one body each, which the tools of all loops press in the
-    cycle.
-    """
-
 class ToolSphere:
     """A sphere of the tool, in addition to the SPR on its tip."""
 
@@ -1016,27 +738,7 @@ def trace_algorithm1(
     Values of every line of Algorithm 1 for one tool position p_WT (3,) and velocity v_WT (3,); in W, SI units.
     """
 
-class Geometry:
-    """Geometry of a fixture (core/palpate/guidance/geometry.hpp)."""
-
-    @property
-    def solid(self) -> bool:
-        """True if the geometry has an inside."""
-
-    @property
-    def has_axis(self) -> bool:
-        """True if the geometry has an axis; points, balls and clouds have none."""
-
-    def query(
-        self,
-        X_WT: Annotated[NDArray[numpy.float64], "(:, 4, 4)"],
-        t: Annotated[NDArray[numpy.float64], "(:,)"],
-        exact_within: float = float('inf'),
-    ) -> dict[str, Any]:
-        """
-        Queries for n tool poses X_WT (n, 4, 4) at times t (n,) [s]: a dict with one array of n entries for each field
-        of guidance::Query. Beyond exact_within [m] a distance may be a lower bound.
-        """
+CONE_HALF_ANGLE: float = 0.2617993877991494
 
 class Frame:
     """A frame to which a geometry is attached."""
@@ -1077,93 +779,6 @@ class LiveFrame(Frame):
     @property
     def has_pose(self) -> bool:
         """True once a pose has been received."""
-
-class PointGeometry(Geometry):
-    """The point at the origin of its frame."""
-
-    def __init__(self) -> None: ...
-
-class LineGeometry(Geometry):
-    """
-    A line segment from a to b (3,) [m]; endless: the whole line through them.
-    """
-
-    def __init__(
-        self,
-        a: Annotated[NDArray[numpy.float64], "(3,)"],
-        b: Annotated[NDArray[numpy.float64], "(3,)"],
-        endless: bool = False,
-    ) -> None: ...
-
-class SurfaceGeometry(Geometry):
-    """A surface of the scene, in its own frame."""
-
-    def __init__(self, surface: Surface) -> None:
-        """surface: a Surface of the scene, such as a Mesh."""
-
-class PathGeometry(Geometry):
-    """A curve of cubic Bezier pieces."""
-
-    def __init__(
-        self,
-        controls: Annotated[NDArray[numpy.float64], "(:, 4, 3)"],
-        attitudes: Annotated[NDArray[numpy.float64], "(:, 3, 3)"],
-        tangential: bool,
-        closed: bool,
-    ) -> None:
-        """
-        controls (n, 4, 3): control points [m]. attitudes (n + 1, 3, 3): rotations at the ends of the pieces.
-        tangential: the z axes follow the tangent between these ends. closed: the curve ends where it starts.
-        """
-
-    @property
-    def length(self) -> float:
-        """Length of the curve [m]."""
-
-CONE_HALF_ANGLE: float = 0.2617993877991494
-
-class ConeGeometry(Geometry):
-    """An infinite cone."""
-
-    def __init__(
-        self,
-        apex: Annotated[NDArray[numpy.float64], "(3,)"],
-        axis: Annotated[NDArray[numpy.float64], "(3,)"],
-        half_angle: float,
-    ) -> None:
-        """
-        axis (3,): direction from the apex (3,) [m] into the cone; half_angle [rad].
-        """
-
-class OffsetGeometry(Geometry):
-    """All points within a margin of a geometry."""
-
-    def __init__(self, geometry: Geometry, margin: float) -> None:
-        """margin [m]."""
-
-class CombinedGeometry(Geometry):
-    """A union, an intersection or a difference of solids."""
-
-    def __init__(
-        self,
-        kind: Literal['union', 'intersection', 'difference'],
-        parts: Sequence[Geometry],
-        blend: float = 0.0,
-    ) -> None:
-        """
-        kind: union, intersection, or difference (the first part without the others). blend: difference of two parts'
-        distances below which the normal turns gradually from one to the other [m]; 0: it turns at once.
-        """
-
-class PlacedGeometry(Geometry):
-    """A geometry placed at X_FG (4, 4) in a frame; the default frame is W."""
-
-    def __init__(
-        self,
-        geometry: Geometry,
-        X_FG: Annotated[NDArray[numpy.float64], "(4, 4)"] = ...,
-        frame: Frame = ...,
-    ) -> None: ...
 
 class GuidanceRoleOptions:
     """Options of all guidance roles; each role reads its own."""
@@ -1370,98 +985,6 @@ class Policy:
     @ramps.setter
     def ramps(self, arg: Sequence[Ramp], /) -> None: ...
 
-def guidance_roles() -> list[str]:
-    """Names of the available roles."""
-
-def guidance_laws() -> list[str]:
-    """Names of the available laws."""
-
-class Fixture:
-    """
-    Virtual fixture: a geometry, a role, a law and a policy (core/palpate/guidance/fixture.hpp).
-    """
-
-    def __init__(
-        self,
-        name: str,
-        geometry: Geometry,
-        role: str,
-        role_options: GuidanceRoleOptions = ...,
-        law: str = 'spring',
-        law_options: GuidanceLawOptions = ...,
-        policy: Policy = ...,
-        on: bool = True,
-        timeout: float = float('inf'),
-    ) -> None:
-        """
-        timeout: timeout of the live frames that carry the geometry [s]; without a newer pose the fixture fades out.
-        """
-
-    @property
-    def name(self) -> str:
-        """Name, unique in its list."""
-
-    @property
-    def role(self) -> str:
-        """Name of the role."""
-
-    @property
-    def law(self) -> str:
-        """Name of the law."""
-
-    @property
-    def policy(self) -> Policy:
-        """When and with how much authority the fixture acts."""
-
-    @property
-    def on(self) -> bool:
-        """False: the fixture is switched off."""
-
-    @property
-    def stiffness(self) -> float:
-        """Largest stiffness of the law [N/m]."""
-
-    @property
-    def damping(self) -> float:
-        """Largest damping of the law [N s/m]."""
-
-    @property
-    def turning_stiffness(self) -> float:
-        """Largest rotational stiffness of the law [N m/rad]."""
-
-    @property
-    def turning_damping(self) -> float:
-        """Largest rotational damping of the law [N m s/rad]."""
-
-    def evaluate(
-        self,
-        X_WT: Annotated[NDArray[numpy.float64], "(4, 4)"],
-        t: float = 0.0,
-        V_WT: numpy.typing.ArrayLike = ...,
-        F_T_W: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
-        stiffness: float = 0.0,
-    ) -> dict[str, Any]:
-        """
-        The fixture's constraint on a tool at X_WT (4, 4), as a dict: gap [m, rad], its gradient `along` (6,), its rate
-        `drift` caused by the fixture's own motion, the projector `free` (3, 3) on the free directions, attracts, turns
-        (the gap is an angle), speed (limit [m/s]). Also the force of the law while the tool moves with V_WT (6,):
-        wrench F (6,), stored energy U [J], damping B (3, 3) [N s/m] and the part F_of_B of F that is -B v. Authority
-        and other fixtures are not considered.
-        """
-
-class Fixtures:
-    """An immutable list of fixtures; guidance replaces it as a whole."""
-
-    def __init__(self, fixtures: Sequence[Fixture] = [], tool: LiveFrame | None = None) -> None:
-        """
-        tool: a frame that receives the tool's pose at every tick, for geometries attached to the tool.
-        """
-
-    def __len__(self) -> int: ...
-
-    def list(self) -> list[Fixture]:
-        """The fixtures, in order."""
-
 class GuidanceOptions:
     """Options of the stage `guidance`."""
 
@@ -1517,80 +1040,13 @@ class GuidanceOptions:
     @servo_damping.setter
     def servo_damping(self, arg: float, /) -> None: ...
 
-class Guidance:
-    """The stage `guidance` outside a loop."""
+class FixtureList:
+    """Fixtures as a loop takes them; this base class has none."""
 
-    def __init__(self, options: GuidanceOptions = ..., dt: float = 0.001) -> None:
-        """dt: period of the cycle [s]."""
+    def __init__(self, tool: LiveFrame | None = None) -> None:
+        """tool: a frame that receives the tool's pose at every tick."""
 
-    def take(self, fixtures: Fixtures) -> None:
-        """Replaces the fixtures from the next step on."""
-
-    def step(
-        self,
-        t: float,
-        X_WT_goal: Annotated[NDArray[numpy.float64], "(4, 4)"],
-        V_WT: numpy.typing.ArrayLike,
-        X_WT: Annotated[NDArray[numpy.float64], "(4, 4)"],
-        engaged: bool = True,
-        F_T_W: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
-        stiffness: float = 0.0,
-        F_hand: float = -1.0,
-        pedal: float = 1.0,
-        takes_damping: bool = False,
-    ) -> dict[str, Any]:
-        """
-        One tick, as a dict: corrected goal X_WT_goal (4, 4), wrench of the fixtures F_T_W (6,) [N, N m], damping B_W
-        (3, 3) [N s/m], index `strongest` of the fixture with the largest force (-1: none), its gap [m, rad], correction
-        (3,) of the goal [m], status bits.
-        """
-
-    def authority(self, i: int) -> float:
-        """Authority of fixture i at the last step, ramps included [-]."""
-
-    def wrench(self, i: int) -> Annotated[NDArray[numpy.float64], "(6,)"]:
-        """Wrench of fixture i on the tool at the last step (6,) [N, N m]."""
-
-    def gap(self, i: int) -> float:
-        """Gap of fixture i at the last step [m, rad]."""
-
-class Qp:
-    """
-    Solves min |y - y0|^2 / 2 subject to A y >= b in six variables (core/palpate/guidance/qp.hpp).
-    """
-
-    def __init__(self) -> None: ...
-
-    def solve(
-        self,
-        A: Annotated[NDArray[numpy.float64], "(:, :)"],
-        b: numpy.typing.ArrayLike,
-        y0: numpy.typing.ArrayLike,
-        ranks: Sequence[int] = [],
-    ) -> dict[str, Any]:
-        """
-        Solution as a dict: y (6,), multipliers (m,), status 'solved', 'relaxed' or 'stopped', gave_way (m,) for rows
-        that were relaxed, number of steps, and the index of each row (negative: rejected).
-        """
-
-def run_guidance(
-    stage: Guidance,
-    t: Sequence[float],
-    X_WT_goal: Annotated[NDArray[numpy.float64], "(:, 4, 4)"],
-    V_WT: Annotated[NDArray[numpy.float64], "(:, 6)"],
-    X_WT: Annotated[NDArray[numpy.float64], "(4, 4)"],
-    normal: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
-    height: Sequence[float] = [],
-    stiffness: float = 0.0,
-    F_hand: float = -1.0,
-    pedal: float = 1.0,
-    takes_damping: bool = False,
-) -> dict[str, NDArray[numpy.float64]]:
-    """
-    Runs a Guidance along a motion: times t (n,) [s], goals X_WT_goal (n, 4, 4), twists V_WT (n, 6). The measured tool
-    pose is the previous goal, at first X_WT (4, 4). Below the plane normal . p = height (n,) the tool touches a spring
-    of the given stiffness [N/m]. Returns F_T_W (n, 6), X_WT_goal (n, 16), B_W (n, 9) and gap (n,).
-    """
+    def __len__(self) -> int: ...
 
 class MappingLaw(enum.Enum):
     """Motion of the tool in addition to that of the hand."""
@@ -3822,7 +3278,7 @@ class Simulation:
     @controls.setter
     def controls(self, arg: Controls, /) -> None: ...
 
-    def set_fixtures(self, fixtures: Fixtures) -> None:
+    def set_fixtures(self, fixtures: FixtureList) -> None:
         """
         Replaces the fixtures of guidance at the next tick, without a step in the force.
         """
@@ -4341,7 +3797,7 @@ class DeviceCycle:
     @controls.setter
     def controls(self, arg: Controls, /) -> None: ...
 
-    def set_fixtures(self, fixtures: Fixtures) -> None:
+    def set_fixtures(self, fixtures: FixtureList) -> None:
         """
         Replaces the fixtures of guidance at the next tick, without a step in the force.
         """

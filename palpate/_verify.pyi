@@ -11,6 +11,8 @@ import numpy.typing
 from numpy.typing import NDArray
 
 import palpate._core
+import palpate._guidance
+import palpate._tissue
 
 
 class SwingJudgement:
@@ -531,7 +533,7 @@ class TissueSoakReport:
         """Largest force of the actions up to force_max [N]."""
 
 def soak_tissue(
-    surface: palpate._core.TissueSurface,
+    surface: palpate._tissue.TissueSurface,
     actions: int,
     seed: int,
     held_below: float,
@@ -745,13 +747,13 @@ def ramp_cost(F: float, u: float, a: float, begin: float, rate: float) -> float:
     """
 
 def time_query(
-    geometry: palpate._core.Geometry,
+    geometry: palpate._guidance.Geometry,
     X_WT: Annotated[NDArray[numpy.float64], "(:, 4, 4)"],
 ) -> Annotated[NDArray[numpy.float64], "(:,)"]:
     """Durations of n queries at the poses X_WT (n, 4, 4): (n,) [us]."""
 
 def time_guidance(
-    fixtures: palpate._core.Fixtures,
+    fixtures: palpate._guidance.Fixtures,
     X_WT: Annotated[NDArray[numpy.float64], "(:, 4, 4)"],
     dt: float = 0.001,
 ) -> Annotated[NDArray[numpy.float64], "(:,)"]:

@@ -1,7 +1,7 @@
 """In a developer's editable install: the extensions are compiled when they are needed.
 
-The core is compiled again when one of its sources has changed. `make demo` does not compile `_dvrk` and `_verify`: the
-first import of one of them does.
+The core is compiled again when one of its sources has changed. `make demo` compiles `_core` alone: the first import of
+another extension compiles that one (`PALPATE_PARTS` in CMakeLists.txt).
 
 scikit-build-core can do so at every import, but takes over half a second to find out that nothing has changed. Looking
 at the time stamps of the sources takes a few milliseconds. An installed wheel has nothing to rebuild.
@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import fcntl
 import os
+import re
 import subprocess
 import sys
 import time
@@ -25,10 +26,17 @@ from types import ModuleType
 
 _ROOT = Path(__file__).resolve().parent.parent
 _SOURCES = ("core", "simulators", "bindings", "CMakeLists.txt")
+_PARTS = {
+    "_guidance": ("virtual fixtures", "20 seconds"),
+    "_tissue": ("soft bodies and point clouds", "20 seconds"),
+    "_dvrk": ("the simulated dVRK", "20 seconds"),
+    "_verify": ("what judges the core", "a minute"),
+}
+"""What an extension adds to the core, and how long its part compiles on two idle cores."""
 
 
 def extension(name: str) -> ModuleType:
-    """The module `palpate._core`, `_dvrk` or `_verify`, compiled first if a source has changed or it is missing.
+    """The module `palpate._core`, or that of a part, compiled first if it is missing or a source changed.
 
     Raises:
         ImportError: a source does not compile; the compiler's words are on the standard error.
@@ -58,17 +66,24 @@ def _changed() -> bool:
 
 
 def _complete(name: str) -> None:
-    """Compile what the first demo does without, because it needs the extension of this name."""
+    """Compile the part with the extension of this name beside those that are compiled already."""
     tag = f"cp{sys.version_info.major}{sys.version_info.minor}-*"
     build, rebuild = next((_ROOT / "build").glob(f"{tag}/CMakeCache.txt"), None), _rebuild()
     if build is None or rebuild is None:
         raise ImportError(f"palpate.{name} is not compiled. Mend: make setup")
-    configure = ["cmake", "-DPALPATE_ALL=ON", str(build.parent)]
     with _lock():
         if find_spec(f"palpate.{name}") is not None:
             return
-        print("palpate: compiling the simulated dVRK and what judges the core, once (about a minute)", file=sys.stderr)
+        parts = ";".join(dict.fromkeys((*_parts(build), name.removeprefix("_"))))
+        configure = ["cmake", f"-DPALPATE_PARTS={parts}", str(build.parent)]
+        print("palpate: compiling {}, once (about {})".format(*_PARTS[name]), file=sys.stderr)
         _compile(lambda: (subprocess.run(configure, check=True, stdout=subprocess.DEVNULL), rebuild()))
+
+
+def _parts(cache: Path) -> list[str]:
+    """The parts that a CMakeCache.txt names."""
+    found = re.search(r"^PALPATE_PARTS:\w+=(.+)$", cache.read_text(), re.MULTILINE)
+    return found[1].split(";") if found else []
 
 
 def _rebuild() -> Callable[[], None] | None:

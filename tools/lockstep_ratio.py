@@ -73,7 +73,7 @@ def build(root: Path) -> None:
     """Compiles the core of the source tree and puts it into its package."""
     folder = root / "build" / "lockstep"
     # An editable build looks for the wheels' libraries where this environment has them.
-    options = ["-DCMAKE_BUILD_TYPE=Release", "-DPALPATE_ALL=OFF", "-DSKBUILD_STATE=editable",
+    options = ["-DCMAKE_BUILD_TYPE=Release", "-DPALPATE_PARTS=", "-DSKBUILD_STATE=editable",
                f"-DPython_EXECUTABLE={sys.executable}"]  # fmt: skip
     hints = subprocess.check_output([sys.executable, "-m", "nanobind", "--cmake_dir"], text=True).strip()
     subprocess.run(["cmake", "-S", str(root), "-B", str(folder), "-G", "Ninja", f"-Dnanobind_DIR={hints}", *options],

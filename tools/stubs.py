@@ -1,4 +1,4 @@
-"""Writes the type stubs of the compiled extensions, in palpate (_core, _dvrk, _verify): `make stubs`.
+"""Writes the type stubs of the compiled extensions, in palpate (_core and its parts): `make stubs`.
 
 The text comes from nanobind's stub generator. The array types are shortened and long signatures are wrapped, so that
 people can read the stubs as well. With --check the script writes nothing; it prints the difference and exits with
@@ -21,7 +21,7 @@ from nanobind.stubgen import StubGen
 import palpate
 
 PACKAGE = Path(__file__).resolve().parents[1] / "palpate"
-EXTENSIONS = ("_core", "_dvrk", "_verify")
+EXTENSIONS = ("_core", "_dvrk", "_guidance", "_tissue", "_verify")
 WIDTH = 120
 BRACKETS = (r" *(def \w+\()(.*)(\) -> .*)", r" *(\) -> tuple\[)(.*)(\]:.*)")
 """Arguments, and the members of a result that is still too long: the text before, inside and after the brackets."""

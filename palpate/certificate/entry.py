@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from palpate.arrays import Array
 from palpate.certificate.guidance import FORCES, entry
 from palpate.record.ticks import as_ticks
 from palpate.scene.rig import Rig
+
+if TYPE_CHECKING:
+    from palpate import _guidance
 
 _GAP = 0.004  # between the tool at the start and the wall [m]
 _REST = 0.5  # averaging time at the end [s]
@@ -59,6 +63,8 @@ def stiffness(pressed: Sequence[Entry], force_scale: float) -> float:
 
 
 def _press(rig: Rig, K: float, B: float, force: float, at: Array | None) -> Entry:
+    from palpate import _guidance
+
     o, arms = rig.options(), rig.arms
     start = (arms.X_WB @ arms.follower.fk(arms.q_follower0))[:3, 3]
     wall = start - [0.0, 0.0, _GAP] if at is None else at
@@ -72,7 +78,7 @@ def _press(rig: Rig, K: float, B: float, force: float, at: Array | None) -> Entr
     leader = arms.leader
     path = _core.HandPath(_TIMES.tolist(), np.array(positions))
     simulation = _core.Simulation(o, leader, leader, arms.follower, _core.Snapshot([]), path)
-    simulation.set_fixtures(_core.Fixtures([_wall(wall, K, B)]) if at is None else rig.fixtures)
+    simulation.set_fixtures(_guidance.Fixtures([_wall(wall, K, B)]) if at is None else rig.fixtures)
     ticks = as_ticks(simulation.run(round(_TIMES[-1] * o.rate)))[-round(_REST * o.rate) :]
     rendered = float(np.linalg.norm(ticks["F_H_L"].mean(axis=0)))
     depth = float((wall[2] - ticks["p_WT"][:, 2]).mean())
@@ -80,11 +86,13 @@ def _press(rig: Rig, K: float, B: float, force: float, at: Array | None) -> Entr
     return Entry(force, 1e3 * entry(force, K, o.mapping.force_scale), 1e3 * depth * force / rendered, cell, 1e3 * depth)
 
 
-def _wall(at: Array, K: float, B: float) -> _core.Fixture:
+def _wall(at: Array, K: float, B: float) -> _guidance.Fixture:
     """A horizontal plane through the point ``at`` (3,) in W [m]."""
+    from palpate import _guidance
+
     X_WG = np.eye(4)
     X_WG[:3, 3] = at
-    plane = _core.PlacedGeometry(_core.SurfaceGeometry(_core.Plane()), X_WG)
+    plane = _guidance.PlacedGeometry(_guidance.SurfaceGeometry(_core.Plane()), X_WG)
     law = _core.GuidanceLawOptions()
     law.K, law.B = K, B
-    return _core.Fixture("wall", plane, "forbid", law="spring", law_options=law)
+    return _guidance.Fixture("wall", plane, "forbid", law="spring", law_options=law)

@@ -12,8 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from palpate import _core
+if TYPE_CHECKING:
+    from palpate import _guidance
+
 
 #: Index of a surface that is not an object of the scene.
 NO_OBJECT = -1
@@ -32,12 +35,12 @@ class FixtureSpring:
     """Largest damping [N s/m]."""
 
 
-def acts_on_position(fixture: _core.Fixture) -> bool:
+def acts_on_position(fixture: _guidance.Fixture) -> bool:
     """True if the fixture is on, has authority, and acts on the tool's position instead of its orientation."""
     return fixture.on and fixture.policy.authority > 0.0 and fixture.role != "orient"
 
 
-def fixture_springs(fixtures: Sequence[_core.Fixture]) -> list[FixtureSpring]:
+def fixture_springs(fixtures: Sequence[_guidance.Fixture]) -> list[FixtureSpring]:
     """One entry per fixture that acts on the position; with several fixtures also their sum."""
     each = [FixtureSpring(f"fixture {f.name}", f.policy.authority * f.stiffness, f.policy.authority * f.damping)
             for f in fixtures if acts_on_position(f)]  # fmt: skip
@@ -46,7 +49,7 @@ def fixture_springs(fixtures: Sequence[_core.Fixture]) -> list[FixtureSpring]:
     return each
 
 
-def total_stiffness(fixtures: Sequence[_core.Fixture]) -> float:
+def total_stiffness(fixtures: Sequence[_guidance.Fixture]) -> float:
     """Upper bound of the fixtures' total stiffness along any direction [N/m]."""
     return sum(f.policy.authority * f.stiffness for f in fixtures if acts_on_position(f))
 

@@ -23,6 +23,7 @@ from palpate.certificate.touched import PATH_FRACTIONS, Touched, touched
 from palpate.errors import PalpateError, PalpateWarning
 from palpate.hands import PRESETS
 from palpate.record.ticks import as_ticks
+from palpate.scene import guidance
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 
@@ -67,7 +68,7 @@ def _certificates(scene: Scene, K: float | None, B: float | None, rig: Rig | Non
     rig = rig or build(scene)
     objects = _Arms(rig)
     fixtures = objects.variant(fixture=True)
-    objects = objects.variant(parallel_stiffness=total_stiffness(rig.fixtures.list()))
+    objects = objects.variant(parallel_stiffness=total_stiffness(guidance.each(rig.fixtures)))
     found = []
     for surface in touched(rig):
         arms = objects if surface.index >= 0 else fixtures

@@ -143,8 +143,9 @@ def _entries(rig: Rig) -> list[tuple[str, float, list[Entry]]]:
     """Name, stiffness times authority [N/m] and simulated presses of each soft fixture that has a stiffness."""
     from palpate.certificate.entry import entries
     from palpate.certificate.guidance import acts_on_position
+    from palpate.scene import guidance
 
-    soft = [f for f in rig.fixtures.list() if acts_on_position(f) and not f.policy.hard and f.stiffness > 0.0]
+    soft = [f for f in guidance.each(rig.fixtures) if acts_on_position(f) and not f.policy.hard and f.stiffness > 0.0]
     each = [(f.name, f.policy.authority * f.stiffness, f.policy.authority * f.damping) for f in soft]
     return [(name, K, entries(rig, K, B)) for name, K, B in each]
 

@@ -215,7 +215,7 @@ class DeviceLoop:
         """Set the poses that the live objects shall reach."""
         self.cycle.set_live(targets)
 
-    def set_fixtures(self, fixtures: _core.Fixtures, /) -> None:
+    def set_fixtures(self, fixtures: _core.FixtureList, /) -> None:
         """Replace all guidance fixtures at the next step."""
         self.cycle.set_fixtures(fixtures)
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
 
-from palpate import _core
 from palpate.arrays import Array
 from palpate.arrays.plain import Content
 from palpate.errors import GuidanceError
@@ -15,6 +14,9 @@ from palpate.guidance.context import FixtureContext
 from palpate.guidance.geometry import Shape, as_guidance_error
 from palpate.guidance.paths import Path, Tube
 from palpate.values import NotNegative, Number, Section
+
+if TYPE_CHECKING:
+    from palpate import _guidance
 
 
 class Offset(Shape):
@@ -26,10 +28,12 @@ class Offset(Shape):
     margin: Number
     """distance to grow; must be positive for a geometry without an inside [m]"""
 
-    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _guidance.Geometry:
         """The grown or shrunk geometry."""
+        from palpate import _guidance
+
         try:
-            return _core.OffsetGeometry(self.of.make(context, X_WF), self.margin)
+            return _guidance.OffsetGeometry(self.of.make(context, X_WF), self.margin)
         except GuidanceError:
             raise
         except ValueError as error:
@@ -44,11 +48,13 @@ class Combination(Shape):
     blend: NotNegative = 0.0
     """width over which creases are rounded, so that the normal turns continuously; 0: sharp creases [m]"""
 
-    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _guidance.Geometry:
         """The combined geometry."""
+        from palpate import _guidance
+
         parts = [part.make(context, X_WF) for part in self.of]
         try:
-            return _core.CombinedGeometry(self.key, parts, self.blend)  # type: ignore[arg-type]  # key is one of the three literals
+            return _guidance.CombinedGeometry(self.key, parts, self.blend)  # type: ignore[arg-type]  # key is one of the three literals
         except ValueError as error:
             raise as_guidance_error(error, self.key) from None
 
@@ -133,7 +139,7 @@ class Geometry(Section):
         shape: Shape = next(filter(None, (getattr(self, key) for key in type(self).model_fields)))
         return shape
 
-    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _guidance.Geometry:
         """The geometry for the core.
 
         Raises:

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from palpate import _core
 from palpate.arrays import Array
 from palpate.errors import GuidanceError
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline  # scipy takes seconds to import: import it only for scenes with a path
+
+    from palpate import _guidance
 
 
 #: Maximum turn of a piece, with which the core's arc lengths are accurate to 1e-9 [rad].
@@ -31,7 +32,7 @@ def path(
     closed: bool = False,
     crossing: float = CROSSING,
     name: str = "path",
-) -> _core.PathGeometry:
+) -> _guidance.PathGeometry:
     """The natural cubic spline through waypoints, parametrised by chord length: twice continuously differentiable.
 
     Args:
@@ -46,6 +47,8 @@ def path(
         GuidanceError: the waypoints make no path, the path crosses itself, or its unit is most likely wrong.
     """
     from scipy.interpolate import CubicSpline
+
+    from palpate import _guidance
 
     p, R = _distinct(waypoints, rotations, closed, name)
     knots = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(p, axis=0), axis=1))]
@@ -72,7 +75,7 @@ def path(
         except ValueError as error:  # rates of turn beyond all numbers
             why, mend = str(error), "space the places more evenly, or leave attitudes out"
             raise GuidanceError("no smooth turn passes through the attitudes", where=name, why=why, mend=mend) from None
-    return _core.PathGeometry(np.ascontiguousarray(controls), np.ascontiguousarray(attitudes), R is None, closed)
+    return _guidance.PathGeometry(np.ascontiguousarray(controls), np.ascontiguousarray(attitudes), R is None, closed)
 
 
 def frames_along(places: Array, tangents: Array) -> Array:

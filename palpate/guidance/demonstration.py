@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation, Slerp
 
-from palpate import _core
 from palpate.arrays import Array
 from palpate.arrays.so3 import matrices
 from palpate.errors import GuidanceError
 from palpate.guidance.plot import query
+
+if TYPE_CHECKING:
+    from palpate import _guidance
 
 SPACING = 2e-3  #: spacing of the places of the path [m]
 SMOOTH = 1e-3  #: standard deviation of the Gaussian along the path: removes shorter tremor and noise [m]
@@ -98,7 +101,7 @@ def simplified(shown: Shown, spacing: float = SPACING, smooth: float = SMOOTH) -
     return kept, rotations
 
 
-def deviation(path: _core.Geometry, shown: Shown) -> Deviation:
+def deviation(path: _guidance.Geometry, shown: Shown) -> Deviation:
     """Deviation of a demonstration from a path."""
     d = query(path, shown.p_WT)["distance"]
     return Deviation(float(np.sqrt((d**2).mean())), float(d.max()))

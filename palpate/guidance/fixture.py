@@ -22,6 +22,8 @@ from palpate.values import Number, Positive, Section
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+    from palpate import _guidance
+
 
 _P = _core.Policy()
 Share = Annotated[Number, Field(ge=0.0, le=1.0)]
@@ -128,7 +130,7 @@ class Fixture(Section):
         required = [whole.pop("required"), *([key] for key in one_line.KEYS)]
         return {**whole, "type": ["object", "string"], "anyOf": [{"required": keys} for keys in required]}
 
-    def make(self, context: FixtureContext | None = None) -> _core.Fixture:
+    def make(self, context: FixtureContext | None = None) -> _guidance.Fixture:
         """The fixture for the core.
 
         Raises:
@@ -144,12 +146,14 @@ class Fixture(Section):
             )
         return self.make_with(geometry)
 
-    def make_with(self, geometry: _core.Geometry) -> _core.Fixture:
+    def make_with(self, geometry: _guidance.Geometry) -> _guidance.Fixture:
         """The fixture for the core, with a geometry in the world.
 
         Raises:
             GuidanceError: role and geometry do not match, or a value is invalid.
         """
+        from palpate import _guidance
+
         name = self.name or self.role.name
         policy = _core.Policy()
         policy.hard, policy.authority, policy.priority = self.hard, self.authority, self.priority
@@ -158,19 +162,21 @@ class Fixture(Section):
         policy.release = self.release or float(np.radians(self.release_deg or np.inf))
         policy.ramps = [ramp.core() for ramp in self.ramps]
         try:
-            made = _core.Fixture(name, geometry, self.role.name, self.role.core(), self.law.name, self.law.core(),
+            made = _guidance.Fixture(name, geometry, self.role.name, self.role.core(), self.law.name, self.law.core(),
                                  policy, self.enabled, self.frame.patience or np.inf)  # fmt: skip
-            _core.Fixtures([made])
+            _guidance.Fixtures([made])
         except ValueError as error:
             raise as_guidance_error(error, name) from None
         return made
 
-    def make_geometry(self, context: FixtureContext | None = None) -> _core.Geometry:
+    def make_geometry(self, context: FixtureContext | None = None) -> _guidance.Geometry:
         """The geometry in the world, moving with the fixture's frame.
 
         Raises:
             GuidanceError, MeshError, SurfaceError: a file, object or place is missing, or a value is invalid.
         """
+        from palpate import _guidance
+
         context = context or FixtureContext()
         if self.geometry.object is not None:
             context.body(self.geometry.object.name)  # a missing object is reported as an object, not as a frame
@@ -179,7 +185,7 @@ class Fixture(Section):
         shape = self.geometry.make(context, X_WF @ X_FG)
         if self.frame.of == "world":
             return placed(shape, X_FG)
-        return _core.PlacedGeometry(shape, X_FG, frame)
+        return _guidance.PlacedGeometry(shape, X_FG, frame)
 
     def plot(self, ax: Axes | None = None, context: FixtureContext | None = None) -> Axes:
         """Draw the fixture with matplotlib: allowed regions green, forbidden regions red, and the normals."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -15,6 +15,9 @@ from palpate.errors import GuidanceError, SurfaceError
 from palpate.guidance.context import FixtureContext
 from palpate.values import Number, Place, Positive, Section, Vector
 from palpate.values import Pose as PoseSection
+
+if TYPE_CHECKING:
+    from palpate import _guidance
 
 Unit = Literal["mm", "cm", "m", "in"]
 
@@ -28,7 +31,7 @@ class Shape(Section):
     key: ClassVar[str]
     """key in scene files"""
 
-    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _guidance.Geometry:
         """The geometry for the core. X_WF (4, 4) is the pose of F at the start; it converts places given in W.
 
         Raises:
@@ -58,9 +61,11 @@ def as_guidance_error(error: ValueError, where: str) -> GuidanceError:
     return GuidanceError(what, where=where, mend=mend)
 
 
-def placed(geometry: _core.Geometry, X: Array) -> _core.Geometry:
+def placed(geometry: _guidance.Geometry, X: Array) -> _guidance.Geometry:
     """The geometry placed at a pose X (4, 4) in F."""
-    return geometry if np.array_equal(X, np.eye(4)) else _core.PlacedGeometry(geometry, X)
+    from palpate import _guidance
+
+    return geometry if np.array_equal(X, np.eye(4)) else _guidance.PlacedGeometry(geometry, X)
 
 
 class Point(Shape):
@@ -72,11 +77,13 @@ class Point(Shape):
     rpy_deg: Vector = (0.0, 0.0, 0.0)
     """target attitude of `orient`: roll, pitch, yaw [deg]"""
 
-    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _guidance.Geometry:
         """The point."""
+        from palpate import _guidance
+
         X = PoseSection(rpy_deg=self.rpy_deg).matrix()
         X[:3, 3] = context.place(self.at, X_WF)
-        return _core.PlacedGeometry(_core.PointGeometry(), X)
+        return _guidance.PlacedGeometry(_guidance.PointGeometry(), X)
 
 
 class Line(Shape):
@@ -90,10 +97,12 @@ class Line(Shape):
     endless: bool = False
     """true: the line continues beyond both ends"""
 
-    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _guidance.Geometry:
         """The line."""
+        from palpate import _guidance
+
         try:
-            return _core.LineGeometry(context.place(self.start, X_WF), context.place(self.end, X_WF), self.endless)
+            return _guidance.LineGeometry(context.place(self.start, X_WF), context.place(self.end, X_WF), self.endless)
         except ValueError as error:
             raise as_guidance_error(error, "line") from None
 
@@ -107,12 +116,14 @@ class Plane(Shape):
     normal: Vector = (0.0, 0.0, 1.0)
     """outward normal of any length [-]"""
 
-    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _guidance.Geometry:
         """The half-space."""
+        from palpate import _guidance
+
         X = np.eye(4)
         X[:3, :3] = _rotation_z_to(self.normal, "normal of a plane")
         X[:3, 3] = context.place(self.at, X_WF)
-        return _core.PlacedGeometry(_core.SurfaceGeometry(_core.Plane()), X)
+        return _guidance.PlacedGeometry(_guidance.SurfaceGeometry(_core.Plane()), X)
 
 
 class Cone(Shape):
@@ -126,11 +137,13 @@ class Cone(Shape):
     half_angle_deg: Annotated[Number, Field(gt=0.0, le=90.0)] = float(np.degrees(_core.CONE_HALF_ANGLE))
     """angle between axis and side [deg]"""
 
-    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _guidance.Geometry:
         """The cone."""
+        from palpate import _guidance
+
         target, entry = context.place(self.target, X_WF), context.place(self.entry, X_WF)
         try:
-            return _core.ConeGeometry(target, entry - target, float(np.radians(self.half_angle_deg)))
+            return _guidance.ConeGeometry(target, entry - target, float(np.radians(self.half_angle_deg)))
         except ValueError as error:
             raise as_guidance_error(error, "cone") from None
 
@@ -144,11 +157,13 @@ class Sphere(Shape):
     at: Place = (0.0, 0.0, 0.0)
     """centre [m]"""
 
-    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _guidance.Geometry:
         """The sphere."""
+        from palpate import _guidance
+
         X = np.eye(4)
         X[:3, 3] = context.place(self.at, X_WF)
-        return placed(_core.SurfaceGeometry(_core.Sphere(self.radius)), X)
+        return placed(_guidance.SurfaceGeometry(_core.Sphere(self.radius)), X)
 
 
 class Box(Shape):
@@ -160,9 +175,11 @@ class Box(Shape):
     pose: PoseSection = PoseSection()
     """pose of the centre and axes"""
 
-    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _guidance.Geometry:
         """The box."""
-        return placed(_core.SurfaceGeometry(_core.Box(np.array(self.size))), self.pose.matrix())
+        from palpate import _guidance
+
+        return placed(_guidance.SurfaceGeometry(_core.Box(np.array(self.size))), self.pose.matrix())
 
 
 class Cylinder(Shape):
@@ -176,9 +193,11 @@ class Cylinder(Shape):
     pose: PoseSection = PoseSection()
     """pose of the centre and axis"""
 
-    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _guidance.Geometry:
         """The cylinder."""
-        return placed(_core.SurfaceGeometry(_core.Cylinder(self.radius, self.length)), self.pose.matrix())
+        from palpate import _guidance
+
+        return placed(_guidance.SurfaceGeometry(_core.Cylinder(self.radius, self.length)), self.pose.matrix())
 
 
 class Mesh(Shape):
@@ -192,12 +211,13 @@ class Mesh(Shape):
     pose: PoseSection = PoseSection()
     """pose of the file's own frame"""
 
-    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _guidance.Geometry:
         """The mesh, open or closed."""
+        from palpate import _guidance
         from palpate.mesh import Mesh as Triangles
 
         triangles = Triangles.load(context.file(self.file), self.unit)
-        return placed(_core.SurfaceGeometry(triangles.core), self.pose.matrix())
+        return placed(_guidance.SurfaceGeometry(triangles.core), self.pose.matrix())
 
 
 class Cloud(Shape):
@@ -213,8 +233,9 @@ class Cloud(Shape):
     pose: PoseSection = PoseSection()
     """pose of the file's own frame"""
 
-    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _guidance.Geometry:
         """The cloud."""
+        from palpate import _guidance
         from palpate.guidance.files import read_rows
         from palpate.mesh import files as mesh_files
         from palpate.values.units import FILE_UNITS
@@ -230,7 +251,7 @@ class Cloud(Shape):
             core = _core.Cloud(np.ascontiguousarray(points), self.radius)
         except ValueError as error:
             raise as_guidance_error(error, str(file)) from None
-        return placed(_core.SurfaceGeometry(core), self.pose.matrix())
+        return placed(_guidance.SurfaceGeometry(core), self.pose.matrix())
 
 
 class Grid(Shape):
@@ -246,8 +267,9 @@ class Grid(Shape):
     pose: PoseSection = PoseSection()
     """pose of the file's own frame"""
 
-    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _guidance.Geometry:
         """The grid."""
+        from palpate import _guidance
         from palpate.mesh import Mesh as Triangles
         from palpate.surfaces import DistanceGrid
 
@@ -257,7 +279,7 @@ class Grid(Shape):
         else:
             mesh = Triangles.load(file, self.unit if "unit" in self.model_fields_set else None)
             grid = DistanceGrid.from_mesh(mesh, self.spacing or float(np.ptp(mesh.bounds, axis=0).max()) / 100.0)
-        return placed(_core.SurfaceGeometry(grid.core), self.pose.matrix())
+        return placed(_guidance.SurfaceGeometry(grid.core), self.pose.matrix())
 
 
 class OfObject(Shape):
@@ -267,9 +289,11 @@ class OfObject(Shape):
     name: str
     """name of the object"""
 
-    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _guidance.Geometry:
         """The surface of the object, in the object's frame."""
-        return _core.SurfaceGeometry(context.body(self.name).core)
+        from palpate import _guidance
+
+        return _guidance.SurfaceGeometry(context.body(self.name).core)
 
 
 def _rotation_z_to(z: Any, name: str) -> Array:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Self
+from typing import TYPE_CHECKING, Annotated, ClassVar, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from palpate import _core
 from palpate.arrays import Array
 from palpate.guidance import curve
 from palpate.guidance.context import FixtureContext
@@ -15,6 +14,9 @@ from palpate.guidance.files import clearance_of_plan, is_plan, read_rows
 from palpate.guidance.geometry import Shape, Unit
 from palpate.values import NotNegative, Place, Positive
 from palpate.values import Pose as PoseSection
+
+if TYPE_CHECKING:
+    from palpate import _guidance
 
 
 class Path(Shape):
@@ -41,11 +43,11 @@ class Path(Shape):
             raise ValueError(f"a path is a file or waypoints; {count} | keep one of them, e.g. file: suture.csv")
         return self
 
-    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _guidance.Geometry:
         """The curve."""
         return self.curve(context, X_WF)
 
-    def curve(self, context: FixtureContext, X_WF: Array) -> _core.PathGeometry:
+    def curve(self, context: FixtureContext, X_WF: Array) -> _guidance.PathGeometry:
         """The curve in F."""
         if self.file is None:
             points = np.array([context.place(p, X_WF) for p in self.waypoints])
@@ -70,10 +72,12 @@ class Tube(Path):
             raise ValueError("a tube needs a radius | e.g. radius: 2 mm; only a plan (.yaml) has one of its own")
         return self
 
-    def make(self, context: FixtureContext, X_WF: Array) -> _core.Geometry:
+    def make(self, context: FixtureContext, X_WF: Array) -> _guidance.Geometry:
         """The tube."""
+        from palpate import _guidance
+
         radius = self.radius
         if radius is None:
             assert self.file is not None
             radius = clearance_of_plan(context.file(self.file))
-        return _core.OffsetGeometry(self.curve(context, X_WF), radius)
+        return _guidance.OffsetGeometry(self.curve(context, X_WF), radius)

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from palpate import _core
 from palpate.arrays import Array
 from palpate.guidance.sections import Role
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+    from palpate import _guidance
 
 
 ALLOWED, FORBIDDEN = "#2a9d5c", "#c8372d"
@@ -21,7 +22,7 @@ _CELLS = 48  # number of cells along the longest side
 _ARROWS = 40  # maximum number of drawn normals
 
 
-def query(geometry: _core.Geometry, points: npt.ArrayLike, t: float = 0.0) -> dict[str, npt.NDArray[Any]]:
+def query(geometry: _guidance.Geometry, points: npt.ArrayLike, t: float = 0.0) -> dict[str, npt.NDArray[Any]]:
     """Query the geometry for a tool at points (n, 3) [m], aligned with W: arrays by the names of the core's Query."""
     points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
     X = np.tile(np.eye(4), (len(points), 1, 1))
@@ -29,7 +30,7 @@ def query(geometry: _core.Geometry, points: npt.ArrayLike, t: float = 0.0) -> di
     return geometry.query(X, np.full(len(points), float(t)))
 
 
-def extent(geometry: _core.Geometry) -> Array:
+def extent(geometry: _guidance.Geometry) -> Array:
     """Corners (2, 3) of a box around a geometry; of an unbounded geometry, around the part near the origin [m]."""
     rng, middle, half = np.random.default_rng(0), query(geometry, [[0.0, 0.0, 0.0]])["point"][0], _VIEW
     places = query(geometry, middle + rng.uniform(-half, half, (4000, 3)))["point"]
@@ -38,7 +39,7 @@ def extent(geometry: _core.Geometry) -> Array:
     return np.stack([places.min(axis=0), places.max(axis=0)])
 
 
-def drawing(geometry: _core.Geometry, level: float = 0.0) -> tuple[Array, npt.NDArray[np.int32]]:
+def drawing(geometry: _guidance.Geometry, level: float = 0.0) -> tuple[Array, npt.NDArray[np.int32]]:
     """Triangles of the level set distance = `level` [m]: vertices (n, 3) in W and indices (m, 3), possibly none."""
     from palpate.shapes.surface_nets import rough
 
@@ -56,14 +57,14 @@ def drawing(geometry: _core.Geometry, level: float = 0.0) -> tuple[Array, npt.ND
     return vertices, triangles[~cut[triangles].any(axis=1)]
 
 
-def curve(geometry: _core.Geometry) -> Array:
+def curve(geometry: _guidance.Geometry) -> Array:
     """Samples (n, 3) of a point, a line or a path, ordered along the curve [m]."""
     low, high = extent(geometry)
     found = query(geometry, np.random.default_rng(1).uniform(low - 0.02, high + 0.02, (4000, 3)))
     return np.asarray(found["point"][np.argsort(found["along"], kind="stable")])
 
 
-def plot(geometry: _core.Geometry, role: Role, title: str, ax: Axes | None) -> Axes:
+def plot(geometry: _guidance.Geometry, role: Role, title: str, ax: Axes | None) -> Axes:
     """Draw the geometry of a fixture into 3-D axes, or into new ones when `ax` is None; lengths in millimetres."""
     import matplotlib.pyplot as plt
 
@@ -83,14 +84,14 @@ def plot(geometry: _core.Geometry, role: Role, title: str, ax: Axes | None) -> A
     return axes  # type: ignore[no-any-return]  # 3-D axes of matplotlib
 
 
-def _surface(axes: Any, geometry: _core.Geometry, level: float, colour: str, alpha: float) -> Array:
+def _surface(axes: Any, geometry: _guidance.Geometry, level: float, colour: str, alpha: float) -> Array:
     vertices, triangles = drawing(geometry, level)
     if len(triangles):
         axes.plot_trisurf(*1e3 * vertices.T, triangles=triangles, color=colour, alpha=alpha, lw=0)
     return vertices
 
 
-def _normals(axes: Any, geometry: _core.Geometry, places: Array) -> None:
+def _normals(axes: Any, geometry: _guidance.Geometry, places: Array) -> None:
     if not len(places) or not geometry.solid:
         return
     chosen = places[np.linspace(0, len(places) - 1, min(_ARROWS, len(places))).astype(int)]

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 import numpy as np
 import numpy.typing as npt
 
-from palpate import _core
 from palpate.arrays import Array
 from palpate.guidance.sections import Law, Role
+
+if TYPE_CHECKING:
+    from palpate import _guidance
 
 SMALL = 1e-9
 """Forces and constraint values below this are treated as zero [N, m]."""
@@ -30,7 +32,7 @@ class FixtureResponse:
     """(6,) wrench on the tool with full authority [N, N m], in W."""
 
     @classmethod
-    def of(cls, core: _core.Fixture, X_WT: Array, V_WT: Array, t: float) -> Self:
+    def of(cls, core: _guidance.Fixture, X_WT: Array, V_WT: Array, t: float) -> Self:
         """The response to a tool at X_WT (4, 4) with the twist V_WT (6,) [m/s, rad/s]."""
         constraint = core.evaluate(X_WT, t, V_WT)
         return cls(
@@ -44,7 +46,7 @@ class FixtureResponse:
 
 
 def reasons(
-    core: _core.Fixture, role: Role, law: Law, X_WT: npt.ArrayLike, V_WT: npt.ArrayLike | None, t: float
+    core: _guidance.Fixture, role: Role, law: Law, X_WT: npt.ArrayLike, V_WT: npt.ArrayLike | None, t: float
 ) -> str:
     """Describe the effect of a single fixture on a tool: its constraint, the constraint's state, and the force terms.
 

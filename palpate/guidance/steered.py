@@ -5,15 +5,18 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from palpate import _core
 from palpate.arrays import Array
 from palpate.guidance.context import FixtureContext
 from palpate.guidance.fixture import Fixture
 from palpate.values import Pose
+
+if TYPE_CHECKING:
+    from palpate import _guidance
 
 
 @dataclass(frozen=True)
@@ -22,7 +25,7 @@ class FixtureState:
 
     given: Fixture
     """the section as given, with changes of `enabled` and `authority` applied."""
-    geometry: _core.Geometry
+    geometry: _guidance.Geometry
     """the geometry as given, in W."""
     X_WF: Array
     """(4, 4) pose of the fixture's frame at the start."""
@@ -42,10 +45,12 @@ class FixtureState:
         pose = Pose(xyz=tuple(X_FG[:3, 3].tolist()), rpy_deg=tuple(rpy.tolist()))
         return self.given.model_copy(update={"frame": frame.model_copy(update={"pose": pose})})
 
-    def core(self) -> _core.Fixture:
+    def core(self) -> _guidance.Fixture:
         """The present state for the core."""
+        from palpate import _guidance
+
         still = np.array_equal(self.X_W, np.eye(4))
-        return self.given.make_with(self.geometry if still else _core.PlacedGeometry(self.geometry, self.X_W))
+        return self.given.make_with(self.geometry if still else _guidance.PlacedGeometry(self.geometry, self.X_W))
 
 
 class SteeredFixtures:
@@ -61,7 +66,7 @@ class SteeredFixtures:
         self,
         sections: Sequence[Fixture],
         context: FixtureContext,
-        publish: Callable[[tuple[Fixture, ...], _core.Fixtures], None],
+        publish: Callable[[tuple[Fixture, ...], _guidance.Fixtures], None],
     ) -> None:
         self._publish, self._lock, self._tool = publish, threading.Lock(), context.tool
         self._now = {
@@ -94,6 +99,8 @@ class SteeredFixtures:
             KeyError: no fixture has this name.
             ValueError: the authority is outside 0 to 1, or X_W is not a pose.
         """
+        from palpate import _guidance
+
         if authority is not None and not 0.0 <= authority <= 1.0:
             raise ValueError(f"authority must lie in 0 .. 1. Got: {authority}")
         with self._lock:
@@ -102,6 +109,6 @@ class SteeredFixtures:
             given = now.given.model_copy(update={k: v for k, v in update.items() if v is not None})
             moved = now.X_W if X_W is None else np.array(X_W, dtype=np.float64)
             changed = {**self._now, name: replace(now, given=given, X_W=moved)}
-            core = _core.Fixtures([one.core() for one in changed.values()], self._tool)
+            core = _guidance.Fixtures([one.core() for one in changed.values()], self._tool)
             self._publish(tuple(one.section for one in changed.values()), core)
             self._now = changed

@@ -56,15 +56,17 @@ def terms(
         context: files, frames, places and objects that the fixtures name.
         hand: inputs of the operator; when left out: at rest, pedal pressed, no load cell.
     """
+    from palpate import _guidance
+
     quick = [f.model_copy(update={"rise": 0.01, "fall": 0.01}) for f in fixtures]
-    made = _core.Fixtures([f.make(context) for f in quick], context.tool)
+    made = _guidance.Fixtures([f.make(context) for f in quick], context.tool)
     options = _core.GuidanceOptions()
     options.force_rate = options.moment_rate = 1e6
     options.return_speed = (
         0.9  # slower than a jump within one period: an initial violation is corrected by the last tick
     )
     options.servo_bandwidth = 0.0
-    stage = _core.Guidance(options, _DT)
+    stage = _guidance.Guidance(options, _DT)
     stage.take(made)
     X = _commanded_pose(tick)
     hand = hand or OperatorInput()

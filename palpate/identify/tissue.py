@@ -21,7 +21,6 @@ from functools import cached_property
 
 import numpy as np
 
-from palpate import _core
 from palpate.arrays import Array
 from palpate.errors import RecordingError
 from palpate.identify.press_recording import Press
@@ -60,7 +59,9 @@ class TissueFit:
     @property
     def yeoh(self) -> float:
         """Yeoh's coefficient of a half-space with this stiffening [-]; 0 for softening."""
-        return max(self.beta, 0.0) / _core.YEOH_GROWTH
+        from palpate import _tissue
+
+        return max(self.beta, 0.0) / _tissue.YEOH_GROWTH
 
     def force(self, t: Array, depth: Array) -> Array:
         """Force (n,) [N] of the identified tissue at times [s] and depths from the first touch [m], (n,)."""

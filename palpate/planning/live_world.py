@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,9 +18,12 @@ from palpate.record.ticks import Ticks
 from palpate.scene import materials, placing
 from palpate.scene.rig import Rig
 
+if TYPE_CHECKING:
+    from palpate import _tissue
+
 STILL = 1e-4
 """An object that moved by less since its last pose counts as at rest [m]."""
-Clouds = Callable[[], Mapping[str, tuple[_core.PointSurface, float]]]
+Clouds = Callable[[], Mapping[str, tuple["_tissue.PointSurface", float]]]
 """Newest surfaces of sensors in O by the name of their object, with the spacing of their points [m]."""
 Pose = Callable[[Ticks], Array | None]
 
@@ -36,7 +40,7 @@ class LiveWorld:
     def __init__(self, problem: Problem, rig: Rig, clouds: Clouds | None = None) -> None:
         self._world, self._clouds = problem.world, clouds
         self._poses = _poses(rig)
-        self._seen: dict[str, _core.PointSurface] = {}
+        self._seen: dict[str, _tissue.PointSurface] = {}
 
     @property
     def changes(self) -> bool:

@@ -179,7 +179,7 @@ class HapticLoop:
         """Set the poses that the live objects shall reach, at the next step."""
         self.node.set_live(targets)
 
-    def set_fixtures(self, fixtures: _core.Fixtures) -> None:
+    def set_fixtures(self, fixtures: _core.FixtureList) -> None:
         """Replace all guidance fixtures at the next step."""
         self.node.set_fixtures(fixtures)
 

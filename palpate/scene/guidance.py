@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +17,9 @@ from palpate.guidance.fixture import Fixture
 from palpate.guidance.geometry import as_guidance_error
 from palpate.scene import arms, materials, placing, surface
 from palpate.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from palpate import _guidance
 
 #: Frames whose poses are set while a session runs; until then, fixtures attached to them have no effect.
 LIVE = ("tool", "camera")
@@ -49,21 +52,35 @@ def _live(X_WF: Array) -> _core.LiveFrame:
     return frame
 
 
-def fixtures(scene: Scene, context: FixtureContext) -> _core.Fixtures:
-    """The fixtures for the core, in the order of the scene.
+def fixtures(scene: Scene, context: FixtureContext) -> _core.FixtureList:
+    """The fixtures for the core, in the order of the scene. A scene without fixtures does not import `_guidance`.
 
     Raises:
         SceneError: a fixture is invalid; the message states the place in the file, the reason and the correction.
     """
+    if not scene.guidance:
+        return _core.FixtureList(context.tool)
+    from palpate import _guidance
+
     made = [_made(scene, i, fixture, context) for i, fixture in enumerate(scene.guidance)]
     try:
-        return _core.Fixtures(made, context.tool)
+        return _guidance.Fixtures(made, context.tool)
     except ValueError as error:
         found = as_guidance_error(error, "")
         raise SceneError(found.what, where=scene.where("guidance"), mend=found.mend) from None
 
 
-def _made(scene: Scene, index: int, fixture: Fixture, context: FixtureContext) -> _core.Fixture:
+def each(fixtures: _core.FixtureList) -> list[_guidance.Fixture]:
+    """The fixtures of a list."""
+    if len(fixtures) == 0:
+        return []
+    from palpate import _guidance
+
+    assert isinstance(fixtures, _guidance.Fixtures)
+    return fixtures.list()
+
+
+def _made(scene: Scene, index: int, fixture: Fixture, context: FixtureContext) -> _guidance.Fixture:
     try:
         return fixture.make(context)
     except SceneError:

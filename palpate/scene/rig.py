@@ -33,7 +33,7 @@ class Rig:
     spheres: list[tool.LinkSphere]  # additional spheres of the tool, without the one on its tip
     context: FixtureContext  # resolves the names in the scene's fixtures
     frames: FrameGraph  # of the scene, with arms and objects; sessions update its live frames
-    fixtures: _core.Fixtures  # fixtures of the scene's list `guidance`
+    fixtures: _core.FixtureList  # fixtures of the scene's list `guidance`
     ecm: placed_ecm.PlacedEcm | None = None  # the endoscope arm
 
     def options(self, seed: int | None = None) -> _core.SimulationOptions:

@@ -25,13 +25,9 @@ def _known(name: str) -> str:
     return name
 
 
-SOFT = (_core.TissueSurface, _core.SharedTissue)
-"""Surfaces of soft bodies: of one loop, and shared by several pairs."""
-
-
 def is_soft(felt: _core.Object) -> bool:
     """True if an object deforms as a soft body."""
-    return isinstance(felt.surface, SOFT)
+    return felt.surface.deforms
 
 
 def rest_shape(felt: _core.Object) -> tuple[Array, NDArray[np.int32]] | None:
@@ -40,8 +36,21 @@ def rest_shape(felt: _core.Object) -> tuple[Array, NDArray[np.int32]] | None:
     Returns:
         Vertices (n, 3) in the object's frame O [m] and triangles (m, 3), wound outwards.
     """
-    surface = felt.surface
-    return (surface.vertices, surface.triangles) if isinstance(surface, SOFT) else None
+    if not is_soft(felt):
+        return None
+    from palpate import _tissue
+
+    assert isinstance(felt.surface, _tissue.TissueSurface | _tissue.SharedTissue)
+    return felt.surface.vertices, felt.surface.triangles
+
+
+def shared(snapshot: _core.Snapshot) -> _core.Snapshot:
+    """The snapshot with soft bodies that several loops press: one body each."""
+    if not any(map(is_soft, snapshot.objects)):
+        return snapshot
+    from palpate import _tissue
+
+    return _tissue.share_bodies(snapshot)
 
 
 PresetName = Annotated[str, AfterValidator(_known), WithJsonSchema({"enum": list(PRESETS)})]

@@ -10,6 +10,7 @@ import numpy as np
 
 from palpate import _core
 from palpate.errors import SceneError
+from palpate.scene import soft
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.scene.surface import Bodies
@@ -36,7 +37,7 @@ def build_pairs(scene: Scene, bodies: Bodies | None = None, until: float | None 
     rigs: Rigs = {}
     for name, one in scene.each_pair().items():
         rig = build(one, shared, until)
-        first = next(iter(rigs.values()), replace(rig, snapshot=_core.share_bodies(rig.snapshot)))
+        first = next(iter(rigs.values()), replace(rig, snapshot=soft.shared(rig.snapshot)))
         rigs[name] = replace(rig, snapshot=first.snapshot, surfaces=first.surfaces)
     check_apart(scene, rigs)
     return _with_one_camera(scene, rigs)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from palpate.scene.rig import Rig
 from palpate.sensing.instrument import Instrument
 from palpate.sensing.source import CloudFrame, CloudSource
 from palpate.sensing.stream import Stream
+
+if TYPE_CHECKING:
+    from palpate import _tissue
 
 PERIOD = 0.002
 """Period at which sources are asked in real time [s]."""
@@ -66,7 +69,7 @@ class Sensing:
         }
         self._targets = {name: (0.0, np.zeros(3), np.zeros(3)) for name in self.streams}  # t, X, V
         self._objects = list(rig.snapshot.objects)
-        self._rendered: dict[str, tuple[_core.PointSurface, float]] = {}
+        self._rendered: dict[str, tuple[_tissue.PointSurface, float]] = {}
         self.frames: dict[str, CloudFrame] = {}  #: newest frame of each object, for drawings
 
     def step(self, t: float) -> int:
@@ -102,7 +105,7 @@ class Sensing:
         """State of each stream in words, at the session's time t [s]."""
         return {name: _state(stream, t) for name, stream in self.streams.items()}
 
-    def clouds(self) -> dict[str, tuple[_core.PointSurface, float]]:
+    def clouds(self) -> dict[str, tuple[_tissue.PointSurface, float]]:
         """The newest surface of each object that has one, as handed to the loop, and its spacing [m]; any thread."""
         return dict(self._rendered)
 
@@ -121,7 +124,7 @@ class Sensing:
         rest = next(o.X_WO for o in self._rig.snapshot.objects if o.name == name)
         return np.asarray(rest[:3, 3] if X_WO is None else X_WO[:3, 3])
 
-    def _replace(self, name: str, core: _core.PointSurface) -> None:
+    def _replace(self, name: str, core: _tissue.PointSurface) -> None:
         i = next(i for i, o in enumerate(self._objects) if o.name == name)
         obj, section = self._rig.scene.objects[i], self._rig.scene.objects[i].cloud
         assert section is not None

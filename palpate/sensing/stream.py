@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from palpate import _core
 from palpate.arrays import Array
 from palpate.clouds.neighbourhoods import Sampling, sampling
 from palpate.record.ticks import Ticks
@@ -18,6 +18,9 @@ from palpate.sensing.motion import SurfaceMotion
 from palpate.sensing.patch import patch
 from palpate.sensing.source import CloudFrame
 from palpate.surfaces.points import Scales
+
+if TYPE_CHECKING:
+    from palpate import _tissue
 
 _LEAST = 100  # points of a frame within the region at least
 _MEASURED = 6000  # points from which spacing and noise are estimated
@@ -45,7 +48,7 @@ class Memory:
 class Built:
     """A surface that is ready for the loop."""
 
-    core: _core.PointSurface  #: in the object's frame O
+    core: _tissue.PointSurface  #: in the object's frame O
     V: Array  #: velocity of the surface in W (3,) [m/s]
     remembered: int  #: averaged points that the instrument hides
 
@@ -54,7 +57,7 @@ class Built:
 class _Key:
     """The frame from which displacements are measured."""
 
-    surface: _core.PointSurface
+    surface: _tissue.PointSurface
     anchor: Array  # p_WO for which it is right at its stamp (3,) [m]
     t: float  # stamp [s]
     tip: Array  # position of the tool's tip in W (3,) [m]
@@ -74,7 +77,7 @@ class Stream:
     def __init__(self, section: CloudSection, instrument: Instrument, extrapolate: bool = True) -> None:
         self.section, self.gate = section, Gate(section.patience)
         self.counts: dict[str, int] = {}  #: points of the newest frame: used, invalid, outside, tool
-        self.surface: _core.PointSurface | None = None
+        self.surface: _tissue.PointSurface | None = None
         self._instrument, self._motion, self._extrapolate = instrument, SurfaceMotion(), extrapolate
         self._scales: Scales | None = None
         self._noise = 0.0
@@ -104,6 +107,8 @@ class Stream:
             tick: newest row of the loop, for the pose of the tool.
             X: p_WO (3,) at which the loop renders the object [m].
         """
+        from palpate import _tissue
+
         points_C = self.gate.take(frame, now)
         if points_C is None:
             return None
@@ -111,7 +116,7 @@ class Stream:
         balls = self._instrument.balls(tick, margin)
         tip = np.ascontiguousarray(balls[0, :3])
         X_WC = np.ascontiguousarray(frame.X_WC, dtype=np.float64)
-        points, self.counts = _core.usable_points(points_C, X_WC, tip, self.section.region, balls)
+        points, self.counts = _tissue.usable_points(points_C, X_WC, tip, self.section.region, balls)
         if len(points) < _LEAST:
             self.gate.counts.empty += 1
             return None
@@ -146,8 +151,10 @@ class Stream:
         young = t - before.seen_at <= self.section.remember
         return before.where(young & self._instrument.is_hidden(before.points, p_WC, balls))
 
-    def _surface(self, points: Array, p_WC: Array, tip: Array, hole: float) -> _core.PointSurface:
+    def _surface(self, points: Array, p_WC: Array, tip: Array, hole: float) -> _tissue.PointSurface:
         """The surface in W at the stamp, with the hole under the tip closed."""
+        from palpate import _tissue
+
         if self._scales is None:
             found = _sampled(points)
             self._noise = found.noise
@@ -157,7 +164,7 @@ class Stream:
         s, memory = self._scales, self._memory
         known = np.concatenate([points, memory.points])
         filled, normals = patch(known, p_WC, tip, hole, s.voxel)
-        return _core.PointSurface(
+        return _tissue.PointSurface(
             np.concatenate([known, filled]), np.concatenate([np.zeros_like(points), memory.normals, normals]),
             np.ascontiguousarray(p_WC), s.voxel, s.support, s.bridge, self.section.thickness, self.surface,
         )  # fmt: skip

@@ -179,7 +179,12 @@ class LiveSession(AttendedLoop):
     def fixtures(self, value: Iterable[Fixture]) -> None:
         fixtures = with_unique_names(tuple(value))
         context = self.rig.context
-        self._loop.set_fixtures(_core.Fixtures([fixture.make(context) for fixture in fixtures], context.tool))
+        made = _core.FixtureList(context.tool)
+        if fixtures:
+            from palpate import _guidance
+
+            made = _guidance.Fixtures([fixture.make(context) for fixture in fixtures], context.tool)
+        self._loop.set_fixtures(made)
         self._fixtures, self._steered = fixtures, None
 
     @property
@@ -189,7 +194,7 @@ class LiveSession(AttendedLoop):
             self._steered = SteeredFixtures(self._fixtures, self.rig.context, self._steer)
         return self._steered
 
-    def _steer(self, sections: tuple[Fixture, ...], core: _core.Fixtures) -> None:
+    def _steer(self, sections: tuple[Fixture, ...], core: _core.FixtureList) -> None:
         self._loop.set_fixtures(core)
         self._fixtures = sections
 

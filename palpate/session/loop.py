@@ -57,7 +57,7 @@ class Loop(Protocol):
         """Set the poses that the live objects shall reach."""
         ...
 
-    def set_fixtures(self, fixtures: _core.Fixtures, /) -> None:
+    def set_fixtures(self, fixtures: _core.FixtureList, /) -> None:
         """Replace all virtual fixtures before the next cycle."""
         ...
 

@@ -60,7 +60,7 @@ class RecordedLoop:
             index: number of the object in the scene.
 
         Returns:
-            Vertices (n, 3) in the object's frame O [m], in the order of ``_core.TissueSurface.vertices``.
+            Vertices (n, 3) in the object's frame O [m], in the order of ``_tissue.TissueSurface.vertices``.
 
         Raises:
             ValueError: the object does not exist or is not soft.

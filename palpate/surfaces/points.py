@@ -1,19 +1,22 @@
-"""The surface through a point cloud (core/palpate/scene/point_surface.hpp)."""
+"""The surface through a point cloud (core/palpate/clouds/point_surface.hpp)."""
 
 from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from palpate import _core
 from palpate.arrays import Array
 from palpate.clouds import PointCloud
 from palpate.clouds.neighbourhoods import Sampling, outward_normals, sampling
 from palpate.errors import PalpateWarning, SurfaceError
 from palpate.surfaces.surface import Surface, Triangles, length
+
+if TYPE_CHECKING:
+    from palpate import _tissue
 
 #: Thickness of the solid layer behind the points [m].
 THICKNESS = 0.02
@@ -60,7 +63,7 @@ class PointSurface(Surface):
         SurfaceError: the points are too few or lie on a line, or a length is not positive.
     """
 
-    core: _core.PointSurface
+    core: _tissue.PointSurface
 
     def __init__(
         self,
@@ -70,6 +73,8 @@ class PointSurface(Surface):
         bridge: float | None = None,
         thickness: float = THICKNESS,
     ) -> None:
+        from palpate import _tissue
+
         self.name, self.cloud = cloud.name, cloud
         _require_surface(cloud)
         self.sampling = sampling(cloud.points)
@@ -83,7 +88,7 @@ class PointSurface(Surface):
         if normals is None and cloud.viewpoint is None:
             normals = _unoriented(cloud, self.scales)
         s = self.scales
-        self.core = _core.PointSurface(
+        self.core = _tissue.PointSurface(
             np.ascontiguousarray(cloud.points), None if normals is None else np.ascontiguousarray(normals),
             None if normals is not None else cloud.viewpoint, s.voxel, s.support, s.bridge,
             length("thickness of a cloud", thickness),
@@ -124,11 +129,13 @@ class LiveCloud(Surface):
         SurfaceError: the thickness is not a positive length.
     """
 
-    core: _core.PointSurface
+    core: _tissue.PointSurface
 
     def __init__(self, thickness: float = THICKNESS, *, name: str = "cloud") -> None:
+        from palpate import _tissue
+
         self.name, self.thickness = name, length("thickness of a cloud", thickness)
-        self.core = _core.PointSurface(np.empty((0, 3)), thickness=self.thickness)
+        self.core = _tissue.PointSurface(np.empty((0, 3)), thickness=self.thickness)
 
     def __str__(self) -> str:
         """Kind, for messages."""

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
-from palpate import _core
 from palpate.arrays import Array
 from palpate.errors import SurfaceError
 from palpate.surfaces import Surface
+
+if TYPE_CHECKING:
+    from palpate import _tissue
 
 Indices = npt.NDArray[np.int32]
 
@@ -42,7 +44,7 @@ class Tetrahedra(Protocol):
 class Tissue(Surface):
     """Soft tissue as explicit finite elements.
 
-    The material is Neo-Hookean with a stiffening term and Prony terms; ``_core.TissueBody`` states its energy. One
+    The material is Neo-Hookean with a stiffening term and Prony terms; ``_tissue.TissueBody`` states its energy. One
     value holds for the whole body; an array (m,) gives one per tetrahedron.
 
     Args:
@@ -84,6 +86,8 @@ class Tissue(Surface):
         period: float = PERIOD,
         name: str = "tissue",
     ) -> None:
+        from palpate import _tissue
+
         self.name = name
         nodes, self.tets, self.surface = _parts(mesh)
         self.nodes = nodes
@@ -95,7 +99,7 @@ class Tissue(Surface):
             worst = float(nu[~((nu >= 0) & (nu < 0.5))][0])
             raise SurfaceError(f"poisson = {worst:g} must lie in 0 <= nu < 0.5", mend="0.45 to 0.49 for soft tissue")
         try:
-            self.body = _core.TissueBody(
+            self.body = _tissue.TissueBody(
                 nodes=nodes,
                 tets=self.tets,
                 surface=self.surface,
@@ -113,23 +117,25 @@ class Tissue(Surface):
         except ValueError as error:
             raise SurfaceError(str(error), mend="correct the value or the mesh") from None
         self.period = _period(thread, period, len(self.tets) / self.body.time_step)
-        self._cores: dict[float, _core.TissueSurface] = {}
+        self._cores: dict[float, _tissue.TissueSurface] = {}
 
     @property
-    def core(self) -> _core.TissueSurface:  # type: ignore[override]
+    def core(self) -> _tissue.TissueSurface:  # type: ignore[override]
         """The C++ surface, for spheres that are small beside the elements."""
         return self.core_for(0.0)
 
-    def core_for(self, radius: float) -> _core.TissueSurface:
+    def core_for(self, radius: float) -> _tissue.TissueSurface:
         """The C++ surface for spheres of up to ``radius`` [m]: the load of a contact is never narrower than they."""
+        from palpate import _tissue
+
         if 0.0 not in self._cores:
-            self._cores[0.0] = _core.TissueSurface(self.body, 0.0, self.period)
+            self._cores[0.0] = _tissue.TissueSurface(self.body, 0.0, self.period)
         small = self._cores[0.0]
         width = 0.45 * radius
         if width <= small.width:
             return small
         if radius not in self._cores:
-            self._cores[radius] = _core.TissueSurface(self.body, width, self.period, small)
+            self._cores[radius] = _tissue.TissueSurface(self.body, width, self.period, small)
         return self._cores[radius]
 
     def __str__(self) -> str:

@@ -17,7 +17,7 @@ HIGHEST_POISSON = 0.495
 class TissueMaterial:
     """A soft tissue: a Neo-Hookean solid with Yeoh's stiffening term and a Prony series.
 
-    `palpate._core.TissueBody` states the strain energy.
+    `palpate._tissue.TissueBody` states the strain energy.
     `young` and `shear` are the moduli at small strain and at rest (after infinite time). A fast deformation meets the
     shear modulus `shear * (1 + sum g_i)`.
 

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import pytest
 
-from palpate import _core, _dvrk, _verify
+from palpate import _core, _dvrk, _guidance, _tissue, _verify
 
 ROOT = Path(__file__).resolve().parents[2]
 STUBS = {
     module: ast.parse((ROOT / f"{module.__name__.replace('.', '/')}.pyi").read_text())
-    for module in (_core, _dvrk, _verify)
+    for module in (_core, _dvrk, _guidance, _tissue, _verify)
 }
 CLASSES = [(module, node) for module, stub in STUBS.items() for node in stub.body if isinstance(node, ast.ClassDef)]
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import palpate
-from palpate import _core
+from palpate import _core, _guidance
 from palpate.certificate import certify_all
 from palpate.certificate.arms import HeldLeader, felt
 from palpate.certificate.entry import entries, stiffness
@@ -25,7 +25,7 @@ stability: {passivity: "off", force_cap: 1000, rate_cap: 1000000}
 
 def rig(delay=0.006, fixtures=()):
     made = build(palpate.Scene.parse(SCENE.replace("DELAY", str(delay))))
-    object.__setattr__(made, "fixtures", _core.Fixtures(list(fixtures)))
+    object.__setattr__(made, "fixtures", _guidance.Fixtures(list(fixtures)))
     return made
 
 
@@ -34,8 +34,8 @@ def wall(K, B, z=0.0, name="wall", role="forbid"):
     X[2, 3] = z
     law = _core.GuidanceLawOptions()
     law.K, law.B = K, B
-    geometry = _core.PlacedGeometry(_core.SurfaceGeometry(_core.Plane()), X)
-    return _core.Fixture(name, geometry, role, law_options=law)
+    geometry = _guidance.PlacedGeometry(_guidance.SurfaceGeometry(_core.Plane()), X)
+    return _guidance.Fixture(name, geometry, role, law_options=law)
 
 
 def press(made, K, B):
@@ -49,7 +49,7 @@ def press(made, K, B):
     positions = np.array([tip, tip, tip - [0, 0, down], tip - [0, 0, down]])
     path = _core.HandPath([0.0, 0.2, 0.28, 9.0], positions)
     simulation = _core.Simulation(o, arms.leader, arms.leader, arms.follower, _core.Snapshot([]), path)
-    simulation.set_fixtures(_core.Fixtures([wall(K, B, tip[2] - 0.002)]))
+    simulation.set_fixtures(_guidance.Fixtures([wall(K, B, tip[2] - 0.002)]))
     ticks = as_ticks(simulation.run(3000))
     return ticks["p_LH"] @ arms.X_WL[:3, :3].T[:, 2], ticks["q"][-1][: arms.leader.n]
 
@@ -85,8 +85,8 @@ def test_inactive_fixtures_are_ignored():
     policy = _core.Policy()
     policy.authority = 0.0
     made = [
-        _core.Fixture("a", _core.SurfaceGeometry(_core.Plane()), "forbid", on=False),
-        _core.Fixture("b", _core.SurfaceGeometry(_core.Plane()), "forbid", policy=policy),
+        _guidance.Fixture("a", _guidance.SurfaceGeometry(_core.Plane()), "forbid", on=False),
+        _guidance.Fixture("b", _guidance.SurfaceGeometry(_core.Plane()), "forbid", policy=policy),
     ]
     assert fixture_springs(made) == []
     assert [f.K for f in fixture_springs([off, none])] == [300.0, 500.0, 800.0]
@@ -133,8 +133,8 @@ def test_sums_of_fixtures_count_each_with_its_authority():
     for i, (authority, K, B) in enumerate(((0.5, 300.0, 1.0), (0.25, 800.0, 4.0))):
         policy, law = _core.Policy(), _core.GuidanceLawOptions()
         policy.authority, law.K, law.B = authority, K, B
-        plane = _core.SurfaceGeometry(_core.Plane())
-        made.append(_core.Fixture(f"f{i}", plane, "forbid", law_options=law, policy=policy))
+        plane = _guidance.SurfaceGeometry(_core.Plane())
+        made.append(_guidance.Fixture(f"f{i}", plane, "forbid", law_options=law, policy=policy))
     assert [(f.K, f.B) for f in fixture_springs(made)] == [(150.0, 0.5), (200.0, 1.0), (350.0, 1.5)]
     assert total_stiffness(made) == 350.0
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate import _core
+from palpate import _core, _guidance
 
 DT = 1e-3
 RESERVE = _core.GuidanceOptions().reserve
-LINE = _core.LineGeometry(np.zeros(3), np.array([0.1, 0.0, 0.0]), True)
+LINE = _guidance.LineGeometry(np.zeros(3), np.array([0.1, 0.0, 0.0]), True)
 
 
 def pose(p=(0.0, 0.0, 0.0), R=None):
@@ -26,16 +26,16 @@ def point_at_height(z, x=0.0):
 
 def placed(geometry, X=None, motion=None):
     frame = _core.MotionFrame(np.eye(4), motion or _core.Motion())
-    return _core.PlacedGeometry(geometry, np.eye(4) if X is None else X, frame)
+    return _guidance.PlacedGeometry(geometry, np.eye(4) if X is None else X, frame)
 
 
 def plane(X=None, motion=None):
     """A half-space; its inside is z < 0 in the frame X."""
-    return placed(_core.SurfaceGeometry(_core.Plane()), X, motion)
+    return placed(_guidance.SurfaceGeometry(_core.Plane()), X, motion)
 
 
 def sphere(radius=0.03, X=None, motion=None):
-    return placed(_core.SurfaceGeometry(_core.Sphere(radius)), X, motion)
+    return placed(_guidance.SurfaceGeometry(_core.Sphere(radius)), X, motion)
 
 
 def filled(options, values):
@@ -47,7 +47,7 @@ def filled(options, values):
 def fixture(geometry, role="forbid", law="spring", name="one", on=True, role_=None, law_=None, **policy):
     """A fixture. role_, law_: options by name; other keywords are fields of the policy, or `timeout` [s]."""
     timeout = policy.pop("timeout", np.inf)
-    return _core.Fixture(
+    return _guidance.Fixture(
         name,
         geometry,
         role,
@@ -64,13 +64,13 @@ class Stage:
     """The guidance stage alone; the tool is at its goal, or follows it by a servo of `bandwidth` [Hz]."""
 
     def __init__(self, *fixtures, bandwidth=0.0, **options):
-        self.core = _core.Guidance(filled(_core.GuidanceOptions(), {"servo_bandwidth": bandwidth} | options), DT)
+        self.core = _guidance.Guidance(filled(_core.GuidanceOptions(), {"servo_bandwidth": bandwidth} | options), DT)
         self.k, self.X, self.X_tool, self.v = 0, None, None, np.zeros(3)
         self.w = 2 * np.pi * bandwidth
         self.set_fixtures(*fixtures)
 
     def set_fixtures(self, *fixtures):
-        self.core.take(_core.Fixtures(list(fixtures)))
+        self.core.take(_guidance.Fixtures(list(fixtures)))
 
     def step(self, X, **more):
         """One tick with the commanded tool pose or position X; returns the outputs of the stage."""

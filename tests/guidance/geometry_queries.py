@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate import _core
+from palpate import _guidance
 
 
 def poses(points):
@@ -15,13 +15,13 @@ def poses(points):
     return X
 
 
-def query_points(geometry: _core.Geometry, points: Any, t: float = 0.0) -> dict[str, Any]:
+def query_points(geometry: _guidance.Geometry, points: Any, t: float = 0.0) -> dict[str, Any]:
     """Query a geometry for tools at points (n, 3) [m] in W, without rotation, at time t [s]."""
     points = np.asarray(points, float)
     return geometry.query(poses(points), np.full(len(points), float(t)))
 
 
-def slope(geometry: _core.Geometry, points: Any, h: float = 1e-6, t: float = 0.0) -> Any:
+def slope(geometry: _guidance.Geometry, points: Any, h: float = 1e-6, t: float = 0.0) -> Any:
     """(n, 3) gradient of the distance by central differences."""
     after, before = ([query_points(geometry, points + s * e, t)["distance"] for e in np.eye(3)] for s in (h, -h))
     return (np.array(after) - np.array(before)).T / (2 * h)

@@ -5,7 +5,7 @@ import pytest
 from fixtures import Stage, fixture, placed, pose
 from scipy.spatial.transform import Rotation
 
-from palpate import _core
+from palpate import _core, _guidance
 from palpate.guidance.curve import path
 from palpate.shapes import analytic
 
@@ -27,23 +27,23 @@ def turned_path(radius):
 
 
 def shifted(geometry, x):
-    return _core.PlacedGeometry(geometry, pose((x, 0.0, 0.0)))
+    return _guidance.PlacedGeometry(geometry, pose((x, 0.0, 0.0)))
 
 
-BALL = _core.SurfaceGeometry(_core.Sphere(0.02))
-MESH = _core.SurfaceGeometry(_core.Mesh(*analytic.Box((0.06, 0.04, 0.05)).mesh(12)))
+BALL = _guidance.SurfaceGeometry(_core.Sphere(0.02))
+MESH = _guidance.SurfaceGeometry(_core.Mesh(*analytic.Box((0.06, 0.04, 0.05)).mesh(12)))
 GEOMETRIES = {  # geometry, and a point near it [m]
-    "point": (_core.PointGeometry(), (0.02, 0.01, 0.0)),
-    "line": (_core.LineGeometry(np.zeros(3), np.array([0.0, 0.01, 0.1]), True), (0.02, 0.01, 0.03)),
+    "point": (_guidance.PointGeometry(), (0.02, 0.01, 0.0)),
+    "line": (_guidance.LineGeometry(np.zeros(3), np.array([0.0, 0.01, 0.1]), True), (0.02, 0.01, 0.03)),
     "ring of 15 mm": (ring(0.015), (0.024, 0.002, 0.018)),
     "ring of 40 mm": (ring(0.04), (0.036, 0.02, 0.022)),
     "recorded path": (turned_path(0.03), (0.01, 0.035, 0.03)),
     "ball": (BALL, (0.02, 0.015, 0.01)),
     "edge of a mesh": (MESH, (0.042, 0.032, 0.0)),
     "corner of a mesh": (MESH, (0.042, 0.032, 0.037)),
-    "cone": (_core.ConeGeometry(np.zeros(3), np.array([0.2, -0.1, 1.0]), 0.4), (0.03, 0.02, 0.02)),
+    "cone": (_guidance.ConeGeometry(np.zeros(3), np.array([0.2, -0.1, 1.0]), 0.4), (0.03, 0.02, 0.02)),
     "crease, blended": (
-        _core.CombinedGeometry("union", [shifted(BALL, -0.014), shifted(BALL, 0.014)], 0.02),
+        _guidance.CombinedGeometry("union", [shifted(BALL, -0.014), shifted(BALL, 0.014)], 0.02),
         (0.0, 0.024, 0.001),
     ),
 }
@@ -112,7 +112,7 @@ def test_wrench_is_the_gradient_of_the_stored_energy(role, name, law):
     ("geometry", "role", "middle"),
     [
         (ring(0.03), "orient", (0.028, 0.004, 0.004)),
-        (placed(_core.PointGeometry()), "rcm", (0.02, 0.015, 0.01)),
+        (placed(_guidance.PointGeometry()), "rcm", (0.02, 0.015, 0.01)),
     ],
     ids=["orient along a ring", "rcm"],
 )
@@ -131,7 +131,7 @@ def test_rotating_frame_gives_the_full_drift():
     """The drift is the time derivative of the gap, also for roles whose target depends on the position."""
     motion = _core.Motion(w=np.array([0.3, -0.5, 0.8]), v=np.array([0.02, 0.01, -0.03]))
     for role in ("guide", "rcm", "orient"):
-        f = fixture(placed(_core.PointGeometry() if role == "rcm" else ring(0.03), motion=motion), role)
+        f = fixture(placed(_guidance.PointGeometry() if role == "rcm" else ring(0.03), motion=motion), role)
         X, h = loop(np.array((0.02, 0.02, 0.01)), 0.002, n=3)[0], 1e-5
         numeric = (f.evaluate(X, 0.2 + h)["gap"] - f.evaluate(X, 0.2 - h)["gap"]) / (2 * h)
         assert f.evaluate(X, 0.2)["drift"] == pytest.approx(numeric, rel=1e-4), role
@@ -140,7 +140,9 @@ def test_rotating_frame_gives_the_full_drift():
 def test_constraint_gradient_vanishes_where_the_normals_disagree():
     """Near a line the normal changes arbitrarily fast; the mean of the surrounding normals is smooth and vanishes."""
     f = fixture(
-        placed(_core.LineGeometry(np.zeros(3), np.array([0.1, 0.0, 0.0]), True)), "orient", role_={"target": "normal"}
+        placed(_guidance.LineGeometry(np.zeros(3), np.array([0.1, 0.0, 0.0]), True)),
+        "orient",
+        role_={"target": "normal"},
     )
     for y in (1e-3, 1e-4, 1e-6, 1e-9):
         along = f.evaluate(pose((0.0, y, 0.0), TILT.as_matrix()))["along"]

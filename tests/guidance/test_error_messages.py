@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate import _core
+from palpate import _guidance
 from palpate.errors import GuidanceError
 from palpate.guidance import Fixture, Sphere, from_yaml
 from palpate.guidance.geometry import as_guidance_error
@@ -62,17 +62,21 @@ def test_explicit_defaults_are_accepted():
 
 
 def test_every_role_and_law_lists_its_keys():
-    assert set(OF_ROLE) == set(_core.guidance_roles())
-    assert set(OF_LAW) == set(_core.guidance_laws())
+    assert set(OF_ROLE) == set(_guidance.guidance_roles())
+    assert set(OF_LAW) == set(_guidance.guidance_laws())
 
 
 @pytest.mark.parametrize(
     ("make", "what", "mend"),
     [
-        (lambda: _core.Fixtures([_fixture(rise=0.0)]), "rise = 0", "must be 0.01 s or more: no steps"),
+        (lambda: _guidance.Fixtures([_fixture(rise=0.0)]), "rise = 0", "must be 0.01 s or more: no steps"),
         (lambda: _fixture(law_={"K": -1.0}), "law.stiffness = -1", "must be 0 N/m or more, and finite"),
         (lambda: _fixture(law_={"range_turn": 4.0}), "law.turning_range = 4", "must lie in 0..pi rad"),
-        (lambda: _core.LineGeometry(np.zeros(3), np.zeros(3)), "a line needs two places that are finite and apart", ""),
+        (
+            lambda: _guidance.LineGeometry(np.zeros(3), np.zeros(3)),
+            "a line needs two places that are finite and apart",
+            "",
+        ),
     ],
 )
 def test_error_messages_of_the_core_are_split_into_problem_and_remedy(make, what, mend):

@@ -12,7 +12,7 @@ from geometry_queries import assert_sound, poses
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate import _core
+from palpate import _core, _guidance
 from palpate.mesh import Mesh
 from palpate.shapes.analytic import SHAPES
 from palpate.shapes.organ import organ
@@ -41,7 +41,7 @@ def test_bound_has_the_right_sign_and_never_exceeds_the_distance(seed, kind):
     points[:20] = v.mean(axis=0) + 1e-3 * size * rng.normal(size=(20, 3))
     within = size * 10.0 ** rng.uniform(-3, 0)
     truth = distance_by_segments_and_planes(mesh.vertices, mesh.triangles, points)
-    exact, q = (_core.SurfaceGeometry(mesh.core).query(poses(points), np.zeros(60), w) for w in (np.inf, within))
+    exact, q = (_guidance.SurfaceGeometry(mesh.core).query(poses(points), np.zeros(60), w) for w in (np.inf, within))
     assert_sound(q)
     np.testing.assert_array_equal(np.sign(q["distance"]), np.sign(exact["distance"]))
     bound, near = np.abs(q["distance"]), truth <= within
@@ -56,12 +56,12 @@ def test_bound_has_the_right_sign_and_never_exceeds_the_distance(seed, kind):
         assert (truth[~near] >= np.maximum(FAR * found[~near], within) * (1.0 - 1e-9)).all()
 
 
-def exact_fixture(geometry: _core.Geometry, **policy: float) -> _core.Geometry:
+def exact_fixture(geometry: _guidance.Geometry, **policy: float) -> _guidance.Geometry:
     """The same geometry as a difference with a distant ball: combinations always ask for exact distances."""
     X = np.eye(4)
     X[0, 3] = 100.0
-    away = _core.PlacedGeometry(_core.SurfaceGeometry(_core.Sphere(0.01)), X)
-    return _core.CombinedGeometry("difference", [geometry, away])
+    away = _guidance.PlacedGeometry(_guidance.SurfaceGeometry(_core.Sphere(0.01)), X)
+    return _guidance.CombinedGeometry("difference", [geometry, away])
 
 
 @pytest.mark.parametrize("law", ["spring", "potential", "admittance", "optimise"])
@@ -69,7 +69,7 @@ def exact_fixture(geometry: _core.Geometry, **policy: float) -> _core.Geometry:
 @pytest.mark.parametrize("reach", [0.005, 0.015], ids=["at the wall", "far beyond the wall"])
 def test_motion_and_force_are_those_of_exact_distances(law, hard, reach):
     """A tool that wanders through a tube, along its middle line and against its wall, or deep into it."""
-    geometry = _core.SurfaceGeometry(Mesh(*tube(4000)).core)
+    geometry = _guidance.SurfaceGeometry(Mesh(*tube(4000)).core)
     rng = np.random.default_rng(4)
     t = np.arange(3000) * 1e-3
     wander = np.array([np.sin(2 * np.pi * f * t + phase) for f, phase in rng.uniform(0.2, 3.0, (3, 2))]).T
@@ -78,9 +78,11 @@ def test_motion_and_force_are_those_of_exact_distances(law, hard, reach):
     for shape in (geometry, exact_fixture(geometry)):
         policy, options = _core.Policy(), _core.GuidanceLawOptions()
         policy.hard, options.range = hard, 1e-3
-        stage = _core.Guidance()
+        stage = _guidance.Guidance()
         stage.take(
-            _core.Fixtures([_core.Fixture("tube", shape, "keep-in", law=law, law_options=options, policy=policy)])
+            _guidance.Fixtures(
+                [_guidance.Fixture("tube", shape, "keep-in", law=law, law_options=options, policy=policy)]
+            )
         )
         outs = [stage.step(i * 1e-3, X, np.zeros(6), X) for i, X in enumerate(poses(p))]
         goals.append([out["X_WT_goal"] for out in outs])

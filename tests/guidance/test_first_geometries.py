@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from palpate import _core
+from palpate import _core, _guidance
 
 A, B = np.array([0.01, -0.02, 0.03]), np.array([-0.04, 0.05, 0.0])
 U = (B - A) / np.linalg.norm(B - A)
@@ -25,11 +25,11 @@ def to_segment(p):
 
 
 CLOSED = {
-    "point": (_core.PointGeometry(), lambda p: np.linalg.norm(p, axis=1)),
-    "line": (_core.LineGeometry(A, B, True), to_line),
-    "segment": (_core.LineGeometry(A, B), to_segment),
-    "plane": (_core.SurfaceGeometry(_core.Plane()), lambda p: p[:, 2]),
-    "sphere": (_core.SurfaceGeometry(_core.Sphere(0.03)), lambda p: np.linalg.norm(p, axis=1) - 0.03),
+    "point": (_guidance.PointGeometry(), lambda p: np.linalg.norm(p, axis=1)),
+    "line": (_guidance.LineGeometry(A, B, True), to_line),
+    "segment": (_guidance.LineGeometry(A, B), to_segment),
+    "plane": (_guidance.SurfaceGeometry(_core.Plane()), lambda p: p[:, 2]),
+    "sphere": (_guidance.SurfaceGeometry(_core.Sphere(0.03)), lambda p: np.linalg.norm(p, axis=1) - 0.03),
 }
 POINTS = np.random.default_rng(1).uniform(-0.1, 0.1, (2000, 3))
 
@@ -72,7 +72,7 @@ def test_queries_are_independent_of_the_frame(name):
     geometry, _ = CLOSED[name]
     X = np.eye(4)
     X[:3, :3], X[:3, 3] = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix(), [0.3, -0.2, 0.1]
-    placed = _core.PlacedGeometry(geometry, np.eye(4), _core.MotionFrame(X))
+    placed = _guidance.PlacedGeometry(geometry, np.eye(4), _core.MotionFrame(X))
     one, other = query_points(geometry, POINTS), placed.query(X @ poses(POINTS), np.zeros(len(POINTS)))
     np.testing.assert_allclose(other["distance"], one["distance"], atol=1e-15)
     np.testing.assert_allclose(other["along"], one["along"], atol=1e-15)
@@ -90,7 +90,7 @@ def test_velocity_and_spin_on_a_moving_frame_are_those_of_its_material():
     frame = _core.MotionFrame(np.eye(4), motion)
     X_FG = np.eye(4)
     X_FG[:3, 3] = [0.02, 0.01, -0.03]
-    placed = _core.PlacedGeometry(_core.SurfaceGeometry(_core.Sphere(0.03)), X_FG, frame)
+    placed = _guidance.PlacedGeometry(_guidance.SurfaceGeometry(_core.Sphere(0.03)), X_FG, frame)
     for t in (0.0, 0.37, 1.9):
         q = query_points(placed, POINTS[:50], t)
         h = 1e-5
@@ -104,7 +104,7 @@ def test_velocity_and_spin_on_a_moving_frame_are_those_of_its_material():
 
 def test_live_frame_has_the_last_received_pose():
     frame = _core.LiveFrame()
-    placed = _core.PlacedGeometry(_core.PointGeometry(), np.eye(4), frame)
+    placed = _guidance.PlacedGeometry(_guidance.PointGeometry(), np.eye(4), frame)
     assert query_points(placed, [[0, 0, 0.1]])["distance"] == 0.1
     X = np.eye(4)
     X[:3, 3] = [0, 0, 0.1]
@@ -143,8 +143,8 @@ def test_geometry_attached_to_the_tool_moves_with_it():
     frame = _core.LiveFrame()
     X_FG = np.eye(4)
     X_FG[:3, 3] = [0.01, 0.0, 0.0]
-    ahead = _core.Fixture("ahead", _core.PlacedGeometry(_core.PointGeometry(), X_FG, frame), "guide")
-    stage, fixtures = _core.Guidance(), _core.Fixtures([ahead], frame)
+    ahead = _guidance.Fixture("ahead", _guidance.PlacedGeometry(_guidance.PointGeometry(), X_FG, frame), "guide")
+    stage, fixtures = _guidance.Guidance(), _guidance.Fixtures([ahead], frame)
     stage.take(fixtures)
     for i in range(500):
         X_WT = np.eye(4)
@@ -158,7 +158,7 @@ def test_geometry_attached_to_the_tool_moves_with_it():
 def test_every_finite_pose_has_a_finite_result(p, t):
     frame = _core.MotionFrame(np.eye(4), _core.Motion(v=np.array([0.01, 0, 0]), w=np.array([0, 0.5, 0])))
     for geometry, _ in CLOSED.values():
-        for queried in (geometry, _core.PlacedGeometry(geometry, np.eye(4), frame)):
+        for queried in (geometry, _guidance.PlacedGeometry(geometry, np.eye(4), frame)):
             q = query_points(queried, [p], t)
             assert all(np.isfinite(values).all() for values in q.values())
             np.testing.assert_allclose(np.linalg.norm(q["normal"]), 1.0, atol=1e-9)
@@ -167,4 +167,4 @@ def test_every_finite_pose_has_a_finite_result(p, t):
 @pytest.mark.parametrize(("a", "b"), [(A, A), (A, A * np.nan)])
 def test_line_needs_two_different_points(a, b):
     with pytest.raises(ValueError, match="a line needs two places that are finite and apart"):
-        _core.LineGeometry(a, b)
+        _guidance.LineGeometry(a, b)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from palpate import _core
+from palpate import _core, _guidance
 from palpate.guidance.curve import path
 from palpate.shapes import analytic
 
@@ -20,19 +20,19 @@ WAY = [[-0.05, 0, 0], [-0.02, 0.02, 0.01], [0.01, -0.01, 0.02], [0.05, 0.01, 0]]
 
 
 def surface(core):
-    return _core.SurfaceGeometry(core)
+    return _guidance.SurfaceGeometry(core)
 
 
 def translated(geometry, x):
     X = np.eye(4)
     X[:3, 3] = x
-    return _core.PlacedGeometry(geometry, X)
+    return _guidance.PlacedGeometry(geometry, X)
 
 
 BALL, OTHER = surface(_core.Sphere(0.03)), translated(surface(_core.Sphere(0.02)), [0.03, 0.0, 0.0])
 EVERY = {
-    "point": _core.PointGeometry(),
-    "line": _core.LineGeometry(np.zeros(3), np.array([0.01, 0.05, 0])),
+    "point": _guidance.PointGeometry(),
+    "line": _guidance.LineGeometry(np.zeros(3), np.array([0.01, 0.05, 0])),
     "plane": surface(_core.Plane()),
     "sphere": BALL,
     "box": surface(_core.Box(np.array([0.06, 0.04, 0.05]))),
@@ -41,14 +41,14 @@ EVERY = {
     "mesh": surface(_core.Mesh(VERTICES, TRIANGLES)),
     "cloud": surface(_core.Cloud(np.ascontiguousarray(VERTICES), 0.004)),
     "path": path(WAY),
-    "tube": _core.OffsetGeometry(path(WAY), 0.005),
-    "cone": _core.ConeGeometry(APEX, AXIS, HALF),
-    "grown": _core.OffsetGeometry(BALL, 0.01),
-    "shrunk": _core.OffsetGeometry(BALL, -0.01),
-    "union": _core.CombinedGeometry("union", [BALL, OTHER]),
-    "intersection": _core.CombinedGeometry("intersection", [BALL, OTHER]),
-    "difference": _core.CombinedGeometry("difference", [BALL, OTHER]),
-    "blended": _core.CombinedGeometry("union", [BALL, OTHER], 0.01),
+    "tube": _guidance.OffsetGeometry(path(WAY), 0.005),
+    "cone": _guidance.ConeGeometry(APEX, AXIS, HALF),
+    "grown": _guidance.OffsetGeometry(BALL, 0.01),
+    "shrunk": _guidance.OffsetGeometry(BALL, -0.01),
+    "union": _guidance.CombinedGeometry("union", [BALL, OTHER]),
+    "intersection": _guidance.CombinedGeometry("intersection", [BALL, OTHER]),
+    "difference": _guidance.CombinedGeometry("difference", [BALL, OTHER]),
+    "blended": _guidance.CombinedGeometry("union", [BALL, OTHER], 0.01),
 }
 
 
@@ -85,7 +85,7 @@ def test_queries_are_independent_of_the_frame(name):
     X = np.eye(4)
     X[:3, :3], X[:3, 3] = Rotation.from_rotvec([0.4, -1.1, 0.7]).as_matrix(), [0.3, -0.2, 0.1]
     one = query_points(EVERY[name], POINTS)
-    other = _core.PlacedGeometry(EVERY[name], X).query(X @ poses(POINTS), np.zeros(len(POINTS)))
+    other = _guidance.PlacedGeometry(EVERY[name], X).query(X @ poses(POINTS), np.zeros(len(POINTS)))
     np.testing.assert_allclose(other["distance"], one["distance"], atol=1e-12)
     same = np.linalg.norm(other["normal"] - one["normal"] @ X[:3, :3].T, axis=1) < 1e-6
     assert same.mean() > 0.999, "except for points with two nearest points within rounding"
@@ -178,7 +178,7 @@ def test_combinations_have_the_right_inside_and_a_lower_bound_of_the_distance(ki
 @given(blend=st.floats(1e-4, 0.02), seed=st.integers(0, 2**32 - 1))
 def test_blend_smooths_the_normal_and_adds_at_most_a_quarter_of_its_width(blend, seed):
     sharp = EVERY["union"]
-    soft = _core.CombinedGeometry("union", [BALL, OTHER], blend)
+    soft = _guidance.CombinedGeometry("union", [BALL, OTHER], blend)
     filled = query_points(sharp, POINTS[:500])["distance"] - query_points(soft, POINTS[:500])["distance"]
     assert (filled >= -1e-15).all()
     assert (filled <= blend / 4 + 1e-15).all()
@@ -190,12 +190,12 @@ def test_blend_smooths_the_normal_and_adds_at_most_a_quarter_of_its_width(blend,
 
 def test_velocity_of_a_combination_is_that_of_the_nearest_part():
     frame = _core.MotionFrame(np.eye(4), _core.Motion(v=np.array([0.01, 0.02, 0.0]), w=np.array([0, 0, 1.0])))
-    moving = _core.PlacedGeometry(BALL, np.eye(4), frame)
-    both = _core.CombinedGeometry("union", [moving, translated(BALL, [0.0, 0, 0.5])])
+    moving = _guidance.PlacedGeometry(BALL, np.eye(4), frame)
+    both = _guidance.CombinedGeometry("union", [moving, translated(BALL, [0.0, 0, 0.5])])
     near, far = query_points(both, [[0.06, 0, 0]], 0.0), query_points(both, [[0.06, 0, 0.5]], 0.0)
     np.testing.assert_allclose(near["velocity"][0], [0.01, 0.05, 0], atol=1e-15)
     np.testing.assert_allclose(far["velocity"][0], 0.0)
-    grown = query_points(_core.OffsetGeometry(moving, 0.02), [[0.06, 0, 0]], 0.0)
+    grown = query_points(_guidance.OffsetGeometry(moving, 0.02), [[0.06, 0, 0]], 0.0)
     np.testing.assert_allclose(grown["velocity"][0], [0.01, 0.07, 0], atol=1e-15)
     np.testing.assert_allclose(grown["point"][0], [0.05, 0, 0], atol=1e-15)
 
@@ -205,7 +205,7 @@ def test_distance_rate_is_minus_the_normal_velocity_of_the_surface(name):
     """For a point at rest, d/dt of the distance is minus the surface's velocity along the normal."""
     wave = _core.Wave(shift=np.array([0.005, 0, 0.01]), turn=np.array([0.2, 0.1, 0.0]), period=1.5)
     frame = _core.MotionFrame(np.eye(4), _core.Motion(w=np.array([0, 0.3, 0]), waves=[wave]))
-    moving = _core.PlacedGeometry(EVERY[name], np.eye(4), frame)
+    moving = _guidance.PlacedGeometry(EVERY[name], np.eye(4), frame)
     q, h = query_points(moving, POINTS[:400], 0.4), 1e-6
     rate = (
         query_points(moving, POINTS[:400], 0.4 + h)["distance"]
@@ -220,16 +220,19 @@ def test_distance_rate_is_minus_the_normal_velocity_of_the_surface(name):
 @pytest.mark.parametrize(
     ("make", "message"),
     [
-        (lambda: _core.ConeGeometry(APEX, 0 * AXIS, 0.3), "a cone needs a finite apex, and a mouth apart from it"),
-        (lambda: _core.ConeGeometry(APEX, AXIS, 2.0), "half the angle of a cone must be above 0 and at most pi / 2"),
-        (lambda: _core.OffsetGeometry(EVERY["path"], 0.0), "needs a margin above zero"),
-        (lambda: _core.OffsetGeometry(BALL, np.nan), "a finite margin"),
-        (lambda: _core.CombinedGeometry("union", []), "a combination needs parts"),
+        (lambda: _guidance.ConeGeometry(APEX, 0 * AXIS, 0.3), "a cone needs a finite apex, and a mouth apart from it"),
         (
-            lambda: _core.CombinedGeometry("minus", [BALL]),
+            lambda: _guidance.ConeGeometry(APEX, AXIS, 2.0),
+            "half the angle of a cone must be above 0 and at most pi / 2",
+        ),
+        (lambda: _guidance.OffsetGeometry(EVERY["path"], 0.0), "needs a margin above zero"),
+        (lambda: _guidance.OffsetGeometry(BALL, np.nan), "a finite margin"),
+        (lambda: _guidance.CombinedGeometry("union", []), "a combination needs parts"),
+        (
+            lambda: _guidance.CombinedGeometry("minus", [BALL]),
             "kind must be .union., .intersection. or .difference.; got .minus.",
         ),
-        (lambda: _core.CombinedGeometry("difference", [EVERY["path"], BALL]), "cannot be cut; give it a margin"),
+        (lambda: _guidance.CombinedGeometry("difference", [EVERY["path"], BALL]), "cannot be cut; give it a margin"),
         (lambda: _core.Cloud(np.zeros((0, 3)), 0.01), "a cloud needs points"),
         (lambda: _core.Cloud(np.full((1, 3), np.nan), 0.01), "points of a cloud must be finite"),
         (lambda: _core.Cloud(np.zeros((1, 3)), 0.0), "radius of a cloud's points must be a positive length"),
@@ -242,7 +245,7 @@ def test_invalid_geometries_are_reported(make, message):
 
 def test_open_mesh_has_an_inside_only_with_a_margin():
     sheet = surface(_core.Mesh(np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0.0]]), np.array([[0, 1, 2]], np.int32)))
-    shell = _core.OffsetGeometry(sheet, 0.1)
+    shell = _guidance.OffsetGeometry(sheet, 0.1)
     assert not sheet.solid
     assert shell.solid
     np.testing.assert_allclose(query_points(shell, [[0.2, 0.2, 0.05], [0.2, 0.2, -0.3]])["distance"], [-0.05, 0.2])

@@ -5,7 +5,7 @@ import pytest
 from fixtures import DT, LINE, RESERVE, Stage, fixture, placed, plane, point_at_height, pose, sphere
 from scipy.spatial.transform import Rotation
 
-from palpate import _core
+from palpate import _core, _guidance
 
 GUIDED, CORRECTED, CONFLICT = 1 << 20, 1 << 21, 1 << 22
 
@@ -57,7 +57,7 @@ def test_hard_orient_rotates_the_goal():
 
 def test_hard_rcm_keeps_the_shaft_through_the_point():
     X = pose([0.003, 0.0, 0.1])
-    stage = Stage(fixture(placed(_core.PointGeometry()), "rcm", hard=True))
+    stage = Stage(fixture(placed(_guidance.PointGeometry()), "rcm", hard=True))
     goal = stage.settle(X, ticks=3000)["X_WT_goal"]
     a, p = goal[:3, 2], goal[:3, 3]
     assert np.linalg.norm(p - a * (a @ p)) < 1e-5
@@ -85,7 +85,7 @@ def test_contradicting_hard_fixtures_yield_by_priority_and_report_it():
 
 def test_goal_does_not_pass_through_a_thin_forbidden_plate():
     """The goal keeps its side, although the other side is closer to the hand."""
-    plate = placed(_core.SurfaceGeometry(_core.Box(np.array([0.2, 0.2, 0.002]))))
+    plate = placed(_guidance.SurfaceGeometry(_core.Box(np.array([0.2, 0.2, 0.002]))))
     stage = Stage(fixture(plate, hard=True))
     stage.settle(point_at_height(0.005))
     for z in np.concatenate([np.linspace(0.005, -0.02, 50), np.full(300, -0.02)]):
@@ -146,7 +146,7 @@ def test_speed_is_limited_and_the_lag_is_rendered():
 @pytest.mark.parametrize("law", ["spring", "optimise"])
 def test_goal_in_a_corner_keeps_all_walls_and_the_wrench_is_constant(law):
     """With the hand beyond a corner of a keep-in box, the goal is in the corner; the force is that of the deviation."""
-    box = placed(_core.SurfaceGeometry(_core.Box(np.full(3, 0.04))))
+    box = placed(_guidance.SurfaceGeometry(_core.Box(np.full(3, 0.04))))
     hard = law == "spring"
     stage = Stage(fixture(box, "keep-in", law, law_={"K": 400.0, "B": 0.0, "force": 9.0}, hard=hard))
     hand = np.array([0.024, 0.023, -0.022])

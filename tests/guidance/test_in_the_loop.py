@@ -8,7 +8,7 @@ import pytest
 from fixtures import fixture, placed, plane, pose, sphere
 from scipy.spatial.transform import Rotation
 
-from palpate import _core
+from palpate import _core, _guidance
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "loop"))
 import loop_rig
@@ -19,7 +19,7 @@ CORRECTED = 1 << 21
 
 def simulation(path, *fixtures, **changes):
     sim = loop_rig.simulation(NOTHING, path, **changes)
-    sim.set_fixtures(_core.Fixtures(list(fixtures)))
+    sim.set_fixtures(_guidance.Fixtures(list(fixtures)))
     return sim
 
 
@@ -47,7 +47,7 @@ def test_tool_stays_outside_during_violent_hand_motions(kind):
     elif kind == "slope":
         f = fixture(plane(pose([0.0, 0.0, 0.004], Rotation.from_rotvec([0.0, 0.96, 0.1]).as_matrix())), hard=True)
     elif kind.endswith("vessel"):
-        f = fixture(placed(_core.LineGeometry(np.array([-1.0, 0, 0]), np.array([1.0, 0, 0]), True), None, motion),
+        f = fixture(placed(_guidance.LineGeometry(np.array([-1.0, 0, 0]), np.array([1.0, 0, 0]), True), None, motion),
                     role_={"margin": 0.006}, hard=True)  # fmt: skip
     else:
         f = fixture(sphere(0.02, pose([0.0, 0.0, 0.012])), "keep-in", hard=True)
@@ -99,7 +99,7 @@ PASSIVITY = 1 << 13
 def test_potential_well_switched_on_is_credited_with_its_depth_only(ramped):
     """Depth at the tool: 1.25 + 5.5 + 1 mJ, for K = 400 N/m up to 1 N and a range of 10 mm that fades over 2 mm."""
     depth = 0.5 * 400 * 0.0025**2 + 1.0 * (0.008 - 0.0025) + 0.5 * 1.0 * 0.002
-    line = _core.LineGeometry(np.array([-1.0, 0, 0.024]), np.array([1.0, 0, 0.024]), True)
+    line = _guidance.LineGeometry(np.array([-1.0, 0, 0.024]), np.array([1.0, 0, 0.024]), True)
     ramp = _core.Ramp("distance", 1.0, 0.5)  # the factor is 1 here, but it could depend on the hand
     well = fixture(placed(line), "guide", "potential", law_={"K": 400.0, "force": 1.0, "range": 0.01},
                    ramps=[ramp] if ramped else [])  # fmt: skip
@@ -151,22 +151,45 @@ def test_empty_list_of_fixtures_leaves_a_run_bit_for_bit_equal():
     path = loop_rig.press_path()
     one = loop_rig.simulation(None, path).run(1500)
     sim = loop_rig.simulation(None, path)
-    sim.set_fixtures(_core.Fixtures([]))
+    sim.set_fixtures(_guidance.Fixtures([]))
     other = sim.run(1500)
     columns = [i for i in range(one.shape[1]) if i < one.shape[1] - 2]  # without the two columns of the machine's clock
     np.testing.assert_array_equal(one[:, columns], other[:, columns])
 
 
+def test_running_loop_takes_its_first_fixture_and_gives_it_up_without_a_step():
+    """A loop has no stage before its first fixture; the core's empty list ends the last one's force."""
+    deep = [0.0, 0.0, -0.01]
+    sim = loop_rig.simulation(NOTHING, hand_path([[0, 0, 0.012], deep, deep], [0.0, 0.5, 9.0]))
+    ticks = [loop_rig.run(sim, 1.0)]
+    for fixtures in (_guidance.Fixtures([fixture(plane(), law_={"K": 100.0})]), _core.FixtureList()):
+        sim.set_fixtures(fixtures)
+        ticks.append(loop_rig.run(sim, 1.0))
+    before, during, after = (np.linalg.norm(part["F_guidance_W"], axis=1) for part in ticks)
+    assert before.max() == 0.0
+    assert during[-1] > 0.3, "control: the hand presses on the fixture"
+    assert after[-1] == 0.0
+    assert np.abs(np.diff(np.concatenate([before, during, after]))).max() < 0.03  # [N] 20 N/s, and the hand's motion
+
+
+def test_frame_of_the_tool_receives_its_pose_without_fixtures():
+    tool = _core.LiveFrame()
+    sim = loop_rig.simulation(NOTHING, hand_path([[0, 0, 0.012], [0, 0, 0.02]], [0.0, 0.5]))
+    sim.set_fixtures(_core.FixtureList(tool))
+    tick = loop_rig.run(sim, 0.4)[-1]
+    np.testing.assert_array_equal(tool.at(0.0)[0][:3, 3], tick["p_WT"])
+
+
 def test_invalid_fixtures_are_rejected_by_the_simulation():
     with pytest.raises(ValueError, match="role forbid needs a geometry with an inside"):
-        simulation(violent_hand(1), fixture(placed(_core.PointGeometry())))
+        simulation(violent_hand(1), fixture(placed(_guidance.PointGeometry())))
 
 
 @pytest.mark.parametrize("along", [True, False])
 def test_admittance_master_has_little_damping_along_and_much_across_the_line(along):
     """Force over speed of a steady motion: damping of the virtual handle and, by direction, of the fixture."""
     b, B, ratio = 2.0, 4.0, 0.2
-    line = _core.LineGeometry(np.array([-1.0, 0, 0.012]), np.array([1.0, 0, 0.012]), True)
+    line = _guidance.LineGeometry(np.array([-1.0, 0, 0.012]), np.array([1.0, 0, 0.012]), True)
     f = fixture(placed(line), "guide", "admittance", law_={"B": B, "ratio": ratio})
     motion = np.array([0.04, 0.0, 0.0] if along else [0.0, 0.04, 0.0])
     path = hand_path([[0, 0, 0.012], [0, 0, 0.012], np.array([0, 0, 0.012]) + motion], [0.0, 0.4, 2.4])
@@ -184,7 +207,7 @@ def test_admittance_master_has_little_damping_along_and_much_across_the_line(alo
 
 def test_damping_of_an_admittance_master_is_capped_and_accounted_like_a_force():
     """Motion across the line would exceed the cap; the ledger counts the capped force that the hand has received."""
-    line = _core.LineGeometry(np.array([-1.0, 0, 0.012]), np.array([1.0, 0, 0.012]), True)
+    line = _guidance.LineGeometry(np.array([-1.0, 0, 0.012]), np.array([1.0, 0, 0.012]), True)
     f = fixture(placed(line), "guide", "admittance", law_={"B": 20.0, "ratio": 0.05})
     path = hand_path([[0, 0, 0.012], [0, 0, 0.012], [0, 0.1, 0.012]], [0.0, 0.4, 1.4])
     changes = {"torque__law": "admittance", "stability__force_cap": 1.5, "hand__stiffness": 300.0}

@@ -5,14 +5,14 @@ import pytest
 from fixtures import DT, RESERVE, Stage, fixture, pose
 from scipy.spatial.transform import Rotation
 
-from palpate import _core
+from palpate import _core, _guidance
 
 FRAME_LOST = 1 << 16
 RATE = _core.GuidanceOptions().force_rate
 
 
 def ball(frame):
-    return _core.PlacedGeometry(_core.SurfaceGeometry(_core.Sphere(0.02)), np.eye(4), frame)
+    return _guidance.PlacedGeometry(_guidance.SurfaceGeometry(_core.Sphere(0.02)), np.eye(4), frame)
 
 
 def test_fixture_on_a_live_frame_is_inactive_before_the_first_pose():
@@ -24,7 +24,7 @@ def test_fixture_on_a_live_frame_is_inactive_before_the_first_pose():
         np.testing.assert_array_equal(out["F_T_W"], 0.0)
         np.testing.assert_array_equal(out["X_WT_goal"][:3, 3], [0.0, 0.0, 0.015])
         assert out["status"] & FRAME_LOST
-    inside = _core.OffsetGeometry(_core.CombinedGeometry("union", [ball(frame)]), 0.001)
+    inside = _guidance.OffsetGeometry(_guidance.CombinedGeometry("union", [ball(frame)]), 0.001)
     assert Stage(fixture(inside)).settle(np.array([0.0, 0.0, 0.015]))["status"] & FRAME_LOST
     frame.set(np.eye(4))
     F = [stage.step(np.array([0.0, 0.0, 0.015]))["F_T_W"][2] for _ in range(600)]
@@ -89,7 +89,7 @@ def test_fixture_of_a_silent_frame_fades_out_and_returns():
     assert (np.flatnonzero(lost)[[0, -1]] - [400, 719]).max() <= 1, "the last update is at 300, the next at 720"
     assert stage.core.authority(0) == 1.0
     with pytest.raises(ValueError, match=r"timeout = 0.0.*must be above 0 s"):
-        _core.Fixtures([fixture(ball(frame), timeout=0.0)])
+        _guidance.Fixtures([fixture(ball(frame), timeout=0.0)])
 
 
 def test_jump_of_a_frame_moves_the_goal_at_the_return_speed():

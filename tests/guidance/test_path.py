@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
-from palpate import _core
+from palpate import _guidance
 from palpate.errors import GuidanceError
 from palpate.guidance.curve import path
 
@@ -121,7 +121,7 @@ def test_attitudes_opposite_to_the_tangent_turn_by_half_a_turn(angle, seed):
     z = -np.cos(angle) * u + np.sin(angle) * aside
     R, _ = Rotation.align_vectors(z, [0, 0, 1])
     line = np.linspace(0, 0.03, 4)[:, None] * u
-    straight = _core.PathGeometry(line[None], np.stack([R.as_matrix()] * 2), True, False)
+    straight = _guidance.PathGeometry(line[None], np.stack([R.as_matrix()] * 2), True, False)
     (found,) = query(straight, line[1:2])["attitude"]
     np.testing.assert_allclose(found @ found.T, np.eye(3), atol=1e-9)  # 1 + cos is known to 1e-16, and is 5e-7
     np.testing.assert_allclose(found[:, 2], u, atol=1e-7)

@@ -5,7 +5,7 @@ import pytest
 from fixtures import DT, LINE, RESERVE, Stage, fixture, placed, plane, point_at_height, pose
 from scipy.spatial.transform import Rotation
 
-from palpate import _core
+from palpate import _core, _guidance
 
 
 def test_authority_scales_the_force_and_rises_at_its_rate():
@@ -59,7 +59,7 @@ def test_soft_fixtures_add_and_a_hard_one_dominates():
 
 def test_lower_priority_never_pulls_against_a_higher_one():
     high = fixture(plane(), name="wall", law_={"K": 400.0}, priority=1)
-    low = fixture(placed(_core.PointGeometry(), pose([0.01, 0, -0.01])), "guide", name="goal", law_={"K": 100.0})
+    low = fixture(placed(_guidance.PointGeometry(), pose([0.01, 0, -0.01])), "guide", name="goal", law_={"K": 100.0})
     F = Stage(high, low).settle(point_at_height(-0.002))["F_T_W"][:3]
     np.testing.assert_allclose(F, [1.0, 0, 0.8], atol=1e-9)
 

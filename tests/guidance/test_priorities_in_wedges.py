@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.optimize import nnls
 from scipy.spatial.transform import Rotation
 
-from palpate import _core
+from palpate import _guidance
 
 
 def walls(normals, depths, p, **policy):
@@ -27,7 +27,7 @@ def test_guide_force_in_a_wedge_is_projected_on_the_walls_free_directions(seed, 
     normals = rng.choice([-1.0, 1.0], (m, 1)) * np.array([0.0, 0.0, 1.0]) + spread * rng.normal(size=(m, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     p, goal = rng.normal(size=3) * 0.01, rng.normal(size=3) * 0.01
-    pull = fixture(placed(_core.PointGeometry(), pose(goal)), "guide", name="goal", law_={"K": 300.0, "B": 0.0})
+    pull = fixture(placed(_guidance.PointGeometry(), pose(goal)), "guide", name="goal", law_={"K": 300.0, "B": 0.0})
     stage = Stage(*walls(normals, rng.uniform(0.0005, 0.002, m), p, priority=1), pull)
     stage.settle(p, 250)
     F = stage.core.wrench(m)[:3]
@@ -41,7 +41,7 @@ def test_acute_wedge_of_hard_walls_is_kept():
     """A guide pulls into two walls at 20 degrees; the correction of one alone would violate the other."""
     normals = np.array([[np.cos(a), 0.0, np.sin(a)] for a in np.radians([100.0, 260.0])])
     p = np.zeros(3)
-    pull = fixture(placed(_core.PointGeometry(), pose((0.05, 0.0, 0.01))), "guide", name="goal", law_={"K": 100.0})
+    pull = fixture(placed(_guidance.PointGeometry(), pose((0.05, 0.0, 0.01))), "guide", name="goal", law_={"K": 100.0})
     stage = Stage(*walls(normals, [0.001, 0.001], p, hard=True), pull)
     stage.settle(p, 2000)
     assert (normals @ stage.core.wrench(2)[:3]).min() > -1e-7
@@ -49,7 +49,7 @@ def test_acute_wedge_of_hard_walls_is_kept():
 
 def test_damping_of_an_admittance_master_changes_no_faster_than_a_force():
     """A hand at 0.1 m/s; damping edited from 10 to 100 N s/m, switched off and on: at most 20 N/s of change."""
-    line = placed(_core.LineGeometry(np.zeros(3), np.array([0.1, 0.0, 0.0]), True))
+    line = placed(_guidance.LineGeometry(np.zeros(3), np.array([0.1, 0.0, 0.0]), True))
     V = np.array([0.1, 0.0, 0.0, 0.0, 0.0, 0.0])
 
     def made(B, on=True):

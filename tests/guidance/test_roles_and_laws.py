@@ -7,9 +7,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from palpate import _core
+from palpate import _core, _guidance
 
-LINE = _core.LineGeometry(np.zeros(3), np.array([0.0, 0.0, 0.1]), True)
+LINE = _guidance.LineGeometry(np.zeros(3), np.array([0.0, 0.0, 0.1]), True)
 STILL = np.zeros(6)
 
 
@@ -18,8 +18,8 @@ def evaluate(f, p=(0.0, 0.0, 0.0), R=None, V=STILL, **more):
 
 
 def test_names_of_roles_and_laws():
-    assert _core.guidance_roles() == ["guide", "forbid", "keep-in", "orient", "limit", "rcm"]
-    assert _core.guidance_laws() == ["spring", "potential", "admittance", "optimise"]
+    assert _guidance.guidance_roles() == ["guide", "forbid", "keep-in", "orient", "limit", "rcm"]
+    assert _guidance.guidance_laws() == ["spring", "potential", "admittance", "optimise"]
 
 
 # ---- roles
@@ -53,7 +53,7 @@ def test_forbidden_line_needs_a_margin_and_acts_as_a_tube():
     result = evaluate(fixture(placed(LINE), "forbid", role_={"margin": 0.003}), (0.002, 0.0, 0.0))
     assert result["gap"] == pytest.approx(-0.001)
     with pytest.raises(ValueError, match="role forbid needs a geometry with an inside"):
-        _core.Fixtures([fixture(placed(LINE), "forbid")])
+        _guidance.Fixtures([fixture(placed(LINE), "forbid")])
 
 
 @pytest.mark.parametrize("target", ["axis", "normal", "frame"])
@@ -71,13 +71,13 @@ def test_orient_rotates_by_the_shortest_path(target, angle):
 
 def test_rcm_needs_a_point():
     with pytest.raises(ValueError, match="role rcm needs a point, the place that the shaft passes through"):
-        _core.Fixtures([fixture(sphere(), "rcm")])
+        _guidance.Fixtures([fixture(sphere(), "rcm")])
 
 
 def test_rcm_measures_the_distance_of_the_shaft_to_the_point():
     """A shaft along y, with its tip 0.1 m beyond the point and 5 mm next to it."""
     R = Rotation.from_rotvec([-np.pi / 2, 0, 0]).as_matrix()  # z of T along y of W
-    result = evaluate(fixture(placed(_core.PointGeometry()), "rcm"), (0.005, 0.1, 0.0), R)
+    result = evaluate(fixture(placed(_guidance.PointGeometry()), "rcm"), (0.005, 0.1, 0.0), R)
     assert result["gap"] == pytest.approx(-0.005)
     np.testing.assert_allclose(result["along"][:3], [-1, 0, 0], atol=1e-12)
     np.testing.assert_allclose(result["along"][3:], np.cross([0, -0.1, 0], [-1, 0, 0]), atol=1e-12)
@@ -87,7 +87,7 @@ def test_rcm_measures_the_distance_of_the_shaft_to_the_point():
 def test_gap_gradient_matches_finite_differences(role):
     """d gap = along.f . dp + along.t . rotation, for random tool poses."""
     rng = np.random.default_rng(2)
-    geometry = placed(_core.PointGeometry(), pose((0.01, 0.02, -0.01))) if role == "rcm" else sphere(0.03)
+    geometry = placed(_guidance.PointGeometry(), pose((0.01, 0.02, -0.01))) if role == "rcm" else sphere(0.03)
     f = fixture(geometry, role)
     for _ in range(50):
         R = Rotation.random(random_state=rng)
@@ -132,7 +132,7 @@ def test_limits_of_speed_and_of_position():
 
 def profile(law, e, role="guide", **options):
     """Force and energy of a law at deviations e [m] from a point, or for repelling roles from a sphere's surface."""
-    geometry = placed(_core.PointGeometry()) if role == "guide" else plane()
+    geometry = placed(_guidance.PointGeometry()) if role == "guide" else plane()
     f = fixture(geometry, role, law, law_=options)
     found = [evaluate(f, (0.0, 0.0, x if role == "guide" else -x)) for x in np.atleast_1d(e)]
     sign = -1.0 if role == "guide" else 1.0
@@ -204,7 +204,7 @@ def test_admittance_damps_the_motion_back_less():
 def test_admittance_only_dissipates(seed, role):
     """At random poses and velocities the power is never positive."""
     rng = np.random.default_rng(seed)
-    geometry = placed(_core.PointGeometry()) if role == "rcm" else sphere(0.03)
+    geometry = placed(_guidance.PointGeometry()) if role == "rcm" else sphere(0.03)
     f = fixture(geometry, role, "admittance", law_={"B": 3.0, "ratio": rng.uniform(0.01, 1.0)})
     V = rng.normal(size=6)
     found = evaluate(f, 0.05 * rng.normal(size=3), Rotation.random(random_state=rng).as_matrix(), V)
@@ -217,7 +217,7 @@ def test_admittance_only_dissipates(seed, role):
 def test_resting_fixture_adds_no_energy_on_a_closed_path(role, law):
     """For springs and potentials the work on any closed path is minus the dissipated energy."""
     options = {"K": 300.0, "B": 0.0, "B_turn": 0.0, "range": 0.02}
-    geometry = placed(_core.PointGeometry()) if role == "rcm" else sphere(0.03)
+    geometry = placed(_guidance.PointGeometry()) if role == "rcm" else sphere(0.03)
     f = fixture(geometry, role, law, law_=options)
     s = np.linspace(0.0, 2 * np.pi, 4001)
     p = 0.03 * np.stack([np.cos(s), np.sin(2 * s), 0.3 + np.sin(s)], axis=1)
@@ -238,8 +238,8 @@ def test_resting_fixture_adds_no_energy_on_a_closed_path(role, law):
 def test_wrench_is_independent_of_the_frame(seed, role, law):
     """If geometry, tool and motion are moved together, the result moves with them."""
     rng = np.random.default_rng(seed)
-    line = _core.LineGeometry(np.zeros(3), np.array([0.01, 0.02, 0.1]))
-    geometry, X = _core.PointGeometry() if role == "rcm" else line, np.eye(4)
+    line = _guidance.LineGeometry(np.zeros(3), np.array([0.01, 0.02, 0.1]))
+    geometry, X = _guidance.PointGeometry() if role == "rcm" else line, np.eye(4)
     X[:3, :3], X[:3, 3] = Rotation.random(random_state=rng).as_matrix(), rng.normal(size=3)
     p, R, V = 0.02 * rng.normal(size=3), Rotation.random(random_state=rng).as_matrix(), rng.normal(size=6)
     options = {"role_": {"margin": 0.001} if role != "keep-in" else {}, "law_": {"range": 0.05}}
@@ -264,12 +264,15 @@ def test_wrench_is_independent_of_the_frame(seed, role, law):
         (lambda: fixture(plane(), law_={"K": -1.0}), "law.K = -1.0.*must be 0 N/m or more"),
         (lambda: fixture(plane(), law="admittance", law_={"ratio": 0.0}), "law.ratio = 0.0.*policy `hard`"),
         (lambda: fixture(plane(), "orient", role_={"target": "up"}), "role.target = 'up': must be axis, normal"),
-        (lambda: _core.Fixtures([fixture(sphere(), "orient")]), "orient with target axis.*has one; turn it .rpy_deg."),
-        (lambda: _core.Fixtures([fixture(plane(), authority=1.5)]), "'one'.authority = 1.5.*0..1"),
-        (lambda: _core.Fixtures([fixture(plane(), rise=0.0)]), "'one'.rise = 0.0.*no steps"),
-        (lambda: _core.Fixtures([fixture(plane(), engage=0.02, release=0.01)]), "release = 0.01.*below engage"),
-        (lambda: _core.Fixtures([fixture(plane()), fixture(plane())]), "two fixtures are named 'one'"),
-        (lambda: _core.Fixtures([fixture(plane(), ramps=[_core.Ramp("time", 1.0, 1.0)])]), "ramp.*not the same"),
+        (
+            lambda: _guidance.Fixtures([fixture(sphere(), "orient")]),
+            "orient with target axis.*has one; turn it .rpy_deg.",
+        ),
+        (lambda: _guidance.Fixtures([fixture(plane(), authority=1.5)]), "'one'.authority = 1.5.*0..1"),
+        (lambda: _guidance.Fixtures([fixture(plane(), rise=0.0)]), "'one'.rise = 0.0.*no steps"),
+        (lambda: _guidance.Fixtures([fixture(plane(), engage=0.02, release=0.01)]), "release = 0.01.*below engage"),
+        (lambda: _guidance.Fixtures([fixture(plane()), fixture(plane())]), "two fixtures are named 'one'"),
+        (lambda: _guidance.Fixtures([fixture(plane(), ramps=[_core.Ramp("time", 1.0, 1.0)])]), "ramp.*not the same"),
         (lambda: _core.Ramp("mood"), "a ramp goes by 'pedal', 'distance', 'time' or 'force'; got 'mood'"),
     ],
 )

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from palpate import _core
+from palpate import _guidance
 from palpate.guidance import Fixture
 from palpate.guidance.context import FixtureContext
 from palpate.guidance.steered import SteeredFixtures
@@ -46,14 +46,14 @@ def test_moved_fixture_agrees_with_its_section():
     X = np.tile(np.eye(4), (30, 1, 1))
     X[:, :3, 3] = p
     expected = now.section.make_geometry(FixtureContext()).query(X, np.zeros(30))
-    carried = _core.PlacedGeometry(now.geometry, X_W).query(X, np.zeros(30))
+    carried = _guidance.PlacedGeometry(now.geometry, X_W).query(X, np.zeros(30))
     for key in ("distance", "point", "normal"):
         np.testing.assert_allclose(expected[key], carried[key], atol=1e-9, err_msg=key)
 
 
 def test_dragging_a_fixture_gives_no_force_step():
     """A ball jumps around a resting hand: the force changes by at most 20 N/s."""
-    stage = _core.Guidance()
+    stage = _guidance.Guidance()
     kept = []
     fixtures = SteeredFixtures([BALL], FixtureContext(), lambda _, core: (kept.append(core), stage.take(core)))
     fixtures.change("ball", authority=1.0)

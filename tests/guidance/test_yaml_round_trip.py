@@ -6,7 +6,7 @@ import pytest
 from fixtures import pose
 from scipy.spatial.transform import Rotation
 
-from palpate import _core, guidance
+from palpate import _core, _guidance, guidance
 from palpate.errors import GuidanceError
 from palpate.guidance import Fixture, FixtureContext, Geometry, Mesh, OfObject, Role, Sphere, from_yaml, to_yaml
 from palpate.guidance.plot import query
@@ -41,8 +41,8 @@ def query_at(fixture, points, here, t=0.0):
 
 def test_every_geometry_has_an_example_and_every_name_is_that_of_the_core():
     assert set(SHAPES) == set(Geometry.model_fields)
-    assert set(RoleName.__args__) == set(_core.guidance_roles())
-    assert set(LawName.__args__) == set(_core.guidance_laws())
+    assert set(RoleName.__args__) == set(_guidance.guidance_roles())
+    assert set(LawName.__args__) == set(_guidance.guidance_laws())
 
 
 @pytest.mark.parametrize("key", SHAPES)

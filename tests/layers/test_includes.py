@@ -11,7 +11,16 @@ import pytest
 ROOT = Path(__file__).parents[2]
 
 STAGES = ("mapping", "guidance", "contact", "force", "stability", "torque")
-LAYERS = (("types",), ("arm", "scene"), ("tissue",), STAGES, ("plant",), ("loop", "dvrk"), ("verify",), ("bindings",))
+LAYERS = (
+    ("types",),
+    ("arm", "scene"),
+    ("clouds", "tissue"),
+    STAGES,
+    ("plant",),
+    ("loop", "dvrk"),
+    ("verify",),
+    ("bindings",),
+)
 """Lowest first. Folders of one layer do not include each other."""
 LEVEL = {folder: level for level, folders in enumerate(LAYERS) for folder in folders}
 

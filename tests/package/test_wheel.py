@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from palpate import rebuild
+
 ROOT = Path(__file__).resolve().parents[2]
 FIRST_FORCE = 25.0 / 0.15
 """Longest first run over the time of `python -c "import numpy"`: 25 s over 0.15 s [-]."""
@@ -63,3 +65,8 @@ def test_wheel_renders_an_organ_without_a_compiler(python, tmp_path):
     assert result["peak_force_N"] > 0.5
     assert first < FIRST_FORCE * control
     print(f"the wheel's first run, 2 s simulated and the report: {first:.1f} s; importing numpy: {control:.2f} s")
+
+
+def test_wheel_holds_every_part(python, tmp_path):
+    names = ", ".join(["_core", *rebuild._PARTS])
+    call(python, "-c", f"from palpate import {names}", cwd=tmp_path)

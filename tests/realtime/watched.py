@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate import _core, _verify
+from palpate import _core, _guidance, _tissue, _verify
 from palpate.arm import Arm
 from palpate.guidance import curve
 from palpate.mesh import Mesh
@@ -109,7 +109,7 @@ def cloud_scene() -> _core.Snapshot:
     mesh = Mesh(*organ(20_000))
     top = mesh.vertices[mesh.vertices[:, 2].argmax()]
     points = mesh.vertices - top + 5e-4 * np.random.default_rng(0).normal(size=mesh.vertices.shape)
-    surface = _core.PointSurface(points, None, np.array([0.0, 0.0, 0.5]), 1.5e-3, 7e-3, 3e-3)
+    surface = _tissue.PointSurface(points, None, np.array([0.0, 0.0, 0.5]), 1.5e-3, 7e-3, 3e-3)
     material = _core.Material(K=np.full(3, 400.0), B=np.full(3, 2.0), mu=0.3)
     return _core.Snapshot([_core.Object("cloud", surface, np.eye(4), material, live=_core.LiveOptions(gain=60.0))])
 
@@ -272,20 +272,20 @@ def estimating() -> _core.Simulation:
     return loop_rig.simulation(organ_scene(20_000), press(), **changes)
 
 
-def fixtures(gain: float = 1.0) -> _core.Fixtures:
+def fixtures(gain: float = 1.0) -> _guidance.Fixtures:
     """Fixtures of every role and law, soft and hard, with ramps, near the hand; some contradict each other."""
-    made, line = [], _core.LineGeometry(np.zeros(3), np.array([0.1, 0.0, 0.0]), True)
-    ball = _core.SurfaceGeometry(_core.Sphere(0.012))
+    made, line = [], _guidance.LineGeometry(np.zeros(3), np.array([0.1, 0.0, 0.0]), True)
+    ball = _guidance.SurfaceGeometry(_core.Sphere(0.012))
     law, role = _core.GuidanceLawOptions(), _core.GuidanceRoleOptions()
     law.K, role.speed, role.force = 300.0 * gain, 0.05, 1.0
-    for i, name in enumerate(_core.guidance_roles()):
-        for j, how in enumerate(_core.guidance_laws()):
+    for i, name in enumerate(_guidance.guidance_roles()):
+        for j, how in enumerate(_guidance.guidance_laws()):
             policy = _core.Policy()
             policy.hard, policy.priority = (i + j) % 3 == 0, j
             policy.ramps = [_core.Ramp("distance", 0.2, 0.0), _core.Ramp("force", 9.0, 1.0)]
-            geometry = {"guide": line, "orient": line, "rcm": _core.PointGeometry()}.get(name, ball)
-            made.append(_core.Fixture(f"{name} {how}", geometry, name, role, how, law, policy))
-    return _core.Fixtures(made)
+            geometry = {"guide": line, "orient": line, "rcm": _guidance.PointGeometry()}.get(name, ball)
+            made.append(_guidance.Fixture(f"{name} {how}", geometry, name, role, how, law, policy))
+    return _guidance.Fixtures(made)
 
 
 def guided() -> _core.Simulation:
@@ -370,20 +370,20 @@ def robot(what: str) -> dict[str, object]:
 
 def geometries() -> dict[str, object]:
     """Counts of n queries of every kind of geometry, at near and distant points."""
-    ball, box = _core.SurfaceGeometry(_core.Sphere(0.03)), _core.SurfaceGeometry(_core.Box(np.full(3, 0.05)))
+    ball, box = _guidance.SurfaceGeometry(_core.Sphere(0.03)), _guidance.SurfaceGeometry(_core.Box(np.full(3, 0.05)))
     vertices, triangles = analytic.Sphere(0.03).mesh(20_000)
     course = curve.path(0.01 * np.random.default_rng(0).normal(size=(40, 3)), crossing=0.0)
     live = _core.LiveFrame()
     shapes = {
-        "point": _core.PointGeometry(),
-        "line": _core.LineGeometry(np.zeros(3), np.ones(3)),
+        "point": _guidance.PointGeometry(),
+        "line": _guidance.LineGeometry(np.zeros(3), np.ones(3)),
         "path": course,
-        "tube": _core.OffsetGeometry(course, 0.002),
-        "cone": _core.ConeGeometry(np.zeros(3), np.ones(3), 0.3),
-        "mesh": _core.SurfaceGeometry(_core.Mesh(vertices, triangles)),
-        "cloud": _core.SurfaceGeometry(_core.Cloud(vertices, 0.001)),
-        "combined": _core.CombinedGeometry("difference", [ball, box], 0.002),
-        "placed": _core.PlacedGeometry(ball, np.eye(4), live),
+        "tube": _guidance.OffsetGeometry(course, 0.002),
+        "cone": _guidance.ConeGeometry(np.zeros(3), np.ones(3), 0.3),
+        "mesh": _guidance.SurfaceGeometry(_core.Mesh(vertices, triangles)),
+        "cloud": _guidance.SurfaceGeometry(_core.Cloud(vertices, 0.001)),
+        "combined": _guidance.CombinedGeometry("difference", [ball, box], 0.002),
+        "placed": _guidance.PlacedGeometry(ball, np.eye(4), live),
     }
     X = np.tile(np.eye(4), (3000, 1, 1))
     X[:, :3, 3] = np.random.default_rng(1).normal(size=(3000, 3)) * np.logspace(-3, 6, 3000)[:, None]

@@ -5,11 +5,15 @@ import subprocess
 import sys
 import textwrap
 import time
+import tomllib
+from pathlib import Path
 
 import pytest
 
 import palpate
 from palpate import rebuild
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 class Loader:
@@ -75,21 +79,46 @@ def test_installed_wheel_is_not_rebuilt(source, monkeypatch):
     rebuild.refresh()
 
 
-def test_missing_extension_is_compiled_on_first_import(source, monkeypatch, capsys):
-    """The first demo configures without `_verify` and `_dvrk`."""
+@pytest.fixture
+def cache(source):
+    """The CMakeCache.txt of a first demo, which configures without any part."""
     build = source.parents[2] / "build" / f"cp{sys.version_info.major}{sys.version_info.minor}-test"
     build.mkdir()
-    (build / "CMakeCache.txt").touch()
-    loader, configured, whole = Loader(), [], object()
+    (build / "CMakeCache.txt").write_text(
+        "CMAKE_BUILD_TYPE:STRING=Release\nPALPATE_PARTS:STRING=\nPALPATE_UNITY:BOOL=ON\n"
+    )
+    return build / "CMakeCache.txt"
+
+
+def test_missing_extension_is_compiled_on_first_import(cache, monkeypatch, capsys):
+    loader, configured, compiled = Loader(), [], {}
+
+    def configure(command, **_):
+        configured.append(command)
+        parts = command[1].removeprefix("-DPALPATE_PARTS=")
+        cache.write_text(f"PALPATE_PARTS:STRING={parts}\n")
+        compiled.update((f"palpate._{part}", object()) for part in parts.split(";"))
+
     monkeypatch.setattr(palpate, "__loader__", loader)
-    monkeypatch.setattr(rebuild, "find_spec", lambda name: object() if loader.count else None)
-    monkeypatch.setattr(rebuild.subprocess, "run", lambda command, **_: configured.append(command))
-    monkeypatch.setattr(rebuild, "import_module", lambda name: whole if loader.count else pytest.fail("not compiled"))
-    assert rebuild.extension("_verify") is whole
-    assert configured == [["cmake", "-DPALPATE_ALL=ON", str(build)]]
-    assert capsys.readouterr().err.count("compiling") == 1
-    rebuild.extension("_dvrk")
+    monkeypatch.setattr(rebuild, "find_spec", compiled.get)
+    monkeypatch.setattr(rebuild.subprocess, "run", configure)
+    monkeypatch.setattr(rebuild, "import_module", compiled.__getitem__)
+    assert rebuild.extension("_tissue") is compiled["palpate._tissue"]
+    assert configured == [["cmake", "-DPALPATE_PARTS=tissue", str(cache.parent)]]
+    (sentence,) = capsys.readouterr().err.splitlines()
+    assert "compiling soft bodies and point clouds" in sentence
+    rebuild.extension("_tissue")
     assert (loader.count, len(configured)) == (1, 1)
+    rebuild.extension("_dvrk")
+    assert configured[1][1] == "-DPALPATE_PARTS=tissue;dvrk"
+    assert (loader.count, len(configured)) == (2, 2)
+
+
+def test_every_part_can_be_compiled_on_first_import_and_is_in_a_wheel():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    default = project["tool"]["scikit-build"]["cmake"]["define"]["PALPATE_PARTS"]["default"].split(";")
+    assert default == [name.removeprefix("_") for name in rebuild._PARTS]
+    assert f"set(PALPATE_PARTS {' '.join(default)} CACHE" in (ROOT / "CMakeLists.txt").read_text()
 
 
 def test_missing_extension_of_a_wheel_is_reported(source, monkeypatch):
@@ -133,14 +162,11 @@ PROCESS = textwrap.dedent("""
 
 @pytest.mark.parametrize(
     ("names", "is_changed", "steps"),
-    [(("_verify", "_dvrk"), False, ["configure", "build"]), (("_core", "_core"), True, ["build"])],
+    [(("_verify", "_verify"), False, ["configure", "build"]), (("_core", "_core"), True, ["build"])],
     ids=["missing extension", "changed source"],
 )
-def test_one_of_two_processes_configures_and_compiles(source, names, is_changed, steps):
+def test_one_of_two_processes_configures_and_compiles(source, cache, names, is_changed, steps):
     root = source.parents[2]
-    build = root / "build" / f"cp{sys.version_info.major}{sys.version_info.minor}-test"
-    build.mkdir()
-    (build / "CMakeCache.txt").touch()
     if is_changed:
         source.write_text("new")
     processes = [

@@ -12,6 +12,7 @@ HEAVY.add("typeguard")  # as long to import as numpy
 MODELS = {"pydantic", "yaml"}
 TERMINAL = {"rich", "tyro"}
 ARRAYS = {"numpy"}
+PARTS = {"palpate._dvrk", "palpate._guidance", "palpate._tissue", "palpate._verify"}
 
 SCENE = """\
 objects: [{name: ball, sphere: {radius: 0.04}, stiffness: 300}]
@@ -66,12 +67,15 @@ def test_run_reaches_its_first_ticks_without_unneeded_imports(tmp_path, scene):
     rooms = {name.split(".")[1] for name in modules if name.startswith("palpate.")}
     assert not rooms & {"batch", "identify", "operators", "ros", "simulators", "studies", "sweep", "verify", "viewer"}
     assert not {"palpate.report.html", "palpate.report.figures"} & modules
+    assert "palpate._core" in modules
+    assert not modules & PARTS, "the first demo does not compile them"
 
 
 def test_check_imports_no_more_than_a_run(tmp_path, scene):
     modules = imported(tmp_path, "check", scene)
     assert not tops(modules) & HEAVY
     assert "palpate._core" in modules
+    assert not modules & PARTS, "the scene needs none"
     assert "palpate.devices" not in modules, "the scene has no driver"
     assert "numpy.ma" not in modules, "np.unique imports it"
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import palpate
-from palpate import _core
+from palpate import _tissue
 from palpate.tissue import TetMesh, save
 from palpate.tissue.blocks import block
 
@@ -43,7 +43,7 @@ def body(
     nodes, tets, surface = mesh
     m = len(tets)
     shear = np.full(m, young / (2.0 * (1.0 + poisson))) if mu is None else mu
-    return _core.TissueBody(
+    return _tissue.TissueBody(
         nodes=np.ascontiguousarray(nodes),
         tets=tets,
         surface=surface,

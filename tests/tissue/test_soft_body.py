@@ -7,7 +7,7 @@ import pytest
 import soft_bodies
 from scipy.optimize import brentq
 
-from palpate import _core
+from palpate import _tissue
 
 E, NU = 5000.0, 0.45
 MU, BULK = E / (2 * (1 + NU)), E / (3 * (1 - 2 * NU))
@@ -175,7 +175,7 @@ def test_prony_terms_relax_as_their_series_and_lose_energy():
 
 @pytest.mark.parametrize("prony", [(), [(0.5, 0.01), (0.2, 0.1), (0.1, 1.0)]])
 def test_both_kernels_agree_and_each_repeats_its_bytes(irregular, prony):
-    if not _core.TissueBody.has_avx2:
+    if not _tissue.TissueBody.has_avx2:
         pytest.skip("this processor has no AVX2: there is one kernel")
     mesh, _ = irregular
     found = []
@@ -253,6 +253,6 @@ def test_invalid_bodies_are_refused_with_the_value(change, message):
         "fixed": np.zeros(4, bool),
         "spring": np.zeros(4),
     }
-    _core.TissueBody(**good)
+    _tissue.TissueBody(**good)
     with pytest.raises(ValueError, match=message):
-        _core.TissueBody(**{**good, **change})
+        _tissue.TissueBody(**{**good, **change})

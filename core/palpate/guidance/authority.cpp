@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "palpate/guidance/frame.hpp"
 #include "palpate/types/status.hpp"
 
 namespace palpate::guidance {

@@ -103,7 +103,7 @@ void check_role_fits(const Fixture& f, const std::string& whose) {
   }
 }
 
-void check(const Fixture& f) {
+void check_fixture(const Fixture& f) {
   const std::string whose = "guidance: fixture '" + f.name + "'";
   check_role_fits(f, whose);
   const Policy& p = f.policy;
@@ -157,14 +157,14 @@ Constraint evaluate(const Fixture& fixture, const ToolQuery& tool, double t) noe
   return found.gap < 0.0 ? constraint_within(Geometry::kEverywhere) : found;  // a bound must not shorten a correction
 }
 
-void check(const Fixtures& fixtures) {
-  if (fixtures.fixture.size() > static_cast<std::size_t>(kMaxFixtures)) {
-    throw std::invalid_argument("guidance: " + std::to_string(fixtures.fixture.size()) + " fixtures; at most " +
+void Fixtures::check() const {
+  if (fixture.size() > static_cast<std::size_t>(kMaxFixtures)) {
+    throw std::invalid_argument("guidance: " + std::to_string(fixture.size()) + " fixtures; at most " +
                                 std::to_string(kMaxFixtures));
   }
   std::vector<std::string> seen;
-  for (const Fixture& f : fixtures.fixture) {
-    check(f);
+  for (const Fixture& f : fixture) {
+    check_fixture(f);
     if (std::find(seen.begin(), seen.end(), f.name) != seen.end()) {
       throw std::invalid_argument("guidance: two fixtures are named '" + f.name + "'; give each a name of its own");
     }

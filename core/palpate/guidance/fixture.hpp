@@ -10,6 +10,7 @@
 
 #include "palpate/guidance/constraint.hpp"
 #include "palpate/guidance/geometry.hpp"
+#include "palpate/guidance/interface/stage.hpp"
 #include "palpate/types/spatial.hpp"
 
 namespace palpate::guidance {
@@ -43,16 +44,6 @@ class Role {
   [[nodiscard]] virtual bool has_gap() const noexcept { return true; }
 };
 
-/// Options of all roles; each role reads its own.
-struct RoleOptions {
-  double margin = 0.0;  ///< guide, rcm: free distance; forbid, keep-in: clearance to the border; limit: widens it [m]
-  double angle = 0.0;   ///< orient: free angle to the target [rad]
-  Vec3 axis = Vec3::UnitZ();    ///< orient: axis of the tool that is aligned; rcm: direction of the shaft; in T
-  std::string target = "axis";  ///< orient: along the geometry's `axis`, against its `normal`, or as its `frame`
-  double speed = 0.0;           ///< limit: largest speed of the tool [m/s]; 0: unlimited
-  double force = 0.0;  ///< limit: largest contact force [N]; 0: unlimited. Without speed and force: a workspace
-};
-
 /// Makes a force from a constraint. Stateless.
 class Law {
  public:
@@ -71,45 +62,6 @@ class Law {
   [[nodiscard]] virtual double reach() const noexcept { return 0.0; }
   /// True if one quadratic program finds the violations of all fixtures with such a law together.
   [[nodiscard]] virtual bool solves_jointly() const noexcept { return false; }
-};
-
-/// Options of all laws; each law reads its own.
-struct LawOptions {
-  double K = 400.0;         ///< stiffness on the tool's side; the hand feels scale * force_scale * K [N/m]
-  double B = 2.0;           ///< damping along the gradient [N s/m]
-  double K_turn = 0.5;      ///< rotational stiffness [N m/rad]
-  double B_turn = 0.005;    ///< rotational damping [N m s/rad]
-  double force = 3.0;       ///< potential, optimise: largest force [N]
-  double moment = 0.05;     ///< potential, optimise: largest moment [N m]
-  double range = 0.01;      ///< distance to the border at which attraction ends, or at which potential and
-                            ///< admittance begin to resist [m]
-  double range_turn = 0.5;  ///< potential: the same for an angle [rad]
-  double ratio = 0.1;       ///< admittance: speed across / speed along the free directions, at the same force [0-1]
-};
-
-/// Multiplies the authority by a factor that follows a measured value: 0 at `from`, 1 at `to`, linear in between.
-/// `from` may be larger than `to`.
-struct Ramp {
-  enum class By {
-    pedal,     ///< guidance pedal, 0-1
-    distance,  ///< |gap| [m, rad]
-    time,      ///< time since the fixture engaged [s]
-    force,     ///< operator's force from a load cell; without a load cell the force of the fixture's law [N]
-  };
-  By by = By::pedal;
-  double from = 0.0, to = 1.0;  ///< values at which the factor is 0 and 1, in the unit of `by`
-};
-
-/// When a fixture acts, and with how much authority.
-struct Policy {
-  bool hard = false;  ///< corrects the tool's goal as well: with authority 1 the tool never violates the constraint
-  double authority = 1.0;  ///< 0-1, multiplied by the ramps
-  int priority = 0;        ///< a fixture never pushes against one of higher priority; hard fixtures come first
-  double engage = std::numeric_limits<double>::infinity();   ///< the fixture engages when |gap| is below [m, rad]
-  double release = std::numeric_limits<double>::infinity();  ///< and releases when |gap| is above [m, rad]
-  double rise = 0.2;  ///< shortest time in which the authority rises from 0 to 1 [s]
-  double fall = 0.2;  ///< shortest time in which the authority falls from 1 to 0 [s]
-  std::vector<Ramp> ramps;
 };
 
 /// A geometry with its role, law and policy.
@@ -131,10 +83,12 @@ struct Fixture {
 [[nodiscard]] Constraint evaluate(const Fixture& fixture, const ToolQuery& tool, double t) noexcept;
 
 /// A list of fixtures, immutable while the stage uses it.
-struct Fixtures {
+struct Fixtures final : FixtureList {
   std::vector<Fixture> fixture;
-  std::shared_ptr<LiveFrame>
-      tool;  ///< receives the tool's pose at every tick, for geometries attached to it; may be null
+
+  [[nodiscard]] const Fixtures* fixtures() const noexcept override { return this; }
+  [[nodiscard]] std::unique_ptr<Stage> make_stage(const Options& options, double dt) const override;
+  void check() const override;
 };
 
 /// Names of the available roles and laws.
@@ -143,9 +97,6 @@ std::vector<std::string> laws();
 /// A role or a law by its name. Throws std::invalid_argument naming the bad value, or the available names.
 [[nodiscard]] std::shared_ptr<const Role> make_role(const std::string& name, const RoleOptions& options);
 [[nodiscard]] std::shared_ptr<const Law> make_law(const std::string& name, const LawOptions& options);
-/// Checks a list. Throws std::invalid_argument naming the fixture, the value and the remedy.
-void check(const Fixtures& fixtures);
-
 // The single roles and laws, for make_role() and make_law(); each has a file of its own.
 [[nodiscard]] std::shared_ptr<const Role> make_guide(const RoleOptions& options);
 [[nodiscard]] std::shared_ptr<const Role> make_forbid(const RoleOptions& options);

@@ -6,8 +6,6 @@
 #include <string>
 #include <utility>
 
-#include "palpate/guidance/frame.hpp"
-
 namespace palpate::guidance {
 namespace {
 
@@ -20,10 +18,11 @@ bool finite(const Constraint& c) noexcept {
 
 double FixtureState::allowed() const noexcept { return std::max(slack, (1.0 - authority) * constraint.violation()); }
 
-void FixtureStates::take(const Fixtures& fixtures) noexcept {
+void FixtureStates::take(const FixtureList& fixtures) noexcept {
   const int before = size();
   std::swap(old_, state_);
-  list_ = &fixtures;
+  list_ = fixtures.fixtures();
+  tool_ = fixtures.tool.get();
   for (int i = 0; i < size(); ++i) {
     const std::uint64_t key = std::hash<std::string>{}(fixture(i).name);
     const auto* end = old_.cbegin() + before;
@@ -36,7 +35,7 @@ void FixtureStates::take(const Fixtures& fixtures) noexcept {
 }
 
 void FixtureStates::begin(const Input& in) noexcept {
-  if (list_ != nullptr && list_->tool != nullptr) list_->tool->set({in.tool.X_WT, in.goal.V_WT});
+  if (tool_ != nullptr) tool_->set({in.tool.X_WT, in.goal.V_WT});
   for (int i = 0; i < size(); ++i) {
     for (const auto& frame : fixture(i).frames) frame->see(in.t);
   }

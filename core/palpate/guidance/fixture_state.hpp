@@ -5,7 +5,6 @@
 #include <cstdint>
 
 #include "palpate/guidance/fixture.hpp"
-#include "palpate/guidance/input.hpp"
 #include "palpate/types/index.hpp"
 
 namespace palpate::guidance {
@@ -31,9 +30,8 @@ struct FixtureState {
 /// The list of fixtures and their states, which share an index.
 class FixtureStates {
  public:
-  /// Replaces the list; `fixtures` must outlive its use. A fixture whose name was in the old list keeps
-  /// its state.
-  void take(const Fixtures& fixtures) noexcept;
+  /// Replaces the list; `fixtures` must outlive its use. A fixture whose name was in the old list keeps its state.
+  void take(const FixtureList& fixtures) noexcept;
   /// Updates the live frames at the beginning of a tick.
   void begin(const Input& in) noexcept;
 
@@ -46,6 +44,7 @@ class FixtureStates {
 
  private:
   const Fixtures* list_ = nullptr;
+  scene::LiveFrame* tool_ = nullptr;  ///< frame that receives the tool's pose; null: none
   std::array<FixtureState, kMaxFixtures> state_{}, old_{};
 };
 

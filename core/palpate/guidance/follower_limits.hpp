@@ -11,7 +11,7 @@ namespace palpate::guidance {
 /// Keeps the corrected goal within the limits of the follower.
 class FollowerLimits {
  public:
-  /// dt: period of the cycle [s]. Throws std::invalid_argument naming an invalid option.
+  /// options: valid ones (check()). dt: period of the cycle [s].
   FollowerLimits(const Options& options, double dt) : options_(options), dt_(dt), model_(options.servo, dt) {}
 
   /// Begins a tick. p_WT: measured position [m]. X_mapped_before: mapped goal of the previous tick.

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <stdexcept>
-#include <string>
 
 #include "palpate/types/servo.hpp"
 
@@ -21,11 +19,6 @@ constexpr double kPlace = 0.5, kSpeed = 0.05;
 }  // namespace
 
 FollowerModel::FollowerModel(const ServoOptions& options, double dt) : options_(options), dt_(dt) {
-  if (!std::isfinite(options.bandwidth) || !(options.damping_ratio > 0.0)) {
-    throw std::invalid_argument(
-        "guidance.servo: bandwidth = " + std::to_string(options.bandwidth) +
-        " Hz must be finite (0: at once), damping_ratio = " + std::to_string(options.damping_ratio) + " above 0");
-  }
   if (follows_at_once()) return;
   const double w = 2.0 * std::numbers::pi * options.bandwidth;
   step_ = servo_transition(w, options.damping_ratio, dt);

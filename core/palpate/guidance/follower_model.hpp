@@ -14,21 +14,15 @@
 
 #include <array>
 
+#include "palpate/guidance/interface/options.hpp"
 #include "palpate/types/spatial.hpp"
 
 namespace palpate::guidance {
 
-/// Options of the servo that moves the follower's joints to their goals.
-struct ServoOptions {
-  double bandwidth = -1.0;     ///< natural frequency [Hz]; 0: the joints follow without lag; negative: that of the
-                               ///< simulated follower, or, with another follower, without lag
-  double damping_ratio = 1.0;  ///< damping ratio zeta [-]
-};
-
 /// Estimates the tool's velocity, and predicts its motion behind the goal.
 class FollowerModel {
  public:
-  /// dt: period of the goals [s]. Throws std::invalid_argument naming an invalid option.
+  /// options: valid ones (check()). dt: period of the goals [s].
   FollowerModel(const ServoOptions& options, double dt);
 
   /// True if the tool follows its goal without lag.

@@ -8,12 +8,6 @@
 
 namespace palpate::guidance {
 
-/// Energies of all fixtures [J].
-struct FixtureEnergy {
-  double potential = 0.0;  ///< stored by the fixtures that act, at full authority
-  double credit = 0.0;     ///< stored by those whose authority rose without motion of the hand, by that rise
-};
-
 /// Sets the force of every fixture: at the mapped goal, or along its share of the correction if a corrector handles it.
 FixtureEnergy apply_laws(FixtureStates& states, const Corrector& hard, const Corrector& joint,
                          const FollowerLimits& follower, const Input& in) noexcept;

@@ -4,8 +4,8 @@
 
 #include <limits>
 #include <memory>
-#include <vector>
 
+#include "palpate/scene/frame.hpp"
 #include "palpate/types/spatial.hpp"
 
 namespace palpate::guidance {
@@ -32,10 +32,10 @@ struct QueryDerivatives {
   Mat3 d_attitude = Mat3::Zero();  ///< d (rotation vector of the attitude) / dp [rad/m]
 };
 
-class LiveFrame;
-using LiveFrames = std::vector<std::shared_ptr<LiveFrame>>;
+using scene::LiveFrames;
 
-/// A shape. It is immutable; its frame moves it (frame.hpp). Distances are exact unless a class says otherwise.
+/// A shape. It is immutable; its frame moves it (geometry/framed.hpp). Distances are exact unless a class says
+/// otherwise.
 class Geometry {
  public:
   virtual ~Geometry() = default;

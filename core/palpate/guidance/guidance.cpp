@@ -2,8 +2,8 @@
 
 #include <cmath>
 #include <limits>
+#include <memory>
 
-#include "palpate/types/require.hpp"
 #include "palpate/types/status.hpp"
 
 namespace palpate::guidance {
@@ -12,14 +12,7 @@ namespace {
 constexpr double kMomentLength = 0.02;  // [m] length that makes a moment comparable to a force
 
 Options checked(Options options) {
-  require("guidance", options.force_rate > 0.0 && std::isfinite(options.force_rate), "force_rate", options.force_rate,
-          "must be above 0 N/s, and finite; for example 20");
-  require("guidance", options.moment_rate > 0.0 && std::isfinite(options.moment_rate), "moment_rate",
-          options.moment_rate, "must be above 0 N m/s, and finite; for example 0.35");
-  require("guidance", options.return_speed > 0.0 && std::isfinite(options.return_speed), "return_speed",
-          options.return_speed, "must be above 0 m/s, and finite; for example 0.05");
-  require("guidance", options.reserve >= 0.0 && options.reserve < 0.01, "reserve", options.reserve,
-          "must lie in 0..0.01 m");
+  check(options);
   return options;
 }
 
@@ -37,6 +30,10 @@ Guidance::Guidance(const Options& options, double dt)
       hard_(&corrects_goal, options, dt, &follower_),
       joint_(&has_joint_law, options, dt),
       blend_(options, dt) {}
+
+std::unique_ptr<Stage> Fixtures::make_stage(const Options& options, double dt) const {
+  return std::make_unique<Guidance>(options, dt);
+}
 
 const Output& Guidance::step(const Input& in) noexcept {
   if (!started_) {

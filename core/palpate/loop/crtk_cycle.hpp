@@ -82,7 +82,7 @@ class CrtkCycle {
   /// Resets contact to the tool's position, for a scene with other objects.
   void forget_contacts() noexcept { haptics_.forget_contacts(); }
   /// Replaces the fixtures, which must outlive their use.
-  void take(const guidance::Fixtures& fixtures) noexcept { haptics_.take(fixtures); }
+  void take(const guidance::ActiveFixtures& active) noexcept { haptics_.take(active); }
 
   /// Puts the tool among the instruments of other cycles, which push it from the next step on. Not to be called while
   /// the cycle runs. Throws std::invalid_argument without a model of the follower, or naming an invalid value.

@@ -53,8 +53,7 @@ class Cycle {
 
   [[nodiscard]] const mapping::Mapping& mapping() const noexcept { return haptics_.mapping(); }
   /// Replaces the fixtures, which must outlive their use.
-  void take(const guidance::Fixtures& fixtures) noexcept { haptics_.take(fixtures); }
-  [[nodiscard]] const guidance::Guidance& guidance() const noexcept { return haptics_.guidance(); }
+  void take(const guidance::ActiveFixtures& active) noexcept { haptics_.take(active); }
   /// Resets contact to the tool's position, for another scene.
   void forget_contacts() noexcept { haptics_.forget_contacts(); }
   /// Measures the time of the stages from now on; the clock must outlive the cycle. Null: no measurement.

@@ -64,7 +64,7 @@ CrtkOptions for_device(CrtkOptions o) {
 
 DeviceCycle::DeviceCycle(CrtkOptions options, arm::Arm follower, std::shared_ptr<const scene::Snapshot> scene)
     : cycle_(for_device(std::move(options)), std::move(follower)),
-      front_(cycle_.contact(), std::move(scene), cycle_.options().rate) {
+      front_(cycle_.contact(), std::move(scene), cycle_.options().rate, cycle_.options().guidance) {
   gates_.following = gates_.operator_present = gates_.leader_enabled = gates_.follower_enabled = true;
   cycle_.set_scene(front_.scene());
   front_.collide();

@@ -45,12 +45,16 @@ void check(const Controls& controls) {
   }
 }
 
-Front::Front(contact::Tool& contact, std::shared_ptr<const scene::Snapshot> scene, double rate)
+Front::Front(contact::Tool& contact, std::shared_ptr<const scene::Snapshot> scene, double rate,
+             const guidance::Options& guidance)
     : contact_(contact),
       newest_scene_(present(std::move(scene))),
       scene_(std::make_shared<RenderedScene>(newest_scene_, 0)),
       newest_rendered_(scene_.current().objects),
-      fixtures_(std::make_shared<const guidance::Fixtures>()),
+      guidance_(guidance),
+      dt_(1.0 / rate),
+      fixtures_(
+          std::make_shared<const guidance::ActiveFixtures>(std::make_shared<const guidance::FixtureList>(), nullptr)),
       motion_(std::make_shared<const PlannedMotion>()),
       ring_(static_cast<std::size_t>(kRingSeconds * rate), false) {
   contact_.check(*newest_scene_);
@@ -104,11 +108,12 @@ bool Front::take_scene(double t) noexcept {
   return other;
 }
 
-void Front::set_fixtures(std::shared_ptr<const guidance::Fixtures> fixtures) {
+void Front::set_fixtures(std::shared_ptr<const guidance::FixtureList> fixtures) {
   if (!fixtures) throw std::invalid_argument("guidance: no fixtures given; an empty list is none");
-  guidance::check(*fixtures);
+  fixtures->check();
   const std::lock_guard lock(callers_);
-  fixtures_.publish(std::move(fixtures));
+  if (!stage_) stage_ = fixtures->make_stage(guidance_, dt_);
+  fixtures_.publish(std::make_shared<const guidance::ActiveFixtures>(std::move(fixtures), stage_));
 }
 
 std::uint64_t Front::execute(PlannedMotion motion, ExecutionOrder order) {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "palpate/contact/tool.hpp"
-#include "palpate/guidance/fixture.hpp"
+#include "palpate/guidance/interface/stage.hpp"
 #include "palpate/loop/collider.hpp"
 #include "palpate/loop/execution.hpp"
 #include "palpate/loop/live_objects.hpp"
@@ -29,9 +29,11 @@ void check(const Controls& controls);
 /// Mailboxes and queues between the loop and other threads.
 class Front {
  public:
-  /// contact: contact stage of the cycle, which must outlive the front. rate: of the cycle [Hz]. Throws
-  /// std::invalid_argument if the scene is null or the contact method cannot handle it.
-  Front(contact::Tool& contact, std::shared_ptr<const scene::Snapshot> scene, double rate);
+  /// contact: contact stage of the cycle, which must outlive the front. rate: of the cycle [Hz]. guidance: options of
+  /// the stage for its fixtures. Throws std::invalid_argument if the scene is null or the contact method cannot handle
+  /// it.
+  Front(contact::Tool& contact, std::shared_ptr<const scene::Snapshot> scene, double rate,
+        const guidance::Options& guidance);
   Front(const Front&) = delete;
   Front& operator=(const Front&) = delete;
 
@@ -44,7 +46,7 @@ class Front {
   /// Sets the poses that the live objects of the newest scene shall reach.
   void set_live(LiveTargets targets);
   /// Replaces all fixtures of guidance at once, without a force step.
-  void set_fixtures(std::shared_ptr<const guidance::Fixtures> fixtures);
+  void set_fixtures(std::shared_ptr<const guidance::FixtureList> fixtures);
   /// Gives the loop a motion of the follower to execute, in place of the one before, with the first order about it.
   /// Returns the number of the motion.
   std::uint64_t execute(PlannedMotion motion, ExecutionOrder order);
@@ -87,7 +89,7 @@ class Front {
   [[nodiscard]] const PlannedMotion& motion() const noexcept { return motion_.current(); }
   [[nodiscard]] const ExecutionOrder& take_order() noexcept { return order_in_.read(); }
   [[nodiscard]] const scene::Snapshot& scene() const noexcept { return scene_.current().objects; }
-  [[nodiscard]] const guidance::Fixtures& fixtures() const noexcept { return fixtures_.current(); }
+  [[nodiscard]] const guidance::ActiveFixtures& fixtures() const noexcept { return fixtures_.current(); }
   /// Writes the live objects and tracked frames to a tick.
   void record(Tick& tick) const noexcept { live_.record(tick.t, tick); }
   /// Publishes a tick for latest().
@@ -106,7 +108,10 @@ class Front {
   Mailbox<LiveTargets> targets_in_;
   Handover<RenderedScene> scene_;
   scene::Snapshot newest_rendered_;  ///< copy of the newest scene that was handed over, for its soft bodies
-  Handover<const guidance::Fixtures> fixtures_;
+  guidance::Options guidance_;
+  double dt_;                               ///< period of the cycle [s]
+  std::shared_ptr<guidance::Stage> stage_;  ///< made for the first fixture, and kept
+  Handover<const guidance::ActiveFixtures> fixtures_;
   Handover<const PlannedMotion> motion_;
   std::uint64_t motions_ = 0;  ///< number of the newest motion
   Mailbox<ExecutionOrder> order_in_;

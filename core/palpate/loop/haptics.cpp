@@ -4,8 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "palpate/guidance/deformed_scope.hpp"
 #include "palpate/loop/soft_objects.hpp"
+#include "palpate/scene/deformed_scope.hpp"
 #include "palpate/types/so3.hpp"
 
 namespace palpate::loop {
@@ -30,11 +30,12 @@ Haptics::Haptics(const HapticsOptions& options)
     : options_(options),
       R_WL0_(options.X_WL.R),
       mapping_(options.mapping, options.X_WL.R, period(options.rate)),
-      guidance_(options.guidance, period(options.rate)),
       contact_(options.method, options.contact),
       stability_(options.stability, period(options.rate)),
       ledger_(options.stability.passivity.observer.delay, period(options.rate)),
-      gripper_(options.stability.gripper_cap, period(options.rate)) {}
+      gripper_(options.stability.gripper_cap, period(options.rate)) {
+  guidance::check(options.guidance);
+}
 
 const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
   const Handle& handle = in.handle;
@@ -116,11 +117,22 @@ void Haptics::finish(const HapticsInput& in, const Wrench& F, Tick& tick) noexce
   record_stability(in, F_H_L, energy, tick);
 }
 
+void Haptics::take(const guidance::ActiveFixtures& active) noexcept {
+  guidance_ = active.stage.get();
+  tool_frame_ = active.fixtures->tool.get();
+  if (guidance_ != nullptr) guidance_->take(*active.fixtures);
+}
+
 // Lets the fixtures correct the goal and compute their wrench on the tool.
 void Haptics::guide(const HapticsInput& in) noexcept {
-  const guidance::DeformedScope deformed(*in.scene);
+  const scene::DeformedScope deformed(*in.scene);
   out_.R_WT_mapped = out_.mapped.X_WT_goal.R;
-  out_.guided = guidance_.step({in.t, out_.mapped, in.tool, tool_force_, in.handle, in.controls.guidance});
+  if (guidance_ != nullptr) {
+    out_.guided = guidance_->step({in.t, out_.mapped, in.tool, tool_force_, in.handle, in.controls.guidance});
+  } else {
+    out_.guided.X_WT_goal = out_.mapped.X_WT_goal;
+    if (tool_frame_ != nullptr) tool_frame_->set({in.tool.X_WT, out_.mapped.V_WT});
+  }
   // A planned goal is free as it is: a fixture that would correct it stops the motion instead (Cycle::guard).
   if (in.X_WT_planned == nullptr) out_.mapped.X_WT_goal = out_.guided.X_WT_goal;
   mapping_.set_commanded_goal(out_.mapped.X_WT_goal);
@@ -171,7 +183,7 @@ double Haptics::potential(const HapticsInput& in) const noexcept {
 stability::Output Haptics::stabilise(const HapticsInput& in) noexcept {
   const Vec3 F_T_W = out_.force.F + out_.guided.on_tool.F.f;
   const double K = stability::stiffness_along(F_T_W, *out_.contacts, in.controls.stiffness_scale) +
-                   guidance_.stiffness_along(F_T_W) + in.tool.K_others;
+                   (guidance_ != nullptr ? guidance_->stiffness_along(F_T_W) : 0.0) + in.tool.K_others;
   return stability_.step({out_.commanded, in.t, in.handle, in.tool, feels(in), mapping_.stiffness_on_hand(K),
                           mapping_.energy_ratio() * out_.guided.energy.credit, potential(in)});
 }

@@ -7,7 +7,7 @@
 
 #include "palpate/contact/tool.hpp"
 #include "palpate/force/force.hpp"
-#include "palpate/guidance/guidance.hpp"
+#include "palpate/guidance/interface/stage.hpp"
 #include "palpate/loop/session_machine.hpp"
 #include "palpate/loop/stage_clock.hpp"
 #include "palpate/loop/tick.hpp"
@@ -102,9 +102,8 @@ class Haptics {
   [[nodiscard]] const mapping::Mapping& mapping() const noexcept { return mapping_; }
   /// True if a state stamped `stamp` is too old to be trusted at the time `now` [s].
   [[nodiscard]] bool stale(double now, double stamp) const noexcept { return stability_.stale(now, stamp); }
-  /// Replaces the fixtures, which must outlive their use.
-  void take(const guidance::Fixtures& fixtures) noexcept { guidance_.take(fixtures); }
-  [[nodiscard]] const guidance::Guidance& guidance() const noexcept { return guidance_; }
+  /// Replaces the fixtures; they and their stage must outlive their use.
+  void take(const guidance::ActiveFixtures& active) noexcept;
   [[nodiscard]] SessionState state() const noexcept { return session_.state(); }
   /// Contact force on the tool in the last step, as the hand would feel it, in W.
   [[nodiscard]] const Wrench& tool_force() const noexcept { return tool_force_.F_T_W; }
@@ -143,7 +142,8 @@ class Haptics {
   double scale_ = 0.0;                                 ///< Controls::scale of the last tick
   Eigen::Vector4d quat_WL_ = Eigen::Vector4d::Zero();  ///< Controls::quat_WL of the last tick
   mapping::Mapping mapping_;
-  guidance::Guidance guidance_;
+  guidance::Stage* guidance_ = nullptr;     ///< null before the first fixture
+  scene::LiveFrame* tool_frame_ = nullptr;  ///< receives the tool's pose before that; may be null
   contact::Tool contact_;
   stability::Stability stability_;
   stability::Ledger ledger_;

@@ -63,7 +63,7 @@ Simulation::Simulation(const SimulationOptions& options, arm::Arm leader, arm::A
       leader_model_(leader),
       follower_model_(follower),
       thread_(options_.realtime),
-      front_(cycle_.contact(), std::move(scene), options_.rate) {
+      front_(cycle_.contact(), std::move(scene), options_.rate, options_.guidance) {
   leader.update(options_.q_leader0, JointVector::Zero(leader.n()));
   hand_.start(leader.tip());
   leader_.pinch(hand_.pinch());

@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from palpate import _core
+from palpate import _guidance
 from palpate.arrays import Array, rigid
 from palpate.errors import PalpateError
 from palpate.guidance import from_yaml
@@ -41,7 +41,7 @@ class Route:
     problem: Problem
     plan: Plan
     path: Array  # (n, 3) planned positions of the tip in W [m]
-    fixtures: dict[str, _core.Fixture]  # "plan", "plan 200" ...: springs to the path; "plan-tube": wall of the tube
+    fixtures: dict[str, _guidance.Fixture]  # "plan", "plan 200" ...: springs to the path; "plan-tube": wall of the tube
 
 
 @lru_cache

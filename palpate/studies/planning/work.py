@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate import _core
+from palpate import _core, _guidance
 from palpate.arrays import Array
 from palpate.operators import Errand, Operator, Senses, perform, person
 from palpate.operators.trial import Trial
@@ -116,7 +116,7 @@ def attempt(route: Route, operator: int, condition: str, seed: int) -> Trial:
     arms = rig.arms
     rest = _core.HandPath([0.0], route.path[:1])
     sim = _core.Simulation(o, arms.leader, arms.leader, arms.follower, rig.snapshot, rest)
-    sim.set_fixtures(_core.Fixtures([route.fixtures[name] for name in c.fixtures], rig.context.tool))
+    sim.set_fixtures(_guidance.Fixtures([route.fixtures[name] for name in c.fixtures], rig.context.tool))
     errand = Errand(route.path, np.full(len(route.path), 2.0 * MARGIN), 400.0)
     return perform(sim, Operator(who, Senses("felt", c.drawn), seed), errand, arms.X_WL, SCALE, MOST)
 

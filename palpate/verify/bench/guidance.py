@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from rich.table import Table
 
-from palpate import _core, _verify
+from palpate import _core, _guidance, _verify
 from palpate.arrays import Array
 from palpate.shapes.analytic import SHAPES
 from palpate.shapes.paths import tool_path
@@ -39,18 +39,18 @@ def run(
     shape = SHAPES["torus"]
     on_progress(f"a mesh of {triangles:,} triangles")
     mesh = _core.Mesh(*shape.mesh(triangles))
-    geometry = _core.SurfaceGeometry(mesh)
+    geometry = _guidance.SurfaceGeometry(mesh)
     X_WT = _poses(tool_path(shape, -1e-3, 0.05, 2e-3).tips, ticks)
     out: dict[str, float] = {"triangles": mesh.triangle_count, "constraints": CONSTRAINTS, "ticks": ticks}
     out |= {"cores": os.cpu_count() or 1, "load": os.getloadavg()[0]}
     on_progress(f"{ticks:,} ticks over it")
     out |= _percentiles("query", _verify.time_query(geometry, X_WT))
-    empty = _verify.time_guidance(_core.Fixtures([]), X_WT, 1.0 / RATE)
+    empty = _verify.time_guidance(_guidance.Fixtures([]), X_WT, 1.0 / RATE)
     out |= _percentiles("stage_empty", empty)
     for name, hard in (("fixture", False), ("hard_fixture", True)):
         policy = _core.Policy()
         policy.hard = hard
-        fixtures = _core.Fixtures([_core.Fixture("mesh", geometry, "forbid", policy=policy)])
+        fixtures = _guidance.Fixtures([_guidance.Fixture("mesh", geometry, "forbid", policy=policy)])
         took = _verify.time_guidance(fixtures, X_WT, 1.0 / RATE)
         out |= _percentiles(f"{name}_added", took - np.median(empty))
     out |= _medial(triangles, ticks, float(np.median(empty)), on_progress)
@@ -113,12 +113,12 @@ def _medial(triangles: int, ticks: int, empty_us: float, on_progress: Callable[[
     paths = {"tube": np.c_[0.0 * z, 0.0 * z, z], "ball": 1e-3 * np.c_[z, 0.0 * z, 0.0 * z]}
     for name, made in (("tube", tube(triangles)), ("ball", SHAPES["sphere"].mesh(triangles))):
         on_progress(f"the middle of a {name} of as many triangles")
-        geometry, X_WT = _core.SurfaceGeometry(_core.Mesh(*made)), _poses(paths[name], ticks)
+        geometry, X_WT = _guidance.SurfaceGeometry(_core.Mesh(*made)), _poses(paths[name], ticks)
         if name == "tube":
             out |= _percentiles("tube_query", _verify.time_query(geometry, X_WT))
         policy = _core.Policy()
         policy.hard = True
-        fixtures = _core.Fixtures([_core.Fixture(name, geometry, "keep-in", policy=policy)])
+        fixtures = _guidance.Fixtures([_guidance.Fixture(name, geometry, "keep-in", policy=policy)])
         out |= _percentiles(f"{name}_hard_added", _verify.time_guidance(fixtures, X_WT, 1.0 / RATE) - empty_us)
     return out
 
@@ -142,26 +142,26 @@ def _programs(n: int) -> tuple[Array, Array, Array]:
     return A, -rng.uniform(0.1, 1.0, (n, CONSTRAINTS)), 2.0 * rng.normal(size=(n, 6))
 
 
-def _polytope() -> _core.Fixtures:
+def _polytope() -> _guidance.Fixtures:
     """Forbidden half-spaces around a ball of 3 cm radius, which confine the tool."""
     rng = np.random.default_rng(2)
     normals = rng.normal(size=(CONSTRAINTS, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     policy = _core.Policy()
     policy.hard = True
-    return _core.Fixtures(
-        [_core.Fixture(f"wall {i}", _wall(n), "forbid", policy=policy) for i, n in enumerate(normals)]
+    return _guidance.Fixtures(
+        [_guidance.Fixture(f"wall {i}", _wall(n), "forbid", policy=policy) for i, n in enumerate(normals)]
     )
 
 
-def _wall(n: Array) -> _core.Geometry:
+def _wall(n: Array) -> _guidance.Geometry:
     """The half-space beyond 3 cm along n (3,); the ball is outside this half-space."""
     from palpate.guidance.curve import frames_along
 
     X = np.eye(4)
     X[:3, :3] = frames_along(np.zeros((1, 3)), -n[None])[0]
     X[:3, 3] = 0.03 * n
-    return _core.PlacedGeometry(_core.SurfaceGeometry(_core.Plane()), X)
+    return _guidance.PlacedGeometry(_guidance.SurfaceGeometry(_core.Plane()), X)
 
 
 def _around(ticks: int) -> Array:

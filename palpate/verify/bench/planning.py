@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from palpate import _core, surfaces
+from palpate import _guidance, surfaces
 from palpate.arm import Arm
 from palpate.arrays import Array
 from palpate.guidance.fixture import Fixture
@@ -196,7 +196,7 @@ class _Nobody:
 
     @fixtures.setter
     def fixtures(self, value: Iterable[Fixture]) -> None:
-        _core.Fixtures([fixture.make() for fixture in value])
+        _guidance.Fixtures([fixture.make() for fixture in value])
 
     def latest(self) -> Any:
         """No tick."""

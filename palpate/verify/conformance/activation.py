@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from palpate import _core
+from palpate import _core, _guidance
 from palpate.arrays import Array
 from palpate.verify.conformance.at_rest import WEIGHTS, lead, settle
 from palpate.verify.conformance.bench import DT, RESERVE, Bench, Motion, constant_pose, constant_probe, fixture
@@ -218,7 +218,7 @@ def _unit(v: Array) -> Array:
     return np.asarray(v / size if size > 1e-9 else 0.0 * v)
 
 
-def _opponent(c: Combination, probe: Probe, priority: int) -> _core.Fixture:
+def _opponent(c: Combination, probe: Probe, priority: int) -> _guidance.Fixture:
     """A soft spring fixture whose force is at 135 degrees to the gradient of the role's constraint."""
     turns = ROLES[c.role].turns
     z = probe.X[:3, 2]
@@ -230,15 +230,15 @@ def _opponent(c: Combination, probe: Probe, priority: int) -> _core.Fixture:
     law.K, law.K_turn, policy.priority, policy.rise = K, K_TURN, priority, QUICK
     if turns:
         axis = Rotation.from_rotvec(TWISTED * n).as_matrix() @ z
-        line = _core.LineGeometry(probe.X[:3, 3] - axis, probe.X[:3, 3] + axis, True)
-        return _core.Fixture("against", line, "orient", role, "spring", law, policy)
+        line = _guidance.LineGeometry(probe.X[:3, 3] - axis, probe.X[:3, 3] + axis, True)
+        return _guidance.Fixture("against", line, "orient", role, "spring", law, policy)
     X = np.eye(4)
     X[:3, 2] = n
     X[:3, 0] = _unit(np.cross(n, np.eye(3)[int(np.argmin(np.abs(n)))]))
     X[:3, 1] = np.cross(n, X[:3, 0])
     X[:3, 3] = probe.X[:3, 3] + PRESSED * n
-    plane = _core.PlacedGeometry(_core.SurfaceGeometry(_core.Plane()), X)
-    return _core.Fixture("against", plane, "forbid", role, "spring", law, policy)
+    plane = _guidance.PlacedGeometry(_guidance.SurfaceGeometry(_core.Plane()), X)
+    return _guidance.Fixture("against", plane, "forbid", role, "spring", law, policy)
 
 
 #: Check by name of the policy.

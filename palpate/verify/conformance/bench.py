@@ -9,7 +9,7 @@ from functools import cached_property, partial
 import numpy as np
 from scipy.spatial.transform import Rotation, Slerp
 
-from palpate import _core
+from palpate import _core, _guidance
 from palpate.arrays import Array
 from palpate.verify.conformance.combinations import OPERATOR, PEDAL, POLICIES, QUICK, Combination, PolicyCase
 from palpate.verify.conformance.laws import LAWS
@@ -74,8 +74,8 @@ def fixture(
     policy: PolicyCase | None = None,
     rise: float = QUICK,
     on: bool = True,
-    geometry: _core.Geometry | None = None,
-) -> _core.Fixture:
+    geometry: _guidance.Geometry | None = None,
+) -> _guidance.Fixture:
     """The core's fixture of a combination, with a placed geometry, changed options of the law, or another policy."""
     role, law_options = _core.GuidanceRoleOptions(), _core.GuidanceLawOptions()
     for key, value in ROLES[c.role].options.items():
@@ -84,18 +84,18 @@ def fixture(
         setattr(law_options, key, number)
     shape = geometry or SPECIMENS[c.geometry].make()
     if frame is not None:
-        shape = _core.PlacedGeometry(shape, np.eye(4) if X_WG is None else X_WG, frame)
+        shape = _guidance.PlacedGeometry(shape, np.eye(4) if X_WG is None else X_WG, frame)
     elif X_WG is not None:
-        shape = _core.PlacedGeometry(shape, X_WG)
+        shape = _guidance.PlacedGeometry(shape, X_WG)
     made = (policy or POLICIES[c.policy]).make(ROLES[c.role], rise)
-    return _core.Fixture(name, shape, ROLES[c.role].role, role, law_name or c.law, law_options, made, on)
+    return _guidance.Fixture(name, shape, ROLES[c.role].role, role, law_name or c.law, law_options, made, on)
 
 
 class Bench:
     """A guidance stage with the fixture of a combination, or with given fixtures; it keeps them alive."""
 
     def __init__(
-        self, c: Combination, *fixtures: _core.Fixture, quick: bool = False, damping: bool = False, **options: float
+        self, c: Combination, *fixtures: _guidance.Fixture, quick: bool = False, damping: bool = False, **options: float
     ) -> None:
         """``quick`` disables the wrench's rate limit; with ``damping`` the master renders the damping itself."""
         o = _core.GuidanceOptions()
@@ -106,13 +106,13 @@ class Bench:
             setattr(o, key, value)
         self.c, self.damping, self.ticks = c, damping, 0
         self.pedal, self.operator = PEDAL, OPERATOR
-        self.stage = _core.Guidance(o, DT)
+        self.stage = _guidance.Guidance(o, DT)
         self._tool: Array | None = None
         self.take(*(fixtures or [fixture(c)]))
 
-    def take(self, *fixtures: _core.Fixture) -> None:
+    def take(self, *fixtures: _guidance.Fixture) -> None:
         """Replace the fixtures as a live edit does."""
-        self._list = _core.Fixtures(list(fixtures))
+        self._list = _guidance.Fixtures(list(fixtures))
         self.stage.take(self._list)
 
     def begin(self, there: Array, X_WG: Array | None = None) -> Bench:
@@ -133,7 +133,7 @@ class Bench:
         self.ticks += n
         X, V = np.ascontiguousarray(motion.X), np.ascontiguousarray(motion.V)
         tool = motion.X[0] if self._tool is None else self._tool
-        compute = partial(_core.run_guidance, self.stage, t, X, V, tool, F_hand=self.operator, pedal=self.pedal,
+        compute = partial(_guidance.run_guidance, self.stage, t, X, V, tool, F_hand=self.operator, pedal=self.pedal,
                           takes_damping=self.damping)  # fmt: skip
         if ROLES[self.c.role].touches:
             ground = np.broadcast_to(np.eye(4) if X_WG is None else X_WG, (n, 4, 4))

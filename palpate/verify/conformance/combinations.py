@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from palpate import _core
+from palpate import _core, _guidance
 from palpate.verify.conformance import roles, specimens
 from palpate.verify.conformance.laws import LAWS
 from palpate.verify.conformance.roles import ROLES, RoleCase
@@ -131,7 +131,7 @@ def sample(seed: int) -> list[Combination]:
 
 
 def _laws() -> list[str]:
-    return [law for law in _core.guidance_laws() if law in LAWS]
+    return [law for law in _guidance.guidance_laws() if law in LAWS]
 
 
 def unjudged() -> list[str]:

@@ -9,7 +9,7 @@ from typing import Any, TypedDict
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from palpate import _core
+from palpate import _core, _guidance
 from palpate.arrays import Array
 from palpate.certificate import certify_all
 from palpate.certificate.entry import entries, stiffness
@@ -65,14 +65,16 @@ class Region:
         """Breathing displacement (n, 3) [m] at times t (n,) [s]."""
         return np.sin(2.0 * np.pi * t / PERIOD)[:, None] * (BREATH if self.breathes else np.zeros(3))
 
-    def fixture(self, X_WG: Array, on: bool) -> _core.Fixture:
+    def fixture(self, X_WG: Array, on: bool) -> _guidance.Fixture:
         """The core's hard fixture of this region at X_WG (4, 4)."""
         policy, role = _core.Policy(), _core.GuidanceRoleOptions()
         policy.hard, role.margin = True, self.margin
         waves = [_core.Wave(shift=BREATH, period=PERIOD)] if self.breathes else []
         frame = _core.MotionFrame(np.eye(4), _core.Motion(waves=waves))
-        geometry = _core.PlacedGeometry(SPECIMENS[self.specimen].make(), X_WG, frame)
-        return _core.Fixture("region", geometry, "keep-in" if self.keep_in else "forbid", role, policy=policy, on=on)
+        geometry = _guidance.PlacedGeometry(SPECIMENS[self.specimen].make(), X_WG, frame)
+        return _guidance.Fixture(
+            "region", geometry, "keep-in" if self.keep_in else "forbid", role, policy=policy, on=on
+        )
 
     def _top(self) -> float:
         z = np.linspace(0.0, 0.05, 2001)
@@ -217,7 +219,7 @@ def _certified() -> tuple[float, float]:
     return certificate.k_max, measured if certificate.verdict == "stable" else np.nan
 
 
-def _aggressive_hand(rig: Rig, region: _core.Fixture, start: Array, rng: np.random.Generator) -> Any:
+def _aggressive_hand(rig: Rig, region: _guidance.Fixture, start: Array, rng: np.random.Generator) -> Any:
     o, arms = rig.options(), rig.arms
     hand = o.hand
     hand.stiffness, hand.grip_force_max = 600.0, 60.0
@@ -227,5 +229,5 @@ def _aggressive_hand(rig: Rig, region: _core.Fixture, start: Array, rng: np.rand
     places[:2] = start
     path = _core.HandPath(times.tolist(), places)
     sim = _core.Simulation(o, arms.leader, arms.leader, arms.follower, _core.Snapshot([]), path)
-    sim.set_fixtures(_core.Fixtures([region]))
+    sim.set_fixtures(_guidance.Fixtures([region]))
     return as_ticks(sim.run(round(SECONDS * o.rate)))

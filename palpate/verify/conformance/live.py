@@ -14,7 +14,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from palpate import _core
+from palpate import _core, _guidance
 from palpate.arrays import Array
 from palpate.verify.conformance.at_rest import SETTLED, WEIGHTS, settle
 from palpate.verify.conformance.bench import (
@@ -56,8 +56,8 @@ class Setting:
     authority: float | None = None
 
     def fixture(
-        self, c: Combination, shape: _core.Geometry, frame: _core.LiveFrame, rise: float = SLOW
-    ) -> _core.Fixture:
+        self, c: Combination, shape: _guidance.Geometry, frame: _core.LiveFrame, rise: float = SLOW
+    ) -> _guidance.Fixture:
         """The core's fixture with these settings."""
         policy = POLICIES[c.policy]
         if self.authority is not None:
@@ -192,7 +192,7 @@ def _run(bench: Bench, setting: Setting, motion: Motion, n: int) -> Answer:
     return bench.run(Motion(X, V), setting.X_WF @ setting.X_FG)
 
 
-def _control(c: Combination, setting: Setting, shape: _core.Geometry, motion: Motion, damping: bool) -> Answer:
+def _control(c: Combination, setting: Setting, shape: _guidance.Geometry, motion: Motion, damping: bool) -> Answer:
     """The last turn of a run without edits and without rate limits."""
     frame = _core.LiveFrame()
     frame.set(setting.X_WF)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from palpate import _core
+from palpate import _guidance
 from palpate.arrays import Array
 from palpate.verify.conformance.laws import LAWS
 from palpate.verify.conformance.specimens import SPECIMENS, Specimen
@@ -144,7 +144,9 @@ def moved(X: Array, y: Array) -> Array:
 def unjudged() -> list[str]:
     """Roles and laws of the core without a reference here."""
     roles = {case.role for case in ROLES.values()}
-    return [r for r in _core.guidance_roles() if r not in roles] + [n for n in _core.guidance_laws() if n not in LAWS]
+    return [r for r in _guidance.guidance_roles() if r not in roles] + [
+        n for n in _guidance.guidance_laws() if n not in LAWS
+    ]
 
 
 def meaningless(role: str, geometry: str) -> str:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
-from palpate import _core
+from palpate import _core, _guidance, _tissue
 from palpate.arrays import Array
 from palpate.guidance.curve import path as smooth_path
 
@@ -30,7 +30,7 @@ def up(p: Array) -> Array:
 class Specimen:
     """A geometry with its reference."""
 
-    make: Callable[[], _core.Geometry]
+    make: Callable[[], _guidance.Geometry]
     distance: Distance
     solid: bool
     axis: Callable[[Array], Array] = up
@@ -52,7 +52,7 @@ class Specimen:
         return np.asarray(self._made.query(X[None], np.zeros(1))["attitude"][0])
 
     @cached_property
-    def _made(self) -> _core.Geometry:
+    def _made(self) -> _guidance.Geometry:
         return self.make()
 
 
@@ -213,26 +213,26 @@ def _grid() -> _core.DistanceGrid:
     return _core.DistanceGrid(np.full(3, axis[0]), np.full(3, 0.001), values)
 
 
-def _surface(make: Callable[[], _core.Surface]) -> Callable[[], _core.Geometry]:
-    return lambda: _core.SurfaceGeometry(make())
+def _surface(make: Callable[[], _core.Surface]) -> Callable[[], _guidance.Geometry]:
+    return lambda: _guidance.SurfaceGeometry(make())
 
 
-def _placed_ball(x: float) -> _core.Geometry:
+def _placed_ball(x: float) -> _guidance.Geometry:
     X = np.eye(4)
     X[0, 3] = x
-    return _core.PlacedGeometry(_core.SurfaceGeometry(_core.Sphere(0.015)), X)
+    return _guidance.PlacedGeometry(_guidance.SurfaceGeometry(_core.Sphere(0.015)), X)
 
 
-def _placed_box(x: float) -> _core.Geometry:
+def _placed_box(x: float) -> _guidance.Geometry:
     X = np.eye(4)
     X[0, 3] = x
-    return _core.PlacedGeometry(_core.SurfaceGeometry(_core.Box(BOX)), X)
+    return _guidance.PlacedGeometry(_guidance.SurfaceGeometry(_core.Box(BOX)), X)
 
 
-def _combined(kind: str) -> Callable[[], _core.Geometry]:
-    def make() -> _core.Geometry:
+def _combined(kind: str) -> Callable[[], _guidance.Geometry]:
+    def make() -> _guidance.Geometry:
         parts = [_placed_ball(-0.008), _placed_ball(0.008)]
-        return _core.CombinedGeometry(kind, parts)  # type: ignore[arg-type]
+        return _guidance.CombinedGeometry(kind, parts)  # type: ignore[arg-type]
 
     return make
 
@@ -248,16 +248,17 @@ def _along(a: Array) -> Callable[[Array], Array]:
 
 #: Specimens by name; `classes` lists the core's classes that each one covers.
 SPECIMENS: dict[str, Specimen] = {
-    "point": Specimen(_core.PointGeometry, lambda p: np.linalg.norm(p, axis=1), False, classes=(_core.PointGeometry,)),
-    "line": Specimen(lambda: _core.LineGeometry(A, B), lambda p: segment(p, A, B), False, _along(B - A),
-                     (_core.LineGeometry,)),
-    "line without end": Specimen(lambda: _core.LineGeometry(A, B, True), infinite_line, False, _along(B - A)),
-    "plane": Specimen(_surface(_core.Plane), lambda p: p[:, 2], True, classes=(_core.SurfaceGeometry, _core.Plane)),
-    "path": Specimen(lambda: smooth_path(WAYPOINTS), curve, False, tangent, (_core.PathGeometry,)),
-    "tube": Specimen(lambda: _core.OffsetGeometry(smooth_path(WAYPOINTS), TUBE), lambda p: curve(p) - TUBE, True,
-                     tangent, (_core.OffsetGeometry,)),
-    "cone": Specimen(lambda: _core.ConeGeometry(APEX, INWARD, OPENING), cone, True, _along(-INWARD),
-                     (_core.ConeGeometry,)),
+    "point": Specimen(_guidance.PointGeometry, lambda p: np.linalg.norm(p, axis=1), False,
+                      classes=(_guidance.PointGeometry,)),
+    "line": Specimen(lambda: _guidance.LineGeometry(A, B), lambda p: segment(p, A, B), False, _along(B - A),
+                     (_guidance.LineGeometry,)),
+    "line without end": Specimen(lambda: _guidance.LineGeometry(A, B, True), infinite_line, False, _along(B - A)),
+    "plane": Specimen(_surface(_core.Plane), lambda p: p[:, 2], True, classes=(_guidance.SurfaceGeometry, _core.Plane)),
+    "path": Specimen(lambda: smooth_path(WAYPOINTS), curve, False, tangent, (_guidance.PathGeometry,)),
+    "tube": Specimen(lambda: _guidance.OffsetGeometry(smooth_path(WAYPOINTS), TUBE), lambda p: curve(p) - TUBE, True,
+                     tangent, (_guidance.OffsetGeometry,)),
+    "cone": Specimen(lambda: _guidance.ConeGeometry(APEX, INWARD, OPENING), cone, True, _along(-INWARD),
+                     (_guidance.ConeGeometry,)),
     "sphere": Specimen(_surface(lambda: _core.Sphere(BALL)), ball, True, classes=(_core.Sphere,)),
     "box": Specimen(_surface(lambda: _core.Box(BOX)), box, True, classes=(_core.Box,)),
     "cylinder": Specimen(_surface(lambda: _core.Cylinder(0.012, 0.04)), cylinder, True, classes=(_core.Cylinder,)),
@@ -268,19 +269,19 @@ SPECIMENS: dict[str, Specimen] = {
     "cloud": Specimen(_surface(lambda: _core.Cloud(CLOUD, 0.003)), cloud, True, classes=(_core.Cloud,), near=1e-8,
                       wander=5e-6),
     "distance grid": Specimen(_surface(_grid), ball, True, classes=(_core.DistanceGrid,), near=2e-5),
-    "offset": Specimen(lambda: _core.OffsetGeometry(_core.SurfaceGeometry(_core.Box(BOX)), MARGIN),
+    "offset": Specimen(lambda: _guidance.OffsetGeometry(_guidance.SurfaceGeometry(_core.Box(BOX)), MARGIN),
                        lambda p: box(p) - MARGIN, True),
-    "union": Specimen(_combined("union"), lambda p: np.minimum(*_two(p)), True, classes=(_core.CombinedGeometry,)),
+    "union": Specimen(_combined("union"), lambda p: np.minimum(*_two(p)), True, classes=(_guidance.CombinedGeometry,)),
     "intersection": Specimen(_combined("intersection"), lambda p: np.maximum(*_two(p)), True),
     "difference": Specimen(_combined("difference"), lambda p: np.maximum(_two(p)[0], -_two(p)[1]), True),
-    "union of boxes": Specimen(lambda: _core.CombinedGeometry("union", [_placed_box(-0.01), _placed_box(0.012)]),
+    "union of boxes": Specimen(lambda: _guidance.CombinedGeometry("union", [_placed_box(-0.01), _placed_box(0.012)]),
                                lambda p: np.minimum(box(p - [-0.01, 0.0, 0.0]), box(p - [0.012, 0.0, 0.0])), True),
     "placed": Specimen(lambda: _placed_ball(0.01), lambda p: ball(p, (0.01, 0.0, 0.0), 0.015), True,
-                       classes=(_core.PlacedGeometry,)),
+                       classes=(_guidance.PlacedGeometry,)),
 }  # fmt: skip
 
 
-_NO_FIXTURE = {_core.PointSurface, _core.TissueSurface, _core.SharedTissue}
+_NO_FIXTURE = {_tissue.PointSurface, _tissue.TissueSurface, _tissue.SharedTissue}
 """Surfaces of the contact stage of which no fixture is made: a fixture around points is `Cloud`, and one at a soft body
 takes its mesh at rest."""
 
@@ -288,6 +289,6 @@ takes its mesh at rest."""
 def unjudged() -> list[str]:
     """Geometries and surfaces of the core that no specimen covers."""
     covered = _NO_FIXTURE.union(*(specimen.classes for specimen in SPECIMENS.values()))
-    known = [cls for cls in vars(_core).values() if isinstance(cls, type)]
-    of_core = [cls for cls in known if issubclass(cls, (_core.Geometry, _core.Surface))]
-    return sorted(cls.__name__ for cls in of_core if cls not in covered | {_core.Geometry, _core.Surface})
+    known = [cls for cls in (vars(_core) | vars(_tissue)).values() if isinstance(cls, type)]
+    of_core = [cls for cls in known if issubclass(cls, (_guidance.Geometry, _core.Surface))]
+    return sorted(cls.__name__ for cls in of_core if cls not in covered | {_guidance.Geometry, _core.Surface})

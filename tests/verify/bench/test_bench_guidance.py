@@ -4,7 +4,7 @@ import json_contract
 import numpy as np
 from rich.console import Console
 
-from palpate import _core
+from palpate import _guidance
 from palpate.verify.bench import guidance
 
 
@@ -20,10 +20,10 @@ def test_keys_and_table():
 
 def test_quadratic_programs_are_active_and_the_cage_holds():
     A, b, y0 = guidance._programs(20)
-    steps = [_core.Qp().solve(A[i], b[i], y0[i])["steps"] for i in range(20)]
+    steps = [_guidance.Qp().solve(A[i], b[i], y0[i])["steps"] for i in range(20)]
     assert min(steps) >= 1
     assert np.mean(steps) > 3
-    stage = _core.Guidance()
+    stage = _guidance.Guidance()
     cage = guidance._polytope()
     stage.take(cage)
     X = guidance._around(4000)

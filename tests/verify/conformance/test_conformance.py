@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate import _core, guidance
+from palpate import _guidance, guidance
 from palpate.scene.rig import build
 from palpate.verify.conformance import (
     activation,
@@ -33,8 +33,8 @@ SOFT = Combination("forbid", "sphere", "spring", "soft")
 
 def test_every_role_law_geometry_and_policy_of_the_core_is_included():
     assert unjudged() == []
-    assert {roles.ROLES[c.role].role for c in ALL} == set(_core.guidance_roles())
-    assert {c.law for c in ALL} == set(_core.guidance_laws())
+    assert {roles.ROLES[c.role].role for c in ALL} == set(_guidance.guidance_roles())
+    assert {c.law for c in ALL} == set(_guidance.guidance_laws())
     assert len(ALL) == len(roles.ROLES) * len(SPECIMENS) * len(LAWS) * len(POLICIES)
     assert set(activation.JUDGES) == set(POLICIES)
 

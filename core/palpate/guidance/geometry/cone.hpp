@@ -7,9 +7,6 @@
 
 namespace palpate::guidance {
 
-/// Default half angle of a cone that is given by its entry and its target [rad].
-inline constexpr double kConeHalfAngle = 15.0 * std::numbers::pi / 180.0;
-
 /// All points whose direction from the apex lies within `half_angle` of the axis. The attitude's z points along the
 /// axis towards the apex. Inside, the normal jumps where the axis is crossed.
 class Cone final : public Geometry {

@@ -5,9 +5,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "palpate/guidance/deformed_scope.hpp"
 #include "palpate/scene/cloud.hpp"
 #include "palpate/scene/deformable.hpp"
+#include "palpate/scene/deformed_scope.hpp"
 #include "palpate/scene/mesh.hpp"
 #include "palpate/scene/primitives.hpp"
 
@@ -29,7 +29,7 @@ Solid::Solid(std::shared_ptr<const scene::Surface> surface) : surface_(std::move
 }
 
 Query Solid::query_local(const Pose& X_WT, double, double exact_within) const noexcept {
-  const scene::Surface& surface = soft_ ? DeformedScope::present(*surface_) : *surface_;
+  const scene::Surface& surface = soft_ ? scene::DeformedScope::present(*surface_) : *surface_;
   const scene::Nearest found = surface.nearest_or_far(X_WT.p, exact_within);
   Query q;
   q.distance = found.distance;

@@ -8,7 +8,7 @@
 namespace palpate::guidance {
 
 /// A surface of the scene, in its frame O. In the haptic cycle a surface that deforms is queried as it is deformed
-/// (guidance/deformed_scope.hpp). Inside a box, a cylinder or a mesh the normal jumps where two walls are
+/// (scene/deformed_scope.hpp). Inside a box, a cylinder or a mesh the normal jumps where two walls are
 /// equally near (the medial axis). Outside it is continuous where the nearest point is unique.
 class Solid final : public Geometry {
  public:

@@ -60,7 +60,7 @@ HapticNode::HapticNode(const std::shared_ptr<Context>& context, const HapticNode
       writer_(context, options.writer, "", [this](const std::string& words) { console_.report(words); }),
       wrench_(writer_, options.names.wrench()),
       cycle_(options.cycle, std::move(follower)),
-      front_(cycle_.contact(), std::move(scene), options.cycle.rate),
+      front_(cycle_.contact(), std::move(scene), options.cycle.rate, options.cycle.guidance),
       t0_(now_ns()),
       period_(static_cast<std::int64_t>(std::llround(1e9 / options.cycle.rate))) {
   const HapticNames& names = options.names;

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate import _core
+from palpate import _tissue
 from palpate.verify.bench.tissue.bodies import PRONY, Lab, pressed
 from palpate.verify.bench.tissue.rows import Found, at_most
 
@@ -15,7 +15,7 @@ TOLERANCE = 0.01  # of the largest force [%]
 
 def measure(lab: Lab, short: bool = False) -> Found:
     """Difference of the forces of both kernels, and bytes that differ between two runs of the same."""
-    if not _core.TissueBody.has_avx2:
+    if not _tissue.TissueBody.has_avx2:
         return Found()  # there is one kernel
     layer = (20e-3, 10e-3, 20e-3) if short else LAYER
     tips = pressed(RADIUS, DEPTH, (1e-3, 0.5e-3), 0.1, 0.1 if short else 0.4)

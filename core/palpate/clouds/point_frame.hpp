@@ -7,7 +7,7 @@
 
 #include "palpate/types/spatial.hpp"
 
-namespace palpate::scene {
+namespace palpate::clouds {
 
 /// A ball in W.
 struct Ball {
@@ -31,4 +31,4 @@ std::vector<double> usable_points(std::span<const float> points_C, const Pose& X
 std::vector<double> usable_points(std::span<const double> points_C, const Pose& X_WC, const Ball& region,
                                   std::span<const Ball> tool, FrameCount& count);
 
-}  // namespace palpate::scene
+}  // namespace palpate::clouds

@@ -10,11 +10,11 @@
 #include <utility>
 #include <vector>
 
-#include "bindings.hpp"
 #include "convert.hpp"
-#include "palpate/guidance/frame.hpp"
+#include "guidance/bindings.hpp"
 #include "palpate/guidance/geometry/combine.hpp"
 #include "palpate/guidance/geometry/cone.hpp"
+#include "palpate/guidance/geometry/framed.hpp"
 #include "palpate/guidance/geometry/line.hpp"
 #include "palpate/guidance/geometry/path.hpp"
 #include "palpate/guidance/geometry/point.hpp"
@@ -26,7 +26,6 @@ namespace nb = nanobind;
 namespace palpate::bindings {
 namespace {
 
-using guidance::Frame;
 using guidance::Geometry;
 using Controls = Input<double, -1, 4, 3>;
 using Rotations = Input<double, -1, 3, 3>;
@@ -91,49 +90,6 @@ Fields query(const Geometry& geometry, const Poses& X_WT, const Times& t, double
   return answers.take();
 }
 
-Twist twist(const Eigen::VectorXd& V, const char* name) {
-  if (V.size() != 6 || !V.allFinite())
-    throw std::invalid_argument(std::string(name) + " must be six finite numbers: linear [m/s] over angular [rad/s]");
-  return {V.head<3>(), V.tail<3>()};
-}
-
-void bind_frames(nb::module_& m) {
-  nb::class_<Frame>(m, "Frame", "A frame to which a geometry is attached.")
-      .def(
-          "at",
-          [](const Frame& frame, double t) -> Tuple<Matrix4, Vec6> {
-            const guidance::FrameState s = frame.at(t);
-            Vec6 V;
-            V << s.V_WF.v, s.V_WF.w;
-            return nb::make_tuple(to_matrix(s.X_WF), V);
-          },
-          nb::arg("t"),
-          "(X_WF (4, 4), V_WF (6,)) at t [s]: pose, and velocity of its origin [m/s] over angular velocity [rad/s].");
-  nb::class_<guidance::MotionFrame, Frame>(m, "MotionFrame", "A frame that moves like an object of the scene.")
-      .def(
-          "__init__",
-          [](guidance::MotionFrame* self, const Matrix4& X_WF, scene::Motion motion) {
-            new (self) guidance::MotionFrame(to_pose(X_WF, "X_WF"), std::move(motion));
-          },
-          nb::arg("X_WF") = Matrix4(Matrix4::Identity()), nb::arg("motion") = scene::Motion{},
-          "X_WF (4, 4): pose at rest; motion: motion from that pose.");
-  nb::class_<guidance::LiveFrame, Frame>(m, "LiveFrame",
-                                         "A frame whose poses come from outside the loop, such as from a tracker.")
-      .def(nb::init<>())
-      .def(
-          "set", [](guidance::LiveFrame& frame, const Matrix4& X_WF) { frame.set(to_pose(X_WF, "X_WF")); },
-          nb::arg("X_WF"),
-          "Sets the pose X_WF (4, 4); the velocity follows from successive poses. Call it from one thread only.")
-      .def(
-          "set",
-          [](guidance::LiveFrame& frame, const Matrix4& X_WF, const VectorArg& V_WF) {
-            frame.set(guidance::FrameState{to_pose(X_WF, "X_WF"), twist(V_WF.values, "V_WF")});
-          },
-          nb::arg("X_WF"), nb::arg("V_WF"),
-          "Sets the pose X_WF (4, 4) and the velocity V_WF (6,): linear [m/s] over angular [rad/s].")
-      .def_prop_ro("has_pose", &guidance::LiveFrame::has_pose, "True once a pose has been received.");
-}
-
 void make_path(guidance::Path* self, const Controls& controls, const Rotations& attitudes, bool tangential,
                bool closed) {
   std::vector<guidance::Path::Controls> pieces(controls.shape(0));
@@ -190,7 +146,6 @@ void bind_shapes(nb::module_& m) {
            "controls (n, 4, 3): control points [m]. attitudes (n + 1, 3, 3): rotations at the ends of the pieces. "
            "tangential: the z axes follow the tangent between these ends. closed: the curve ends where it starts.")
       .def_prop_ro("length", &guidance::Path::length, "Length of the curve [m].");
-  m.attr("CONE_HALF_ANGLE") = guidance::kConeHalfAngle;
   nb::class_<guidance::Cone, Geometry>(m, "ConeGeometry", "An infinite cone.")
       .def(nb::init<const Vec3&, const Vec3&, double>(), nb::arg("apex"), nb::arg("axis"), nb::arg("half_angle"),
            "axis (3,): direction from the apex (3,) [m] into the cone; half_angle [rad].");
@@ -198,7 +153,7 @@ void bind_shapes(nb::module_& m) {
 
 }  // namespace
 
-void bind_guidance(nb::module_& m) {
+void bind_geometries(nb::module_& m) {
   nb::class_<Geometry>(m, "Geometry", "Geometry of a fixture (core/palpate/guidance/geometry.hpp).")
       .def_prop_ro("solid", &Geometry::solid, "True if the geometry has an inside.")
       .def_prop_ro("has_axis", &Geometry::has_axis,
@@ -206,7 +161,6 @@ void bind_guidance(nb::module_& m) {
       .def("query", &query, nb::arg("X_WT"), nb::arg("t"), nb::arg("exact_within") = double{Geometry::kEverywhere},
            "Queries for n tool poses X_WT (n, 4, 4) at times t (n,) [s]: a dict with one array of n entries for each "
            "field of guidance::Query. Beyond exact_within [m] a distance may be a lower bound.");
-  bind_frames(m);
   bind_shapes(m);
   bind_modifiers(m);
   nb::class_<guidance::FramedGeometry, Geometry>(m, "PlacedGeometry",
@@ -214,11 +168,11 @@ void bind_guidance(nb::module_& m) {
       .def(
           "__init__",
           [](guidance::FramedGeometry* self, std::shared_ptr<Geometry> geometry, const Matrix4& X_FG,
-             std::shared_ptr<Frame> frame) {
+             std::shared_ptr<scene::Frame> frame) {
             new (self) guidance::FramedGeometry(std::move(geometry), to_pose(X_FG, "X_FG"), std::move(frame));
           },
           nb::arg("geometry"), nb::arg("X_FG") = Matrix4(Matrix4::Identity()),
-          nb::arg("frame") = std::shared_ptr<Frame>(std::make_shared<guidance::MotionFrame>(Pose{})));
+          nb::arg("frame") = std::shared_ptr<scene::Frame>(std::make_shared<scene::MotionFrame>(Pose{})));
 }
 
 }  // namespace palpate::bindings

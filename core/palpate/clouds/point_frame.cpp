@@ -1,9 +1,9 @@
-#include "palpate/scene/point_frame.hpp"
+#include "palpate/clouds/point_frame.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-namespace palpate::scene {
+namespace palpate::clouds {
 namespace {
 
 constexpr double kAtCamera = 1e-6;  // some cameras send the origin for a missing point [m]
@@ -50,4 +50,4 @@ std::vector<double> usable_points(std::span<const double> points_C, const Pose& 
   return usable(points_C, X_WC, region, tool, count);
 }
 
-}  // namespace palpate::scene
+}  // namespace palpate::clouds

@@ -4,7 +4,7 @@
 
 #include "palpate/guidance/guidance.hpp"
 
-namespace palpate::loop {
+namespace palpate::guidance {
 
 /// A plane that pushes like a spring along its normal.
 struct ElasticPlane {
@@ -27,17 +27,17 @@ struct GuidanceRunOptions {
 class GuidanceRun {
  public:
   /// The stage must outlive the run. X_WT: pose of the tool before the first tick.
-  GuidanceRun(guidance::Guidance& stage, const GuidanceRunOptions& options, const Pose& X_WT);
+  GuidanceRun(Guidance& stage, const GuidanceRunOptions& options, const Pose& X_WT);
 
   /// One tick at time t [s]; the tool is at the corrected goal of the previous tick and touches nothing.
-  const guidance::Output& step(double t, const Pose& X_WT_goal, const Twist& V_WT) noexcept;
+  const Output& step(double t, const Pose& X_WT_goal, const Twist& V_WT) noexcept;
   /// The same; the tool touches the plane at `height` [m].
-  const guidance::Output& step(double t, const Pose& X_WT_goal, const Twist& V_WT, double height) noexcept;
+  const Output& step(double t, const Pose& X_WT_goal, const Twist& V_WT, double height) noexcept;
 
  private:
-  guidance::Guidance& stage_;
+  Guidance& stage_;
   ElasticPlane plane_;
-  guidance::Input in_;
+  Input in_;
 };
 
-}  // namespace palpate::loop
+}  // namespace palpate::guidance

@@ -10,7 +10,7 @@
 
 #include "palpate/types/spatial.hpp"
 
-namespace palpate::scene {
+namespace palpate::clouds {
 
 /// A point of the surface, the mean of the points in one voxel.
 struct alignas(16) GridPoint {
@@ -76,4 +76,4 @@ class PointGrid {
   std::size_t rejected_ = 0;
 };
 
-}  // namespace palpate::scene
+}  // namespace palpate::clouds

@@ -1,5 +1,3 @@
-#include "palpate/loop/guidance_run.hpp"
-
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/vector.h>
 
@@ -7,8 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "bindings.hpp"
 #include "convert.hpp"
+#include "guidance/bindings.hpp"
+#include "palpate/guidance/guidance_run.hpp"
 #include "types.hpp"
 
 namespace nb = nanobind;
@@ -20,8 +19,8 @@ namespace {
 using guidance::Guidance;
 using Twists = Input<double, -1, 6>;
 
-/// Runs the stage tick by tick along a motion (loop::GuidanceRun). height: height of the elastic plane at each tick;
-/// empty: no plane.
+/// Runs the stage tick by tick along a motion (guidance::GuidanceRun). height: height of the elastic plane at each
+/// tick; empty: no plane.
 nb::typed<nb::dict, nb::str, Array> run(Guidance& self, const std::vector<double>& t, const Poses& X_WT_goal,
                                         const Twists& V_WT, const Matrix4& X_WT, const Vec3& normal,
                                         const std::vector<double>& height, double stiffness, double F_hand,
@@ -38,7 +37,7 @@ nb::typed<nb::dict, nb::str, Array> run(Guidance& self, const std::vector<double
   Eigen::Matrix<double, Eigen::Dynamic, 16, Eigen::RowMajor> goals(n, 16);
   Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor> B(n, 9);
   Eigen::VectorXd gap(n);
-  loop::GuidanceRun motion(self, {{normal, stiffness}, F_hand, pedal, renders_damping}, to_pose(X_WT, "X_WT"));
+  guidance::GuidanceRun motion(self, {{normal, stiffness}, F_hand, pedal, renders_damping}, to_pose(X_WT, "X_WT"));
   for (std::size_t k = 0; k < n; ++k) {
     const auto row = static_cast<Eigen::Index>(k);
     const Pose goal = to_pose(Matrix4(Eigen::Map<const RowMat4>(X_WT_goal.data() + 16 * k)), "X_WT_goal");
@@ -59,7 +58,7 @@ nb::typed<nb::dict, nb::str, Array> run(Guidance& self, const std::vector<double
 
 }  // namespace
 
-void bind_guidance_run(nb::module_& m) {
+void bind_run(nb::module_& m) {
   m.def(
       "run_guidance", &run, "stage"_a, "t"_a, "X_WT_goal"_a, "V_WT"_a, "X_WT"_a, "normal"_a = Vec3(Vec3::UnitZ()),
       "height"_a = std::vector<double>{}, "stiffness"_a = 0.0, "F_hand"_a = -1.0, "pedal"_a = 1.0,

@@ -1,6 +1,4 @@
 // Surfaces through point clouds, and the usable points of a camera's frame.
-#include "palpate/scene/point_surface.hpp"
-
 #include <nanobind/eigen/dense.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/optional.h>
@@ -11,9 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "bindings.hpp"
 #include "convert.hpp"
-#include "palpate/scene/point_frame.hpp"
+#include "palpate/clouds/point_frame.hpp"
+#include "palpate/clouds/point_surface.hpp"
+#include "tissue/bindings.hpp"
 #include "types.hpp"
 
 namespace nb = nanobind;
@@ -22,7 +21,7 @@ using namespace nb::literals;
 namespace palpate::bindings {
 namespace {
 
-using scene::PointSurface;
+using clouds::PointSurface;
 using Balls = Input<double, -1, 4>;
 
 std::span<const double> span_of(const Points& points) { return {points.data(), 3 * points.shape(0)}; }
@@ -42,7 +41,7 @@ Tuple<Array, Array, Array> averaged(const PointSurface& self) {
   p.reserve(3 * points.size());
   n.reserve(3 * points.size());
   w.reserve(points.size());
-  for (const scene::GridPoint& s : points) {
+  for (const clouds::GridPoint& s : points) {
     for (int k = 0; k < 3; ++k) {
       p.push_back(static_cast<double>(s.p[k]) + self.grid().origin()[k]);
       n.push_back(static_cast<double>(s.n[k]));
@@ -62,15 +61,15 @@ template <typename Number>
 Tuple<Array, Fields> usable(const Input<Number, -1, 3>& points_C, const Matrix4& X_WC, const Vec3& centre,
                             double radius, const Balls& tool) {
   const Pose X = to_pose(X_WC, "X_WC");
-  std::vector<scene::Ball> balls;
+  std::vector<clouds::Ball> balls;
   balls.reserve(tool.shape(0));
   for (std::size_t i = 0; i < tool.shape(0); ++i) balls.push_back({Vec3(&tool(i, 0)), tool(i, 3)});
-  scene::FrameCount count;
+  clouds::FrameCount count;
   std::vector<double> found;
   {
     const nb::gil_scoped_release release;
     const std::span<const Number> frame(points_C.data(), 3 * points_C.shape(0));
-    found = scene::usable_points(frame, X, {centre, radius}, balls, count);
+    found = clouds::usable_points(frame, X, {centre, radius}, balls, count);
   }
   nb::dict counts;
   counts["used"] = count.used;
@@ -83,9 +82,9 @@ Tuple<Array, Fields> usable(const Input<Number, -1, 3>& points_C, const Matrix4&
 
 }  // namespace
 
-/// Call it after bind_scene, which binds the base class Surface.
-void bind_point_surface(nb::module_& m) {
-  const scene::PointSurfaceOptions o;
+/// The base class Surface is bound in _core.
+void bind_clouds(nb::module_& m) {
+  const clouds::PointSurfaceOptions o;
   nb::class_<PointSurface, scene::Surface>(m, "PointSurface", "The surface through a point cloud (algebraic spheres).")
       .def("__init__", &make, "points"_a, "normals"_a = nb::none(), "viewpoint"_a = nb::none(), "voxel"_a = o.voxel,
            "support"_a = o.support, "bridge"_a = o.bridge, "thickness"_a = o.thickness, "continues"_a = nb::none(),

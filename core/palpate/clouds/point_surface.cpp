@@ -1,4 +1,4 @@
-#include "palpate/scene/point_surface.hpp"
+#include "palpate/clouds/point_surface.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 #include "palpate/scene/extent.hpp"
 #include "palpate/types/ldlt.hpp"
 
-namespace palpate::scene {
+namespace palpate::clouds {
 namespace {
 
 constexpr double kUnlimited = std::numeric_limits<double>::infinity();
@@ -36,7 +36,8 @@ void require_valid(const PointInput& input, const PointSurfaceOptions& o) {
   if (input.points.size() % 3 != 0 || (!input.normals.empty() && input.normals.size() != input.points.size()))
     throw std::invalid_argument("a cloud needs points (n, 3), and as many normals");
   for (const double x : input.points)
-    if (!(std::abs(x) <= kMaxCoordinate)) throw std::invalid_argument("points of a cloud must be finite, within 1e9 m");
+    if (!(std::abs(x) <= scene::kMaxCoordinate))
+      throw std::invalid_argument("points of a cloud must be finite, within 1e9 m");
   for (const double x : input.normals)
     if (!std::isfinite(x)) throw std::invalid_argument("normals of a cloud must be finite");
   if (input.viewpoint && !input.viewpoint->allFinite()) throw std::invalid_argument("viewpoint must be finite");
@@ -114,7 +115,7 @@ Sums sum_near(const PointGrid& grid, const Vec3& x, const Vec3& side, double sup
   return out;
 }
 
-Bvh hierarchy(const PointGrid& grid) {
+scene::Bvh hierarchy(const PointGrid& grid) {
   const auto& points = grid.points();
   std::vector<double> p(3 * points.size());
   std::vector<std::int32_t> corners(3 * points.size());
@@ -122,7 +123,7 @@ Bvh hierarchy(const PointGrid& grid) {
     p[i] = static_cast<double>(points[i / 3].p[i % 3]);
     corners[i] = static_cast<std::int32_t>(i / 3);
   }
-  return points.empty() ? Bvh{} : build_bvh(p, corners);
+  return points.empty() ? scene::Bvh{} : scene::build_bvh(p, corners);
 }
 
 /// Marks the points that lie within `width` of the line through x along n, on the same side of the sheet.
@@ -177,7 +178,7 @@ struct PointSurface::Foot {
 };
 
 PointSurface::PointSurface(const PointInput& input, const PointSurfaceOptions& options, const PointSurface* continues)
-    : Surface(continues == nullptr ? 0 : continues->id()),
+    : scene::Surface(continues == nullptr ? 0 : continues->id()),
       options_(options),
       grid_(checked_grid(input, options)),
       bvh_(hierarchy(grid_)) {}
@@ -211,10 +212,10 @@ PointSurface::Foot PointSurface::foot(const Vec3& p, std::int32_t start, int pro
   return foot;
 }
 
-Nearest PointSurface::nearest(const Vec3& p) const noexcept {
+scene::Nearest PointSurface::nearest(const Vec3& p) const noexcept {
   if (grid_.points().empty()) return {kNothing, Vec3::Zero(), Vec3::UnitZ()};
   const Vec3 q = p - grid_.origin();
-  const BvhHit hit = bvh_closest(bvh_, q.data(), {kUnlimited, 0.0, 0.0, -1});
+  const scene::BvhHit hit = bvh_closest(bvh_, q.data(), {kUnlimited, 0.0, 0.0, -1});
   const Foot at = foot(q, std::max(hit.triangle, 0), kProjections);
   const GridPoint& c = grid_.points()[at.nearest];
 
@@ -253,7 +254,7 @@ std::optional<Vec3> PointSurface::shift_to(std::span<const double> points, const
     for (std::size_t i = 0; i < near.size(); i += stride) {
       const Vec3 p = near[i] - shift;
       const Vec3 q = p - grid_.origin();
-      const BvhHit hit =
+      const scene::BvhHit hit =
           bvh_closest(bvh_, q.data(), {(scale + options_.bridge) * (scale + options_.bridge), 0.0, 0.0, -1});
       if (hit.triangle < 0) continue;
       const Foot at = foot(q, hit.triangle, kMatchProjections);
@@ -274,4 +275,4 @@ std::optional<Vec3> PointSurface::shift_to(std::span<const double> points, const
   return shift;
 }
 
-}  // namespace palpate::scene
+}  // namespace palpate::clouds

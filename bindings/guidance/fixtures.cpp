@@ -8,10 +8,9 @@
 #include <string>
 #include <utility>
 
-#include "bindings.hpp"
 #include "convert.hpp"
 #include "doc.hpp"
-#include "palpate/guidance/frame.hpp"
+#include "guidance/bindings.hpp"
 #include "palpate/guidance/guidance.hpp"
 #include "types.hpp"
 
@@ -28,71 +27,11 @@ using guidance::Guidance;
 using guidance::LawOptions;
 using guidance::Policy;
 using guidance::Qp;
-using guidance::Ramp;
 using guidance::RoleOptions;
-
-constexpr std::array kRamps = {"pedal", "distance", "time", "force"};  // in the order of Ramp::By
-
-Ramp::By by_name(const std::string& name) {
-  for (std::size_t i = 0; i < kRamps.size(); ++i) {
-    if (name == kRamps[i]) return static_cast<Ramp::By>(i);
-  }
-  throw std::invalid_argument("a ramp goes by 'pedal', 'distance', 'time' or 'force'; got '" + name + "'");
-}
 
 Twist to_twist(const VectorArg& V, const char* name) {
   const Wrench both = wrench(V.values, name);
   return {both.f, both.t};
-}
-
-void bind_guidance_options(nb::module_& m) {
-  nb::class_<RoleOptions>(m, "GuidanceRoleOptions", "Options of all guidance roles; each role reads its own.")
-      .def(nb::init<>())
-      .def_rw("margin", &RoleOptions::margin, "guide: free play; forbid, keep-in: clearance from the surface [m]."_doc)
-      .def_rw("angle", &RoleOptions::angle, "orient: angle that the tool may tilt freely [rad]."_doc)
-      .def_rw("axis", &RoleOptions::axis,
-              "orient, rcm: axis of the tool, in T, that is oriented or slides through the point (3,)."_doc)
-      .def_rw("target", &RoleOptions::target,
-              nb::for_getter(nb::sig("def target(self) -> typing.Literal['axis', 'normal', 'frame']")),
-              nb::for_setter(nb::sig("def target(self, name: typing.Literal['axis', 'normal', 'frame'], /) -> None")),
-              "orient: target, the 'axis', the 'normal' or the whole 'frame' of the geometry."_doc)
-      .def_rw("speed", &RoleOptions::speed, "limit: largest speed of the tool [m/s]; 0: no limit."_doc)
-      .def_rw("force", &RoleOptions::force, "limit: largest contact force on the tool [N]; 0: no limit."_doc);
-  nb::class_<LawOptions>(m, "GuidanceLawOptions", "Options of all guidance laws; each law reads its own.")
-      .def(nb::init<>())
-      .def_rw("K", &LawOptions::K, "Stiffness on the tool's side [N/m]."_doc)
-      .def_rw("B", &LawOptions::B, "Damping [N s/m]."_doc)
-      .def_rw("K_turn", &LawOptions::K_turn, "Rotational stiffness [N m/rad]."_doc)
-      .def_rw("B_turn", &LawOptions::B_turn, "Rotational damping [N m s/rad]."_doc)
-      .def_rw("force", &LawOptions::force, "potential, optimise: largest force [N]."_doc)
-      .def_rw("moment", &LawOptions::moment, "potential, optimise: largest moment [N m]."_doc)
-      .def_rw("range", &LawOptions::range, "potential: distance from which it attracts or repels [m]."_doc)
-      .def_rw("range_turn", &LawOptions::range_turn, "potential: angle from which it attracts [rad]."_doc)
-      .def_rw("ratio", &LawOptions::ratio,
-              "admittance: speed in the constrained directions per speed in the free ones, 0.01-1 [-]."_doc);
-  nb::class_<Ramp>(m, "Ramp",
-                   "Scales the authority of a fixture with a measured value: 0 at `start`, 1 at `end`, linear between.")
-      .def(
-          "__init__",
-          [](Ramp* self, const std::string& by, double start, double end) { new (self) Ramp{by_name(by), start, end}; },
-          "by"_a = "pedal", "start"_a = 0.0, "end"_a = 1.0, "start may be larger than end.")
-      .def_prop_ro(
-          "by", [](const Ramp& r) { return std::string(kRamps[static_cast<std::size_t>(r.by)]); },
-          "Measured value: 'pedal' [0-1], 'distance' [m, rad], 'time' since the fixture was engaged [s] or 'force' of "
-          "the operator [N].")
-      .def_ro("start", &Ramp::from, "Value at which the authority is 0."_doc)
-      .def_ro("end", &Ramp::to, "Value at which the authority is 1."_doc);
-  nb::class_<Policy>(m, "Policy", "When and with how much authority a fixture acts.")
-      .def(nb::init<>())
-      .def_rw("hard", &Policy::hard, "True: the tool's goal is corrected as well."_doc)
-      .def_rw("authority", &Policy::authority, "Authority, 0-1; the ramps multiply it [-]."_doc)
-      .def_rw("priority", &Policy::priority,
-              "Priority; the force of a lower one never opposes that of a higher one."_doc)
-      .def_rw("engage", &Policy::engage, "|gap| below which the fixture engages [m, rad]."_doc)
-      .def_rw("release", &Policy::release, "|gap| above which the fixture disengages [m, rad]."_doc)
-      .def_rw("rise", &Policy::rise, "Shortest time in which the authority rises from 0 to 1 [s]."_doc)
-      .def_rw("fall", &Policy::fall, "Shortest time in which the authority falls from 1 to 0 [s]."_doc)
-      .def_rw("ramps", &Policy::ramps, "Ramps that scale the authority. This is a copy: assign a whole list."_doc);
 }
 
 Fields to_dict(const guidance::Constraint& c) {
@@ -171,17 +110,18 @@ void bind_fixture(nb::module_& m) {
 }
 
 void bind_fixture_list(nb::module_& m) {
-  nb::class_<Fixtures>(m, "Fixtures", "An immutable list of fixtures; guidance replaces it as a whole.")
+  nb::class_<Fixtures, guidance::FixtureList>(m, "Fixtures",
+                                              "An immutable list of fixtures; guidance replaces it as a whole.")
       .def(
           "__init__",
-          [](Fixtures* self, const std::vector<Fixture*>& fixtures, std::shared_ptr<guidance::LiveFrame> tool) {
+          [](Fixtures* self, const std::vector<Fixture*>& fixtures, std::shared_ptr<scene::LiveFrame> tool) {
             Fixtures list;
             list.tool = std::move(tool);
             for (const Fixture* f : fixtures) {
               if (f == nullptr) throw std::invalid_argument("guidance: a fixture of the list is None");
               list.fixture.push_back(*f);
             }
-            guidance::check(list);
+            list.check();
             new (self) Fixtures(std::move(list));
           },
           "fixtures"_a = std::vector<Fixture*>{}, "tool"_a.none() = nb::none(),
@@ -214,23 +154,6 @@ Fields step(Guidance& self, double t, const Matrix4& X_WT_goal, const VectorArg&
 
 void bind_guidance_stage(nb::module_& m) {
   using guidance::Options;
-  nb::class_<Options>(m, "GuidanceOptions", "Options of the stage `guidance`.")
-      .def(nb::init<>())
-      .def_rw("force_rate", &Options::force_rate,
-              "Largest rate of the force change that no motion causes, such as after a switch or an edit [N/s]."_doc)
-      .def_rw("moment_rate", &Options::moment_rate,
-              "Largest rate of the moment change that no motion causes [N m/s]."_doc)
-      .def_rw("return_speed", &Options::return_speed,
-              "Speed at which the goal leaves a region that has just become forbidden [m/s]."_doc)
-      .def_rw("reserve", &Options::reserve,
-              "Distance that hard fixtures keep between the goal and their boundary [m]."_doc)
-      .def_prop_rw(
-          "servo_bandwidth", [](const Options& o) { return o.servo.bandwidth; },
-          [](Options& o, double x) { o.servo.bandwidth = x; },
-          "Bandwidth of the follower's servos [Hz]; 0: ideal; negative: that of the simulated follower.")
-      .def_prop_rw(
-          "servo_damping", [](const Options& o) { return o.servo.damping_ratio; },
-          [](Options& o, double x) { o.servo.damping_ratio = x; }, "Damping ratio of the follower's servos [-].");
   nb::class_<Guidance>(m, "Guidance", "The stage `guidance` outside a loop.")
       .def(nb::init<const Options&, double>(), "options"_a = Options{}, "dt"_a = 1e-3, "dt: period of the cycle [s].")
       .def("take", &Guidance::take, "fixtures"_a, nb::keep_alive<1, 2>(),
@@ -285,7 +208,6 @@ Fields solve(Qp& qp, const Eigen::MatrixXd& A, const VectorArg& b, const VectorA
 }  // namespace
 
 void bind_fixtures(nb::module_& m) {
-  bind_guidance_options(m);
   m.def("guidance_roles", &guidance::roles, "Names of the available roles.");
   m.def("guidance_laws", &guidance::laws, "Names of the available laws.");
   bind_fixture(m);

@@ -1,10 +1,10 @@
-#include "palpate/scene/point_grid.hpp"
+#include "palpate/clouds/point_grid.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
-namespace palpate::scene {
+namespace palpate::clouds {
 namespace {
 
 constexpr double kMaxCells = 8e6;          // larger grids get larger cells
@@ -225,4 +225,4 @@ void PointGrid::estimate_normals(const std::optional<Vec3>& viewpoint, double re
   rejected_ = std::erase_if(points_, [](const GridPoint& s) { return s.weight == 0.0F; });
 }
 
-}  // namespace palpate::scene
+}  // namespace palpate::clouds

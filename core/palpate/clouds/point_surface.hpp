@@ -21,11 +21,11 @@
 #include <span>
 #include <vector>
 
+#include "palpate/clouds/point_grid.hpp"
 #include "palpate/scene/bvh.hpp"
-#include "palpate/scene/point_grid.hpp"
 #include "palpate/scene/surface.hpp"
 
-namespace palpate::scene {
+namespace palpate::clouds {
 
 /// Options of the surface through a cloud. All above zero [m].
 struct PointSurfaceOptions {
@@ -43,13 +43,13 @@ struct PointInput {
 };
 
 /// Surface through a point cloud, in its own frame O.
-class PointSurface final : public Surface {
+class PointSurface final : public scene::Surface {
  public:
   /// continues: the surface of the previous frame of the same stream, whose id the new one takes, so that contact goes
   /// on; null: a new surface. Without any point the surface cannot be touched. Throws std::invalid_argument: a value is
   /// not finite or out of range.
   PointSurface(const PointInput& input, const PointSurfaceOptions& options, const PointSurface* continues = nullptr);
-  [[nodiscard]] Nearest nearest(const Vec3& p) const noexcept override;
+  [[nodiscard]] scene::Nearest nearest(const Vec3& p) const noexcept override;
 
   /// Displacement by which this surface moved to pass through the points (3n coordinates) within `radius` of `centre`
   /// [m]: the translation with the least squared distances. It is zero along directions that the shape does not
@@ -67,7 +67,7 @@ class PointSurface final : public Surface {
 
   PointSurfaceOptions options_;
   PointGrid grid_;
-  Bvh bvh_;  // hierarchy over degenerate triangles, one for each point
+  scene::Bvh bvh_;  // hierarchy over degenerate triangles, one for each point
 };
 
-}  // namespace palpate::scene
+}  // namespace palpate::clouds

@@ -1,14 +1,14 @@
-#include "palpate/loop/guidance_run.hpp"
+#include "palpate/guidance/guidance_run.hpp"
 
 #include <algorithm>
 
-namespace palpate::loop {
+namespace palpate::guidance {
 
 Vec3 ElasticPlane::force(const Vec3& p_WT, double height) const noexcept {
   return stiffness * std::max(height - normal.dot(p_WT), 0.0) * normal;
 }
 
-GuidanceRun::GuidanceRun(guidance::Guidance& stage, const GuidanceRunOptions& options, const Pose& X_WT)
+GuidanceRun::GuidanceRun(Guidance& stage, const GuidanceRunOptions& options, const Pose& X_WT)
     : stage_(stage), plane_(options.plane) {
   in_.goal.engaged = true;
   in_.tool.X_WT = X_WT;
@@ -18,18 +18,18 @@ GuidanceRun::GuidanceRun(guidance::Guidance& stage, const GuidanceRunOptions& op
   in_.pedal = options.pedal;
 }
 
-const guidance::Output& GuidanceRun::step(double t, const Pose& X_WT_goal, const Twist& V_WT) noexcept {
+const Output& GuidanceRun::step(double t, const Pose& X_WT_goal, const Twist& V_WT) noexcept {
   in_.t = t;
   in_.goal.X_WT_goal = X_WT_goal;
   in_.goal.V_WT = V_WT;
-  const guidance::Output& out = stage_.step(in_);
+  const Output& out = stage_.step(in_);
   in_.tool.X_WT = out.X_WT_goal;
   return out;
 }
 
-const guidance::Output& GuidanceRun::step(double t, const Pose& X_WT_goal, const Twist& V_WT, double height) noexcept {
+const Output& GuidanceRun::step(double t, const Pose& X_WT_goal, const Twist& V_WT, double height) noexcept {
   in_.tool_force.F_T_W.f = plane_.force(in_.tool.X_WT.p, height);
   return step(t, X_WT_goal, V_WT);
 }
 
-}  // namespace palpate::loop
+}  // namespace palpate::guidance

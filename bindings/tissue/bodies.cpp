@@ -12,12 +12,12 @@
 #include <utility>
 #include <vector>
 
-#include "bindings.hpp"
 #include "palpate/scene/snapshot.hpp"
 #include "palpate/tissue/body.hpp"
 #include "palpate/tissue/depth_moduli.hpp"
 #include "palpate/tissue/shared_surface.hpp"
 #include "palpate/tissue/soft_surface.hpp"
+#include "tissue/bindings.hpp"
 #include "types.hpp"
 
 namespace nb = nanobind;
@@ -265,7 +265,7 @@ void bind_shared(nb::module_& m) {
 
 }  // namespace
 
-void bind_tissue(nb::module_& m) {
+void bind_bodies(nb::module_& m) {
   m.attr("YEOH_GROWTH") = tissue::kYeoh;
   nb::class_<Body> body = bind_body(m);
   bind_tissue_motion(body);

@@ -1,14 +1,17 @@
-// Frames to which a geometry is attached: fixed in the world, moving in closed form, or set live from outside.
+// Frames to which the geometry of a fixture is attached: fixed in the world, moving in closed form, or set live from
+// outside.
 #pragma once
 
 #include <array>
 #include <atomic>
 #include <cstddef>
+#include <memory>
+#include <vector>
 
-#include "palpate/guidance/geometry.hpp"
 #include "palpate/scene/motion.hpp"
+#include "palpate/types/spatial.hpp"
 
-namespace palpate::guidance {
+namespace palpate::scene {
 
 /// Pose and velocity of a frame F in the world W.
 struct FrameState {
@@ -28,17 +31,17 @@ class Frame {
 class MotionFrame final : public Frame {
  public:
   /// X_WF: pose at rest, which `motion` displaces.
-  explicit MotionFrame(const Pose& X_WF, scene::Motion motion = {});
+  explicit MotionFrame(const Pose& X_WF, Motion motion = {});
   [[nodiscard]] FrameState at(double t) const noexcept override;
 
  private:
   Pose X_WF_;
-  scene::Motion motion_;
+  Motion motion_;
 };
 
 /// A frame whose pose is set live: a tool, a tracked camera, a handle in a viewer. One thread at a time may call set(),
 /// any number of threads at(); neither blocks. Before the first set() the frame lies at the world's origin, and
-/// fixtures attached to it have no authority (authority.cpp).
+/// fixtures attached to it have no authority (guidance/authority.cpp).
 class LiveFrame final : public Frame {
  public:
   /// Sets the pose with its velocity, or without. see() estimates a missing velocity from successive poses and the
@@ -78,25 +81,6 @@ class LiveFrame final : public Frame {
   std::array<std::atomic<double>, 6> V_{};
 };
 
-/// A geometry at the pose X_FG in a frame.
-class FramedGeometry final : public Geometry {
- public:
-  /// Throws std::invalid_argument when a pointer is null.
-  FramedGeometry(GeometryPtr geometry, const Pose& X_FG, std::shared_ptr<const Frame> frame);
-  [[nodiscard]] bool solid() const noexcept override { return geometry_->solid(); }
-  [[nodiscard]] bool is_point() const noexcept override { return geometry_->is_point(); }
-  /// True also for a geometry without an axis of its own if it is rotated or its frame is live.
-  [[nodiscard]] bool has_axis() const noexcept override;
-  void add_live(LiveFrames& frames) const override;
-  [[nodiscard]] QueryDerivatives normals(const Pose& X_WT, double t) const noexcept override;
+using LiveFrames = std::vector<std::shared_ptr<LiveFrame>>;
 
- protected:
-  [[nodiscard]] Query query_local(const Pose& X_WT, double t, double exact_within) const noexcept override;
-
- private:
-  GeometryPtr geometry_;
-  Pose X_FG_;
-  std::shared_ptr<const Frame> frame_;
-};
-
-}  // namespace palpate::guidance
+}  // namespace palpate::scene

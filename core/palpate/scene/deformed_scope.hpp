@@ -3,23 +3,23 @@
 
 #include "palpate/scene/snapshot.hpp"
 
-namespace palpate::guidance {
+namespace palpate::scene {
 
 /// While it lives, queries of the calling thread see the surfaces of `scene` as they are deformed. Other threads, such
 /// as one that draws a fixture, see the shapes at rest. Nothing allocates or locks.
 class DeformedScope {
  public:
-  explicit DeformedScope(const scene::Snapshot& scene) noexcept;
+  explicit DeformedScope(const Snapshot& scene) noexcept;
   ~DeformedScope();
   DeformedScope(const DeformedScope&) = delete;
   DeformedScope& operator=(const DeformedScope&) = delete;
 
   /// The surface with the id of `surface` in the scene of the present scope; without one, `surface` itself.
-  [[nodiscard]] static const scene::Surface& present(const scene::Surface& surface) noexcept;
-  static const scene::Surface& present(scene::Surface&& surface) = delete;  // it would dangle
+  [[nodiscard]] static const Surface& present(const Surface& surface) noexcept;
+  static const Surface& present(Surface&& surface) = delete;  // it would dangle
 
  private:
-  const scene::Snapshot* before_;
+  const Snapshot* before_;
 };
 
-}  // namespace palpate::guidance
+}  // namespace palpate::scene
