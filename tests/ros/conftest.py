@@ -25,7 +25,6 @@ else:
 
 
 LONGEST = (
-    "test_wheel.py",  # needs no nodes, for whose compilation the next ones wait
     "test_move.py",
     "test_faults.py",
     "test_haptics_node.py",
@@ -36,8 +35,10 @@ LONGEST = (
     "test_two_hands_on_sim.py",
     "test_bench_ros.py",
     "test_sim.py",
+    "test_wheel.py",
 )
-"""They come first, so that the workers end at about the same time."""
+"""They come first, so that the workers end at about the same time. The wheel's first run has a bound on its time, and
+would exceed it beside the compilation of the nodes."""
 
 
 def pytest_collection_modifyitems(items):
