@@ -4,6 +4,7 @@ Tests run beside each other, and waiting threads of BLAS would take their cores.
 """
 
 import faulthandler
+import gc
 import os
 
 import pytest
@@ -18,6 +19,12 @@ SLOW = ("viewer", "studies", "verify", "report", "cli", "package", "realtime")
 
 def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: item.nodeid.split("/")[1:2] not in [[name] for name in SLOW])
+
+
+def pytest_collection_finish():
+    """Garbage collections during the tests pass over the thousands of tests and their modules."""
+    gc.collect()
+    gc.freeze()
 
 
 def pytest_sessionfinish(session):

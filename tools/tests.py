@@ -24,8 +24,8 @@ FAILED, NOTHING = 1, 5  # exit codes of pytest after failed tests, and where no 
 ENDLESS = 124  # our exit code of a part that did not end
 LIMIT = 1800.0  # [s] a part that takes longer is ended
 #: Number of tests in real time that run at once. A simulated robot and its client are several processes, some with
-#: real-time priority, which wait for each other half of the time.
-AT_ONCE = 2
+#: real-time priority, which wait for each other most of the time: two tests use half of two cores.
+AT_ONCE = 3
 REAL_TIME = (
     "tests/ros",
     "tests/realtime/test_no_allocation.py",
@@ -40,7 +40,7 @@ PARTS = {
 #: A worker that a test has ended repeats this test in its successor: one successor, no more.
 SPREAD = ["--dist", "loadfile", "--max-worker-restart", "1", "--durations", "20"]
 PARALLEL = {
-    "computing": ["-n", str(max(2, os.cpu_count() or 1)), *SPREAD, "--no-loadscope-reorder"],
+    "computing": ["-n", str(1 + (os.cpu_count() or 1)), *SPREAD, "--no-loadscope-reorder"],  # some wait for a browser
     "real time": ["-n", str(AT_ONCE), *SPREAD, "--no-loadscope-reorder"],
 }
 
@@ -62,6 +62,7 @@ def run(part: str, *options: str) -> int:
 def main(arguments: list[str]) -> int:
     """Run the tests; 0 if all passed, at the latest when they were repeated."""
     began = time.monotonic()
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # processes that tests start would compile all that they import
     options = [a for a in arguments if a != "--long"]
     if "--long" in arguments:
         os.environ["PALPATE_LONG"] = "1"  # tests/effort.py

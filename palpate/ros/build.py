@@ -20,6 +20,7 @@ import sys
 import sysconfig
 import time
 from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -70,7 +71,9 @@ def build(progress: Progress = lambda _: None) -> Built:
     place = ":".join([*map(str, ros.prefixes), ros.version(), sys.version, str(package)])
     folder = _cache() / hashlib.sha256(place.encode()).hexdigest()[:16]
     start = time.monotonic()
-    messages = {name: _messages(ros, folder, name, progress) for name in PACKAGES}
+    with ThreadPoolExecutor() as pool:  # configuring and generating use one core each
+        made = pool.map(lambda name: _messages(ros, folder, name, progress), PACKAGES)
+        messages = dict(zip(PACKAGES, made, strict=True))
     extension = _extension(ros, folder, package, messages, progress)
     fresh = extension.stat().st_mtime > time.time() - (time.monotonic() - start)
     return Built(ros, messages, extension, time.monotonic() - start if fresh else 0.0)
@@ -137,7 +140,7 @@ def _messages(ros: where.Ros, folder: Path, name: str, progress: Progress) -> Pa
         return None
 
     if not found():
-        with _lock(folder, progress):
+        with _lock(folder, name, progress):
             if not found():
                 progress(f"compiling {name} for ROS 2 {ros.release}, once")
                 _install(_compiled(ros, folder / name, source, name), target, name, digest)
@@ -159,7 +162,13 @@ def _compiled(ros: where.Ros, work: Path, source: Path, name: str) -> Path:
         "CMAKE_PREFIX_PATH": ";".join(map(str, ros.prefixes)),
         "Python3_EXECUTABLE": ros.python(),
     }
-    _cmake(ros, work / "source", work / "build", options, name, "--target", "install")
+    for joined in ("ON", "OFF"):  # the generated files of another release of ROS 2 may clash if they are joined
+        try:
+            _cmake(ros, work / "source", work / "build", options | {"JOINED": joined}, name, "--target", "install")
+            break
+        except RosMissingError:
+            if joined == "OFF":
+                raise
     return work / "install"
 
 
@@ -182,7 +191,7 @@ def _extension(ros: where.Ros, folder: Path, package: Path, messages: dict[str, 
     target = folder / f"_ros-{digest}" / f"_ros{_SUFFIX}"
     if target.is_file():
         return target
-    with _lock(folder, progress):
+    with _lock(folder, "nodes", progress):
         if not target.is_file():
             progress(f"compiling the nodes for ROS 2 {ros.release}, once (a minute or two)")
             options = {
@@ -259,10 +268,10 @@ def _prepend(variable: str, place: Path) -> None:
 
 
 @contextmanager
-def _lock(folder: Path, progress: Progress) -> Iterator[None]:
-    """Let one process compile at a time; the system releases the lock even if the process dies."""
+def _lock(folder: Path, what: str, progress: Progress) -> Iterator[None]:
+    """Let one process compile this part at a time; the system releases the lock even if the process dies."""
     folder.mkdir(parents=True, exist_ok=True)
-    with (folder / "lock").open("w") as file:
+    with (folder / f"{what}.lock").open("w") as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:

@@ -24,8 +24,21 @@ else:
     _ABSENT = ""
 
 
-LONGEST = ("test_faults.py", "test_move.py", "test_topic.py", "test_haptics_node.py", "test_patient_side.py")
-"""They come first, so that the workers end at about the same time."""
+LONGEST = (
+    "test_move.py",
+    "test_faults.py",
+    "test_haptics_node.py",
+    "test_topic.py",
+    "test_teleop_on_sim.py",
+    "test_patient_side.py",
+    "test_no_allocation.py",
+    "test_two_hands_on_sim.py",
+    "test_bench_ros.py",
+    "test_sim.py",
+    "test_wheel.py",
+)
+"""They come first, so that the workers end at about the same time. The wheel's first run has a bound on its time, and
+would exceed it beside the compilation of the nodes."""
 
 
 def pytest_collection_modifyitems(items):
@@ -39,7 +52,7 @@ def pytest_collection_modifyitems(items):
 def _domain():
     """ROS domain of this session, 1 to 100: up to 101 no port collides with system ports.
 
-    Those of two workers of one run are 37 apart: some tests use domains that are 1, 30 or 50 apart.
+    Those of the workers of one run are 37 or 74 apart: some tests use domains that are 1, 30 or 50 apart.
     """
     worker = os.environ.get("PYTEST_XDIST_WORKER", "")
     return 1 + (os.getppid() + 37 * int(worker[2:]) if worker else os.getpid()) % 100
