@@ -2,6 +2,7 @@
 
 import json
 import os
+import resource
 import shutil
 import subprocess
 import sys
@@ -14,7 +15,8 @@ from palpate import rebuild
 
 ROOT = Path(__file__).resolve().parents[2]
 FIRST_FORCE = 25.0 / 0.15
-"""Longest first run over the time of `python -c "import numpy"`: 25 s over 0.15 s [-]."""
+"""Longest first run over the time of `python -c "import numpy"`: 25 s over 0.15 s [-]. Both are processor times, which
+neighbours change little, and so that a run that waits is seen, the wall time may be three times as long."""
 
 
 def call(*command, env=None, cwd=None):
@@ -26,9 +28,16 @@ def call(*command, env=None, cwd=None):
 
 
 def seconds(*command, **where):
-    began = time.perf_counter()
+    """Wall time and processor time of a command [s]."""
+    began, before = time.perf_counter(), used()
     call(*command, **where)
-    return time.perf_counter() - began
+    return time.perf_counter() - began, used() - before
+
+
+def used():
+    """Processor time of all processes that this one has started and that have ended [s]."""
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return children.ru_utime + children.ru_stime
 
 
 @pytest.fixture(scope="module")
@@ -59,12 +68,14 @@ def test_wheel_renders_an_organ_without_a_compiler(python, tmp_path):
     assert Path(where).is_relative_to(python.parent.parent)
     scene = Path(where).parent / "scenes" / "palpation.yaml"
     run = ("-m", "palpate", "run", scene, "--headless", "--duration", "2", "--json", "run.json")
-    first = seconds(python, *run, env=env, cwd=tmp_path)
-    control = min(seconds(python, "-c", "import numpy", env=env, cwd=tmp_path) for _ in range(5))
+    wall, first = seconds(python, *run, env=env, cwd=tmp_path)
+    control = min(seconds(python, "-c", "import numpy", env=env, cwd=tmp_path)[1] for _ in range(5))
     result = json.loads((tmp_path / "run.json").read_text())
     assert result["peak_force_N"] > 0.5
     assert first < FIRST_FORCE * control
-    print(f"the wheel's first run, 2 s simulated and the report: {first:.1f} s; importing numpy: {control:.2f} s")
+    assert wall < 3.0 * FIRST_FORCE * control
+    print(f"the wheel's first run, 2 s simulated and the report: {wall:.1f} s, {first:.1f} CPU-s; "
+          f"importing numpy: {control:.2f} CPU-s")  # fmt: skip
 
 
 def test_wheel_holds_every_part(python, tmp_path):
