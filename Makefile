@@ -14,7 +14,7 @@ EXTRAS := calibrate,dask,files,pandas,planning,registration,report,ros,tissue,tr
 demo: .venv/.demo
 	@$(RUN) palpate run scenes/palpation.yaml --duration 20 $(ARGS)
 
-# Tests in real time run three at a time, after the others; a test that fails is repeated once, alone (tools/tests.py).
+# Tests in real time run two at a time, and beside them those that compute; a test that fails is repeated once, alone (tools/tests.py).
 test: setup
 	@$(RUN) palpate bench build --last
 	@$(RUN) python tools/tests.py

@@ -1,11 +1,12 @@
-"""Runs all tests: first those that only compute, then those in real time, for which they would leave no processor.
+"""Runs all tests: those in real time, and beside them, at the lowest priority, those that only compute.
 
     python tools/tests.py [--long] [options of pytest]
 
-A browser or a process may miss its deadline on a busy machine: a test that fails is repeated with nothing beside it,
-and must pass then. A test that does not end fails after ten minutes (pyproject.toml), a part after LIMIT. The end tells
-the wall time and the processor time, and each part lists its slowest tests, so that growth is seen. --long runs the
-tests of the marker `long`, which add cases to short versions, and the property tests with all their examples.
+Tests in real time wait most of the time; the others take the processor time that is left. A browser or a process may
+miss its deadline on a busy machine: a test that fails is repeated with nothing beside it, and must pass then. A test
+that does not end fails after ten minutes (pyproject.toml), a part after LIMIT. The end tells the wall time and the
+processor time, and each part lists its slowest tests, so that growth is seen. --long runs the tests of the marker
+`long`, which add cases to short versions, and the property tests with all their examples.
 """
 
 from __future__ import annotations
@@ -16,16 +17,20 @@ import resource
 import signal
 import subprocess
 import sys
+import tempfile
 import time
+from collections.abc import Iterator
 from pathlib import Path
+from typing import IO
 
 ROOT = Path(__file__).resolve().parents[1]
 FAILED, NOTHING = 1, 5  # exit codes of pytest after failed tests, and where no test was selected
 ENDLESS = 124  # our exit code of a part that did not end
 LIMIT = 1800.0  # [s] a part that takes longer is ended
 #: Number of tests in real time that run at once. A simulated robot and its client are several processes, some with
-#: real-time priority, which wait for each other most of the time: two tests use half of two cores.
-AT_ONCE = 3
+#: real-time priority, which wait for each other most of the time.
+AT_ONCE = 2
+LAST = ("nice", "-n", "19")  # runs a command when no other one wants the processor
 REAL_TIME = (
     "tests/ros",
     "tests/realtime/test_no_allocation.py",
@@ -38,25 +43,64 @@ PARTS = {
     "real time": ["-o", "cache_dir=.pytest_cache/realtime", *REAL_TIME],
 }
 #: A worker that a test has ended repeats this test in its successor: one successor, no more.
-SPREAD = ["--dist", "loadfile", "--max-worker-restart", "1", "--durations", "20"]
+SPREAD = ["--dist", "loadfile", "--max-worker-restart", "1", "--durations", "20", "--no-loadscope-reorder"]
 PARALLEL = {
-    "computing": ["-n", str(1 + (os.cpu_count() or 1)), *SPREAD, "--no-loadscope-reorder"],  # some wait for a browser
-    "real time": ["-n", str(AT_ONCE), *SPREAD, "--no-loadscope-reorder"],
+    "computing": ["-n", str(max(2, os.cpu_count() or 1)), *SPREAD],
+    "real time": ["-n", str(AT_ONCE), *SPREAD],
 }
 
 
-def run(part: str, *options: str) -> int:
-    """Run a part, and return the exit code of pytest, or ENDLESS."""
-    command = [sys.executable, "-m", "pytest", *PARTS[part], *options]
-    process = subprocess.Popen(command, cwd=ROOT, process_group=0)  # its workers have the same group
+@contextlib.contextmanager
+def started(
+    part: str, *options: str, before: tuple[str, ...] = (), out: IO[bytes] | None = None
+) -> Iterator[subprocess.Popen[bytes]]:
+    """A process that runs a part; it is killed at the end of the context, if the user interrupts for instance.
+
+    Args:
+        part: key of PARTS.
+        options: of pytest.
+        before: words before the command.
+        out: file for the output; none: that of this process.
+    """
+    command = [*before, sys.executable, "-m", "pytest", *PARTS[part], *options]
+    process = subprocess.Popen(
+        command, cwd=ROOT, process_group=0, stdout=out, stderr=out
+    )  # its workers are in its group
+    try:
+        yield process
+    finally:
+        with contextlib.suppress(ProcessLookupError):  # all have ended
+            os.killpg(process.pid, signal.SIGKILL)
+
+
+def code_of(process: subprocess.Popen[bytes], part: str) -> int:
+    """The exit code of pytest, or ENDLESS."""
     try:
         return process.wait(LIMIT)
     except subprocess.TimeoutExpired:
-        print(f"tests: the part {part} did not end within {LIMIT:.0f} s and was killed", flush=True)
+        print(f"tests: the part {part} did not end within {LIMIT:.0f} s and is killed", flush=True)
         return ENDLESS
-    finally:
-        with contextlib.suppress(ProcessLookupError):  # it did not end, or the user interrupts
-            os.killpg(process.pid, signal.SIGKILL)
+
+
+def both(*options: str) -> dict[str, int]:
+    """Run both parts beside each other; returns the exit code of each. The output of one follows that of the other."""
+    codes = {}
+    with tempfile.TemporaryFile() as out:
+        with started("computing", *PARALLEL["computing"], *options, before=LAST, out=out) as computing:
+            print("--- tests: real time, and beside them those that compute ---", flush=True)
+            with started("real time", *PARALLEL["real time"], *options) as real_time:
+                codes["real time"] = code_of(real_time, "real time")
+            print("--- tests: computing; their output follows when they have ended ---", flush=True)
+            codes["computing"] = code_of(computing, "computing")
+        out.seek(0)
+        print(out.read().decode(errors="replace"), flush=True)
+    return codes
+
+
+def alone(part: str, *options: str) -> int:
+    """Run a part with nothing beside it; returns its exit code."""
+    with started(part, *options) as process:
+        return code_of(process, part)
 
 
 def main(arguments: list[str]) -> int:
@@ -67,13 +111,10 @@ def main(arguments: list[str]) -> int:
     if "--long" in arguments:
         os.environ["PALPATE_LONG"] = "1"  # tests/effort.py
         options += ["-m", "long or hypothesis"]
-    codes = {}
-    for part, parallel in PARALLEL.items():
-        print(f"--- tests: {part} ---", flush=True)
-        codes[part] = run(part, *parallel, *options)
-        if codes[part] == FAILED:
-            print(f"--- tests that failed ({part}) are repeated, one after the other ---", flush=True)
-            codes[part] = run(part, "--last-failed", *options)
+    codes = both(*options)
+    for part in [part for part, code in codes.items() if code == FAILED]:
+        print(f"--- tests that failed ({part}) are repeated, one after the other ---", flush=True)
+        codes[part] = alone(part, "--last-failed", *options)
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     print(f"tests: {time.monotonic() - began:.0f} s, {used.ru_utime + used.ru_stime:.0f} CPU-s, {os.cpu_count()} cores")
     return max((code for code in codes.values() if code != NOTHING), default=NOTHING)
