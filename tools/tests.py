@@ -45,7 +45,7 @@ PARTS = {
 #: A worker that a test has ended repeats this test in its successor: one successor, no more.
 SPREAD = ["--dist", "loadfile", "--max-worker-restart", "1", "--durations", "20", "--no-loadscope-reorder"]
 PARALLEL = {
-    "computing": ["-n", str(max(2, os.cpu_count() or 1)), *SPREAD],
+    "computing": ["-n", str(1 + (os.cpu_count() or 1)), *SPREAD],  # some wait for a browser or a process
     "real time": ["-n", str(AT_ONCE), *SPREAD],
 }
 

@@ -7,8 +7,6 @@
 #include <cstdlib>
 #include <random>
 
-#include "palpate/types/ldlt.cpp"
-
 namespace {
 
 template <int n>
