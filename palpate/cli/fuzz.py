@@ -13,43 +13,62 @@ from palpate.console.output import console_for, require_writable, say, write_jso
 if TYPE_CHECKING:
     from palpate.verify.fuzz import Outcome
 
+_SHOWN = 40  # faults that are printed
+
 
 @dataclass
 class Command:
-    """Test contact, scenes, readers of files or network ports with random input; report each violated invariant.
+    """Test contact, energy, scenes, readers of files or network ports with random input; report what violates a rule.
 
     examples:
       palpate fuzz contact --runs 100000
+      palpate fuzz loops --runs 10000 --faults 10000 --out runs/loops
       palpate fuzz files --seed 4711 --runs 1
     """
 
-    target: Positional[Literal["contact", "files", "grids", "models", "packets", "records", "scenes", "tables"]]
-    """contact: random triangles and tool paths for every contact method; scenes: moving objects, fixtures and live
-    edits; files: meshes; grids: .npz and .nrrd; models: arms, URDFs and gravity models; records: .mcap; tables: CSV of
-    paths and of recordings; packets: OpenIGTLink; all damaged."""
+    target: Positional[
+        Literal["contact", "files", "grids", "loops", "models", "packets", "records", "scenes", "tables"]
+    ]
+    """contact: random triangles and tool paths for every contact method; loops: closed loops of the hand in random
+    scenes, which may hand out no energy; scenes: moving objects, fixtures and live edits; files: meshes; grids: .npz
+    and .nrrd; models: arms, URDFs and gravity models; records: .mcap; tables: CSV of paths and of recordings; packets:
+    OpenIGTLink; all damaged."""
     runs: int = 2000
     """Number of cases; each case takes the next seed [-]."""
     seed: int = 0
     """Seed of the first case; `--seed N --runs 1` repeats a fault [-]."""
+    faults: int = 20
+    """Number of faults after which no further case runs [-]."""
+    workers: int | None = None
+    """Number of processes; by default one per core. The outcome does not depend on it [-]."""
+    resume: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Journal of finished cases: continued if the file exists, otherwise begun."""
+    out: Annotated[Path | None, arg(metavar="DIR")] = None
+    """loops: folder for the worst loop of each kind, reduced to the parts that it needs to fail, as scene files."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the outcome as JSON (docs/json.md); - for the standard output."""
 
     def __call__(self) -> int:
         """Run the cases and print every fault with its seed. Returns 1 after a fault."""
-        from palpate.verify.fuzz import run
+        from palpate.verify.fuzz.campaign import run_on_cores
 
         console = console_for(self.json)
         require_writable(self.json)
-        every = max(self.runs // 10, 1)
 
         def progress(outcome: Outcome) -> None:
-            if outcome.runs % every == 0:
-                say(console, f"{outcome.runs:,} of {self.runs:,} cases, {len(outcome.faults)} faults")
+            say(console, f"{outcome.runs:,} of {self.runs:,} cases, {len(outcome.faults)} faults")
 
-        outcome = run(self.target, self.runs, self.seed, progress)
-        for fault in outcome.faults:
+        outcome = run_on_cores(self.target, self.runs, self.seed, progress, self.faults, self.workers, self.resume)
+        for fault in outcome.faults[:_SHOWN]:
             say(console, f"seed {fault['seed']}: {fault['what']}", "fault:", "red")
+        if len(outcome.faults) > _SHOWN:
+            say(console, f"and {len(outcome.faults) - _SHOWN} more; --json writes them all")
         made = ", ".join(f"{name} {n:,}" for name, n in sorted(outcome.counts.items()))
         say(console, f"{outcome.runs:,} cases in {outcome.seconds:.0f} s: {len(outcome.faults)} faults ({made})")
+        if self.out is not None and self.target == "loops":
+            from palpate.verify.fuzz.loops.reduce import write_worst
+
+            for path in write_worst(outcome.faults, self.out):
+                say(console, f"wrote {path}")
         write_json(self.json, outcome)
         return 1 if outcome.faults else 0

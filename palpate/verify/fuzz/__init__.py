@@ -9,23 +9,37 @@ from dataclasses import dataclass, field
 from importlib import import_module
 from typing import Any, TypedDict
 
+from palpate.arrays.plain import Content
 from palpate.renamed import RenamedMethod
 
 #: Targets: modules of this package with ``case(seed)``, which returns counts and raises ``FaultError``.
-TARGETS = ("contact", "files", "grids", "models", "packets", "records", "scenes", "tables")
-TIMEOUT = 20.0
+TARGETS = ("contact", "files", "grids", "loops", "models", "packets", "records", "scenes", "tables")
+MOST_FAULTS = 20
+"""Number of faults after which a campaign stops."""
+TIMEOUT = 60.0
 """Time after which a case counts as an endless loop, if it is again as late in a process of its own [s]."""
 
 
 class FaultError(Exception):
-    """An invariant is violated."""
+    """An invariant is violated.
+
+    Args:
+        what: description.
+        counts: counts of the case, as `case` returns them.
+        details: values that describe the fault.
+    """
+
+    def __init__(self, what: str, counts: dict[str, int] | None = None, details: Content | None = None) -> None:
+        super().__init__(what)
+        self.counts, self.details = counts or {}, details or {}
 
 
 class Fault(TypedDict):
-    """Seed and description of a failed case."""
+    """A failed case."""
 
     seed: int
-    what: str
+    what: str  #: description
+    details: Content  #: values that describe the fault
 
 
 @dataclass
@@ -41,18 +55,31 @@ class Outcome:
 
     to_json = RenamedMethod("palpate.arrays.plain.plain(outcome)")
 
+    def add(self, counts: dict[str, int], faults: list[Fault]) -> None:
+        """Add the counts and faults of further cases."""
+        for name, n in counts.items():
+            self.counts[name] = self.counts.get(name, 0) + n
+        self.faults += faults
 
-def run(target: str, runs: int, seed: int = 0, on_progress: Callable[[Outcome], None] | None = None) -> Outcome:
+
+def run(
+    target: str,
+    runs: int,
+    seed: int = 0,
+    on_progress: Callable[[Outcome], None] | None = None,
+    most: int = MOST_FAULTS,
+) -> Outcome:
     """Run the cases ``seed`` to ``seed + runs - 1`` in a separate process; crashes and endless loops are faults.
 
     Args:
         target: one of ``TARGETS``, or the name of another module with ``case(seed)``.
-        runs: number of cases; the campaign stops after twenty faults.
+        runs: number of cases.
         seed: seed of the first case.
         on_progress: called after each case.
+        most: number of faults after which the campaign stops.
     """
     outcome, start, late = Outcome(target, 0, seed), time.monotonic(), None
-    while outcome.runs < runs and len(outcome.faults) < 20:
+    while outcome.runs < runs and len(outcome.faults) < most:
         if _campaign(outcome, seed + outcome.runs, seed + runs, on_progress):
             if late != outcome.runs:
                 late = outcome.runs  # the machine may have been busy: this case runs once more
@@ -81,10 +108,7 @@ def _campaign(outcome: Outcome, first: int, end: int, on_progress: Callable[[Out
                     _lost(outcome, f"the process died with exit code {process.exitcode}")
                 return False
             outcome.runs = done + 1 - outcome.seed
-            for name, n in counts.items():
-                outcome.counts[name] = outcome.counts.get(name, 0) + n
-            if fault:
-                outcome.faults.append({"seed": done, "what": fault})
+            outcome.add(counts, [fault] if fault else [])
             if on_progress:
                 on_progress(outcome)
     finally:
@@ -93,7 +117,7 @@ def _campaign(outcome: Outcome, first: int, end: int, on_progress: Callable[[Out
 
 
 def _lost(outcome: Outcome, what: str) -> None:
-    outcome.faults.append({"seed": outcome.seed + outcome.runs, "what": what})
+    outcome.faults.append({"seed": outcome.seed + outcome.runs, "what": what, "details": {}})
     outcome.runs += 1
 
 
@@ -101,12 +125,12 @@ def _work(target: str, first: int, end: int, send: Any) -> None:
     module = f"palpate.verify.fuzz.{target}" if target in TARGETS else target
     case: Callable[[int], dict[str, int]] = import_module(module).case
     for seed in range(first, end):
-        fault, counts = "", {}
+        fault, counts = None, {}
         try:
             counts = case(seed)
         except FaultError as error:
-            fault = str(error)
+            counts, fault = error.counts, Fault(seed=seed, what=str(error), details=error.details)
         except Exception as error:  # any other exception is also a fault
-            fault = f"{type(error).__name__}: {error}"
+            fault = Fault(seed=seed, what=f"{type(error).__name__}: {error}", details={})
         send.send((seed, counts, fault))
     send.close()

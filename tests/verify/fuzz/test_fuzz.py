@@ -2,8 +2,9 @@
 
 import pytest
 
+from palpate.errors import OutputError
 from palpate.verify import fuzz
-from palpate.verify.fuzz import contact, files
+from palpate.verify.fuzz import campaign, contact, files
 
 
 @pytest.mark.parametrize("first", range(0, 400, 50))
@@ -44,3 +45,25 @@ def test_a_case_is_endless_if_it_is_late_twice(monkeypatch):
     outcome = fuzz.run("fuzz_cases", 4, 19)
     assert [(fault["seed"], fault["what"][:7]) for fault in outcome.faults] == [(20, "endless")]
     assert (outcome.runs, was_late) == (4, {20, 21})
+
+
+def test_blocks_on_several_processes_give_the_outcome_of_one(monkeypatch, tmp_path):
+    monkeypatch.setattr(campaign, "_LEAST", 3)
+    journal = tmp_path / "journal"
+    one = fuzz.run("fuzz_cases", 8)
+    for workers in (1, 2):
+        several = campaign.run_on_cores("fuzz_cases", 8, workers=workers, journal=journal if workers == 2 else None)
+        assert (several.runs, several.faults, several.counts) == (one.runs, one.faults, one.counts)
+    lines = journal.read_text().splitlines()
+    journal.write_text("\n".join(lines[:-1]) + "\n" + lines[-1][:5])  # killed while it wrote
+    monkeypatch.setattr(campaign, "run", lambda target, runs, seed, *rest: fuzz.run(target, runs, seed))
+    again = campaign.run_on_cores("fuzz_cases", 8, journal=journal)
+    assert (again.runs, again.faults, again.counts) == (one.runs, one.faults, one.counts)
+    with pytest.raises(OutputError, match="another campaign"):
+        campaign.run_on_cores("fuzz_cases", 9, journal=journal)
+
+
+def test_no_block_counts_after_the_last_allowed_fault(monkeypatch):
+    monkeypatch.setattr(campaign, "_LEAST", 2)
+    outcome = campaign.run_on_cores("fuzz_cases", 8, most=2, workers=2)
+    assert [fault["seed"] for fault in outcome.faults] == [3, 5]
