@@ -146,10 +146,16 @@ void bind_contact(nb::module_& m) {
               "Spheres of the tool in addition to the SPR. This is a copy: assign a whole list."_doc);
   nb::class_<contact::Friction>(m, "Friction", "Coulomb friction of one proxy, with sticking and slipping.")
       .def(nb::init<>())
-      .def("step", &contact::Friction::step, nb::arg("p"), nb::arg("normal"), nb::arg("depth"), nb::arg("mu"),
-           nb::arg("mu_static"),
-           "Distance (3,) [m] by which friction holds the proxy back. p: frictionless proxy (3,) [m]; normal: unit "
-           "(3,); depth [m]; mu, mu_static [-].")
+      .def(
+          "step",
+          [](contact::Friction& self, const Vec3& x, const Vec3& normal, double depth, double mu, double mu_static,
+             double k, double dt) { return self.step({x, normal, depth, k, mu, mu_static, dt}); },
+          nb::arg("x"), nb::arg("normal"), nb::arg("depth"), nb::arg("mu"), nb::arg("mu_static"), nb::arg("k") = 1.0,
+          nb::arg("dt") = 1e3,
+          "Distance (3,) [m] by which friction holds the tool back; the force is k times that. x: tool (3,) [m]; "
+          "normal: "
+          "unit (3,); depth [m]; mu, mu_static [-]; k: stiffness [N/m]; dt: time since the last step [s], by default "
+          "long enough to break away at once.")
       .def_prop_ro("slipping", &contact::Friction::slipping, "True while the proxy slips.");
   m.attr("MAX_SPHERES") = contact::kMaxSpheres;
   m.def("contact_methods", &contact::methods, "Names of the contact methods, the default first.");

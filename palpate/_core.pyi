@@ -671,15 +671,18 @@ class Friction:
 
     def step(
         self,
-        p: Annotated[NDArray[numpy.float64], "(3,)"],
+        x: Annotated[NDArray[numpy.float64], "(3,)"],
         normal: Annotated[NDArray[numpy.float64], "(3,)"],
         depth: float,
         mu: float,
         mu_static: float,
+        k: float = 1.0,
+        dt: float = 1000.0,
     ) -> Annotated[NDArray[numpy.float64], "(3,)"]:
         """
-        Distance (3,) [m] by which friction holds the proxy back. p: frictionless proxy (3,) [m]; normal: unit (3,);
-        depth [m]; mu, mu_static [-].
+        Distance (3,) [m] by which friction holds the tool back; the force is k times that. x: tool (3,) [m]; normal:
+        unit (3,); depth [m]; mu, mu_static [-]; k: stiffness [N/m]; dt: time since the last step [s], by default long
+        enough to break away at once.
         """
 
     @property

@@ -40,8 +40,22 @@ def test_sticks_until_the_static_cone_then_slips_on_the_dynamic_one():
     stuck = x < mu_static * depth - 1e-9
     np.testing.assert_allclose(force[stuck, :2], -K * (tips[start:, :2] - tips[start - 1, :2])[stuck], atol=1e-9)
     assert share(force[stuck]).max() == pytest.approx(mu_static, rel=1e-2)
-    np.testing.assert_allclose(share(force[x > mu_static * depth + 1e-9]), mu, rtol=1e-9)
+    breaks_away = np.argmax(x > mu_static * depth + 1e-9)
+    ticks = int(np.ceil((mu_static - mu) * K * depth / 20e-3))  # at 20 N/s
+    falling = np.linalg.norm(force[breaks_away - 1 :, :2], axis=1)
+    assert np.diff(falling[: ticks + 1]).min() > -20e-3 - 1e-9
+    np.testing.assert_allclose(share(force[breaks_away + ticks :]), mu, rtol=1e-9)
     np.testing.assert_allclose(force[:, 2], K * depth, rtol=1e-9)
+
+
+def test_breaking_away_at_rest_ends_at_the_dynamic_cone_without_creep():
+    """The tool stops just after it broke away: friction falls to mu of the load at 20 N/s and stays there."""
+    tips, start = drag(0.004, 0.35 * 0.004 + 2e-6)
+    rest = np.repeat(tips[-1:], 500, axis=0)
+    ratio = share(render_path(np.concatenate([tips, rest]), 0.2, 0.35).force[start:])
+    assert np.abs(np.diff(ratio)).max() < 1.01 * 20e-3 / (K * 0.004)
+    assert np.ptp(ratio[-450:]) == 0.0
+    assert ratio[-1] == pytest.approx(0.2, rel=1e-9)
 
 
 @pytest.mark.parametrize("mu_static", [0.0, 0.1, 0.3])

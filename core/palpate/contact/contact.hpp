@@ -50,6 +50,9 @@ class Method {
   virtual const ContactSet& step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT,
                                  double t) noexcept = 0;
 
+  /// True if the contacts of the method get Coulomb friction (friction.hpp).
+  [[nodiscard]] virtual bool has_friction() const noexcept { return false; }
+
   /// For verification only, because it allocates: each step appends the positions through which the proxies move to
   /// `path`, in the frames of their objects [m]. A null pointer ends the recording. A method that does not record is
   /// assumed to move its proxies in straight lines.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
+#include "palpate/contact/normal_gradient.hpp"
 #include "palpate/types/index.hpp"
 
 namespace palpate::contact {
@@ -31,12 +32,10 @@ FieldProxy::ProxyContact FieldProxy::step(const scene::Surface& surface, const V
   const bool passed_through = touching_ && (centre_ - g).squaredNorm() > release * release && tool_.distance > radius;
   if (surface_id_ != surface.id() || passed_through) initialise(g);
   if (follow_free_tool(g)) return {};
-  if (project_tool(g)) {
-    const double depth = radius - tool_.distance;
-    return {true, depth * tool_.normal, tool_.normal, depth};
-  }
-  const bool settled = relax(g);
-  if (settled && project_tool(g)) {
+  projected_ = project_tool(g);
+  const bool settled = projected_ || relax(g);
+  if (settled && !projected_) projected_ = project_tool(g);
+  if (projected_) {
     const double depth = radius - tool_.distance;
     return {true, depth * tool_.normal, tool_.normal, depth};
   }
@@ -153,6 +152,20 @@ void FieldProxy::keep_active() noexcept {
   for (int i = 0; i < active_.active; ++i) kept[to_index(i)] = wall_[to_index(active_.index[to_index(i)])];
   walls_ = active_.active;
   std::copy_n(kept.begin(), walls_, wall_.begin());
+}
+
+Mat3 FieldProxy::normal_gradient(const Vec3& normal, const Vec3& g) const noexcept {
+  if (projected_)
+    return contact::normal_gradient(normal, radius_, [&](const Vec3& d) { return surface_->nearest(g + d).normal; });
+  if (active_.active != 1)
+    return contact::normal_gradient(normal, radius_, [&](const Vec3& d) {
+      return (project(half_space_.data(), walls_, g + d, kSlack * radius_).x - g - d).normalized();
+    });
+  // One wall: H (I - depth H)^-1 with the curvature H at the proxy.
+  const Mat3 H =
+      contact::normal_gradient(normal, radius_, [&](const Vec3& d) { return surface_->nearest(centre_ + d).normal; });
+  const Mat3 ahead = Mat3::Identity() - (centre_ - g).norm() * H;
+  return std::abs(ahead.determinant()) > 1e-6 ? Mat3(H * ahead.inverse()) : Mat3::Zero();
 }
 
 /// Contact of a proxy that is held by walls or still moving: the deflection to its present position.

@@ -34,6 +34,8 @@ class FieldProxy {
   /// Moves the proxy towards the tool at g [m] and returns the contact. radius: radius of the sphere [m]. release:
   /// deflection that releases a tool that has passed through the object [m].
   ProxyContact step(const scene::Surface& surface, const Vec3& g, double radius, double release) noexcept;
+  /// Derivative of the normal of the last step's contact with the tool's position g [1/m].
+  [[nodiscard]] Mat3 normal_gradient(const Vec3& normal, const Vec3& g) const noexcept;
   /// True if the proxy started with the tool inside the object, until the tool is free.
   [[nodiscard]] bool started_inside() const noexcept { return started_inside_; }
 
@@ -60,6 +62,7 @@ class FieldProxy {
   scene::Nearest near_;                      // surface point nearest to the centre
   scene::Nearest tool_;                      // surface point nearest to the tool in this tick
   bool touching_ = false;
+  bool projected_ = false;  // project_tool() found the contact of the last step
   bool started_inside_ = false;
   int walls_ = 0;  // number of walls
   std::array<Wall, kMaxHalfSpaces> wall_;

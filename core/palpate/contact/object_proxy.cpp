@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <limits>
 
+#include "palpate/contact/normal_gradient.hpp"
 #include "palpate/scene/smooth.hpp"
 #include "palpate/types/index.hpp"
 
@@ -50,14 +51,19 @@ ObjectProxy::ProxyContact ObjectProxy::step(const scene::Mesh& mesh, const Vec3&
     return {};
   }
   touching_ = active_.active > 0 || (touching_ && !settled);
+  held_ = Held::in_motion;
   if (!settled) return contact_in_motion(g);
   if (!touching_) {
     started_inside_ = false;
+    if (near_.triangle < 0 || clear_ >= radius + mesh.impl().topology.height || centre_ != g) return {};
+    held_ = Held::above_facets;
     return contact_above_facets(g, radius);
   }
+  held_ = Held::smooth_patch;
   const ProxyContact smooth = contact_on_smooth_patch(g, radius);
   if (smooth.touching || smooth.normal != Vec3::Zero()) return limit_to_free_space(smooth, g, radius);
   relax(g, radius, kFine);
+  held_ = active_.active == 0 ? Held::in_motion : Held::crease;
   if (active_.active == 0) return contact_in_motion(g);
   return limit_to_free_space(contact_at_crease(g, radius), g, radius);
 }
@@ -219,13 +225,34 @@ ObjectProxy::ProxyContact ObjectProxy::contact_in_motion(const Vec3& g) const no
 /// Contact of a proxy that does not touch the facets: the smooth surface may rise above them.
 ObjectProxy::ProxyContact ObjectProxy::contact_above_facets(const Vec3& g, double radius) const noexcept {
   const scene::Mesh::Impl& m = mesh_->impl();
-  if (near_.triangle < 0 || clear_ >= radius + m.topology.height || centre_ != g) return {};
   const scene::SurfacePoint start{near_.triangle, near_.v, near_.w};
   if (!is_smooth({start, m.position(start)})) return {};
   scene::SmoothPoint s = scene::smooth_project(m, start, g);
   if (!s.found) return {};
   const double side = s.above ? 1.0 : -1.0;
   return contact_from_gradient(side * s.gradient, radius - side * s.distance);
+}
+
+/// Normal of the contact if the tool were at g, near its position in the last step. Zero: unknown.
+Vec3 ObjectProxy::normal_at(const Vec3& g, double radius) const noexcept {
+  switch (held_) {
+    case Held::in_motion:
+      return (centre_ - g).normalized();
+    case Held::above_facets:
+      return contact_above_facets(g, radius).normal;
+    case Held::smooth_patch:
+      return contact_on_smooth_patch(g, radius).normal;
+    case Held::crease:
+      break;
+  }
+  if (active_.active > 1 || is_smooth(constraint_[0])) return contact_at_crease(g, radius).normal;
+  const scene::BvhHit near = mesh_->impl().closest_on(constraint_[0].at.triangle, g);
+  const Vec3 from = g - mesh_->impl().position({near.triangle, near.v, near.w});
+  return from.dot(half_space_[0].normal) < 0.0 ? Vec3(-from.normalized()) : from.normalized();
+}
+
+Mat3 ObjectProxy::normal_gradient(const Vec3& normal, const Vec3& g, double radius) const noexcept {
+  return contact::normal_gradient(normal, radius, [&](const Vec3& d) { return normal_at(g + d, radius); });
 }
 
 /// Checks the proxy of the smooth surface against the facets: deep below coarse facets it may be where the sphere does

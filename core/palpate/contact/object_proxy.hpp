@@ -47,6 +47,8 @@ class ObjectProxy {
   /// Moves the proxy towards the tool at g [m] and returns the contact. radius: radius of the sphere [m]. release:
   /// deflection that releases a tool that has passed through a closed object [m].
   ProxyContact step(const scene::Mesh& mesh, const Vec3& g, double radius, double release) noexcept;
+  /// Derivative of the normal of the last step's contact with the tool's position g [1/m].
+  [[nodiscard]] Mat3 normal_gradient(const Vec3& normal, const Vec3& g, double radius) const noexcept;
   /// Motion of the proxy with its surface at the beginning of the last step, where the mesh moved [m].
   [[nodiscard]] const Vec3& carried() const noexcept { return carried_; }
   /// For verification: appends every position of the centre to `path` (Method::record_path).
@@ -62,6 +64,10 @@ class ObjectProxy {
     Vec3 q = Vec3::Zero();
   };
 
+  /// What determines the contact of a step: a proxy that has not arrived, the smooth surface above facets that the
+  /// proxy does not touch, one smooth patch, or facets.
+  enum class Held { in_motion, above_facets, smooth_patch, crease };
+
   void initialise(const scene::Mesh& mesh, const Vec3& g, double radius) noexcept;
   void carry() noexcept;
   void set_centre(const Vec3& centre) noexcept;
@@ -74,6 +80,7 @@ class ObjectProxy {
   void keep_active(const Projection& projection) noexcept;
   bool linearise(double radius) noexcept;
 
+  [[nodiscard]] Vec3 normal_at(const Vec3& g, double radius) const noexcept;
   [[nodiscard]] ProxyContact contact_in_motion(const Vec3& g) const noexcept;
   [[nodiscard]] ProxyContact contact_above_facets(const Vec3& g, double radius) const noexcept;
   [[nodiscard]] ProxyContact contact_on_smooth_patch(const Vec3& g, double radius) const noexcept;
@@ -90,6 +97,7 @@ class ObjectProxy {
   Vec3 tool_ = Vec3::Zero();  // position of the tool in the previous tick
   bool touching_ = false;
   bool started_inside_ = false;
+  Held held_ = Held::in_motion;  // in the last step
   Vec3 carried_ = Vec3::Zero();
   double travelled_ = 0.0;        // Mesh::Impl::travelled in the previous tick
   Vec3 clear_at_ = Vec3::Zero();  // there is no triangle within clear_ [m] of this point

@@ -34,25 +34,22 @@ void Proxy::touch(const scene::Object& object, int index, const Pose& X_WO, cons
   const ObjectProxy::ProxyContact touch =
       surface.mesh() ? state.proxy.step(*surface.mesh(), p_OT, options_.radius, options_.release)
                      : state.field.step(surface, p_OT, options_.radius, options_.release);
-  if (surface.deformable() != nullptr) state.friction.carry(state.proxy.carried());
   set_.started_inside |= surface.mesh() ? state.proxy.started_inside() : state.field.started_inside();
-  if (!touch.touching) {
-    state.friction.release();
-    return;
-  }
-  const Material material =
-      object.regions.empty() ? object.material : object.material_at(p_OT - options_.radius * touch.normal).material;
-  const Vec3 p_OP = p_OT + touch.delta;
-  const Vec3 lag = state.friction.step(p_OP, touch.normal, touch.depth, material.mu, material.mu_static);
-  if (set_.size == kMaxContacts) return;
+  if (!touch.touching || set_.size == kMaxContacts) return;
 
   Contact& c = set_.contact[to_index(set_.size++)];
   c = Contact();
   c.object = index;
   c.normal = X_WO.R * touch.normal;
-  c.delta_x = X_WO.R * (touch.delta + lag);
-  c.p_proxy = X_WO * (p_OP + lag);
+  c.delta_x = X_WO.R * touch.delta;
+  c.p_proxy = p_WT + c.delta_x;
   c.depth = touch.depth;
+  if (!object.regions.empty() && !object.material_at(p_OT - options_.radius * touch.normal).dK.isZero(0.0)) {
+    const Mat3 dn = surface.mesh() ? state.proxy.normal_gradient(touch.normal, p_OT, options_.radius)
+                                   : state.field.normal_gradient(touch.normal, p_OT);
+    c.dn = X_WO.R * dn * X_WO.R.transpose();
+  }
+  if (surface.deformable() != nullptr) c.carried = X_WO.R * state.proxy.carried();
 }
 
 }  // namespace palpate::contact

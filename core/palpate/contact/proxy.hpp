@@ -1,13 +1,12 @@
 // Method `proxy` (the default): a sphere that stays outside the object while the tool goes in. There is one proxy per
 // object (object_proxy.hpp for meshes, field_proxy.hpp for all other surfaces), in the frame of the object, which may
-// move. Each proxy has Coulomb friction (friction.hpp).
+// move.
 #pragma once
 
 #include <array>
 
 #include "palpate/contact/contact.hpp"
 #include "palpate/contact/field_proxy.hpp"
-#include "palpate/contact/friction.hpp"
 #include "palpate/contact/object_proxy.hpp"
 
 namespace palpate::contact {
@@ -19,13 +18,13 @@ class Proxy final : public Method {
   void reset() noexcept override;
   const ContactSet& step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT, double t) noexcept override;
   void record_path(std::vector<Vec3>* path) override;
+  [[nodiscard]] bool has_friction() const noexcept override { return true; }
 
  private:
   /// State of the proxy of one object.
   struct ProxyState {
     ObjectProxy proxy;  // used for a mesh
     FieldProxy field;   // used for any other surface
-    Friction friction;
   };
 
   void touch(const scene::Object& object, int index, const Pose& X_WO, const Vec3& p_WT) noexcept;

@@ -28,11 +28,13 @@ Tool::Tool(std::string_view method, const Options& options) : real_objects_(opti
     radius_[methods_.size()] = one.radius = sphere.radius;
     methods_.push_back(make_method(method, one));
   }
+  if (methods_.front()->has_friction()) rubbing_.resize(methods_.size() * to_index(scene::kMaxObjects));
 }
 
 void Tool::reset() noexcept {
   for (const auto& method : methods_) method->reset();
   running_ = false;
+  ++tick_;  // ends every contact with friction
 }
 
 void Tool::collide(const scene::Snapshot& scene) {
@@ -42,6 +44,7 @@ void Tool::collide(const scene::Snapshot& scene) {
 const ContactSet& Tool::step(const scene::Snapshot& scene, const Vec3* p_WS, double t) noexcept {
   set_.size = 0;
   set_.started_inside = false;
+  ++tick_;
   const double rate = running_ && t > t_ ? 1.0 / (t - t_) : 0.0;
   for (int s = 0; s < size(); ++s) {
     if (!p_WS[s].allFinite()) continue;  // unknown position: the sphere has no contact, and its method keeps its state
@@ -58,6 +61,7 @@ const ContactSet& Tool::step(const scene::Snapshot& scene, const Vec3* p_WS, dou
       c.sphere = s;
       c.p_TS = p_WS[s] - p_WS[0];
       complete(c, object, t);
+      if (!rubbing_.empty()) rub(c, p_WS[s], object, t);
       if (!room) keep_if_stronger(c);
     }
   }
@@ -76,10 +80,33 @@ void Tool::complete(Contact& c, const scene::Object& object, double t) const noe
     return;
   }
   const Pose X_WO = object.pose(t);
-  const scene::LocalMaterial local =
-      object.material_at(X_WO.inverse() * (c.p_C - c.delta_x));  // at the sphere's deepest point
+  // The sphere's deepest point selects the material. It moves with the tool by I - r dn.
+  const double r = radius_[to_index(c.sphere)];
+  const scene::LocalMaterial local = object.material_at(X_WO.inverse() * (c.p_C - c.delta_x));
   c.material = local.material;
-  c.F_grad_K = -0.5 * (X_WO.R * (local.dK.transpose() * c.delta_x.cwiseAbs2()));
+  const Vec3 slope = X_WO.R * (local.dK.transpose() * c.delta_x.cwiseAbs2());
+  c.F_grad_K = -0.5 * (slope - r * c.dn.transpose() * slope);
+}
+
+/// Adds the friction, which holds the tool and its proxy back.
+void Tool::rub(Contact& c, const Vec3& p_WS, const scene::Object& object, double t) noexcept {
+  Rubbing& state = rubbing_[to_index(c.sphere * scene::kMaxObjects + c.object)];
+  if (state.tick + 1 != tick_ || state.surface != object.surface->id()) state.friction.release();
+  state.tick = tick_;
+  state.surface = object.surface->id();
+  const Material& m = c.material;
+  if (m.mu == 0.0 && m.mu_static == 0.0) return state.friction.release();
+  const Pose X_WO = object.pose(t);
+  state.friction.carry(X_WO.R.transpose() * c.carried);
+  c.lag = X_WO.R * state.friction.step({.x = X_WO.R.transpose() * (p_WS - X_WO.p),
+                                        .normal = X_WO.R.transpose() * c.normal,
+                                        .depth = c.depth,
+                                        .k = c.normal.dot(m.K.cwiseProduct(c.normal)),
+                                        .mu = m.mu,
+                                        .mu_static = m.mu_static,
+                                        .dt = running_ ? std::max(t - t_, 0.0) : 0.0});
+  c.delta_x += c.lag;
+  c.p_proxy += c.lag;
 }
 
 /// Stiffness, energy and velocity of a surface that deforms. Damping and friction are those of the object.

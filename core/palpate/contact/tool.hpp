@@ -1,15 +1,18 @@
 // Contacts of the whole tool: the spherical proxy region (SPR) at the tip, and additional spheres along jaws and shaft.
 //
 // Each sphere has its own contact method, independent of the others. This class merges their contacts into one set and
-// adds what is common to all methods: the material of the object and the velocity of its surface at the contact point.
+// adds what is common to all methods: the material of the object, the velocity of its surface at the contact point, and
+// friction.
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <string_view>
 #include <vector>
 
 #include "palpate/contact/contact.hpp"
+#include "palpate/contact/friction.hpp"
 
 namespace palpate::contact {
 
@@ -40,11 +43,21 @@ class Tool {
   void check(const scene::Snapshot& scene) const { methods_.front()->check(scene); }
 
  private:
+  /// Friction of a sphere on an object, and the tick in which they last touched.
+  struct Rubbing {
+    Friction friction;
+    std::uint64_t surface = 0;
+    std::uint64_t tick = 0;
+  };
+
   void complete(Contact& contact, const scene::Object& object, double t) const noexcept;
+  void rub(Contact& contact, const Vec3& p_WS, const scene::Object& object, double t) noexcept;
   void respond(Contact& contact, const scene::Object& object, double t) const noexcept;
   void keep_if_stronger(const Contact& contact) noexcept;
 
   std::vector<std::unique_ptr<Method>> methods_;
+  std::vector<Rubbing> rubbing_;  ///< kMaxObjects for each sphere; none for a method without friction
+  std::uint64_t tick_ = 1;        ///< number of this step
   bool real_objects_;
   std::array<double, kMaxSpheres> radius_{};
   std::array<Vec3, kMaxSpheres> last_;  ///< p_WS of the previous step [m]

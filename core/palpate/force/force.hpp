@@ -28,12 +28,16 @@ struct ForceTerms {
 
 /// Force and torque of all contacts: the sum over the contacts of
 ///
-///   F = K delta_x + F_grad_K - n (n^T B n) n . (v_WS - v_surface),   n . F >= 0,   v_WS = v_WT + w_WT x p_TS
+///   F = K d + (n^T K n) lag + F_grad_K - n (n^T B n) n . (v_WS - v_surface),   n . F >= 0,   v_WS = v_WT + w_WT x p_TS
 ///   torque = p_TS x F
 ///
-/// where S is the touching sphere, K = stiffness_scale * material.K and B = damping_scale * material.B. K and B are
-/// diagonal along the axes of W. F_grad_K = -1/2 delta_x^2 grad K makes the spring force the gradient of the potential
-/// 1/2 delta_x^T K delta_x where K varies in space. A hard lump therefore pushes the tool aside, and pressing next to
+/// where S is the touching sphere, d = delta_x - lag the deflection without friction, K = stiffness_scale * material.K
+/// and B = damping_scale * material.B. K and B are diagonal along the axes of W. Where K varies in space,
+///
+///   F_grad_K = -1/2 (I - r dn/dx)^T d^2 grad K
+///
+/// makes the spring force the gradient of the potential 1/2 d^T K d: K is that at the deepest point x - r n of the
+/// sphere, which moves with the tool by I - r dn/dx. A hard lump therefore pushes the tool aside, and pressing next to
 /// the lump and releasing on it gains no energy.
 ///
 /// Algorithm 1 projects the velocity onto the normal. Projecting B onto the normal as well keeps an anisotropic B

@@ -35,7 +35,9 @@ double spring_energy(const ContactSet& contacts, double stiffness_scale) noexcep
   for (int i = 0; i < contacts.size; ++i) {
     const Contact& c = contacts.contact[static_cast<std::size_t>(i)];
     const Vec3& K = c.material.K;
-    energy += c.stored >= 0.0 ? c.stored : 0.5 * stiffness_scale * c.delta_x.dot(K.cwiseProduct(c.delta_x));
+    const Vec3 d = c.delta_x - c.lag;
+    energy += c.stored >= 0.0 ? c.stored : 0.5 * stiffness_scale * d.dot(K.cwiseProduct(d));
+    energy += 0.5 * stiffness_scale * c.normal.dot(K.cwiseProduct(c.normal)) * c.lag.squaredNorm();
   }
   return energy;
 }

@@ -24,15 +24,18 @@ struct Contact {
   Vec3 p_proxy = Vec3::Zero();  ///< centre of the proxy sphere P, which stays outside the surface [m]
   Vec3 normal = Vec3::Zero();   ///< unit surface normal, points out of the object
   Vec3 delta_x = Vec3::Zero();  ///< deflection p_WP - p_WS, points out of the object (Eq 6, Fig 3) [m]
-  double depth = 0.0;           ///< penetration depth, delta_x . normal [m]
+  double depth = 0.0;           ///< penetration depth, delta_x . normal without friction [m]
+  Mat3 dn = Mat3::Zero();       ///< derivative of `normal` with the sphere's centre, where the material changes [1/m]
+  Vec3 carried = Vec3::Zero();  ///< motion of a surface that deforms, relative to its object, since the last tick [m]
 
   // contact::Tool fills in the fields below.
+  Vec3 lag = Vec3::Zero();        ///< part of delta_x by which friction holds the proxy back (contact/friction.hpp) [m]
   Vec3 v_surface = Vec3::Zero();  ///< velocity of the touched surface point [m/s]
   Material material{};            ///< stiffness, damping and friction at the contact point
-  Vec3 F_grad_K = Vec3::Zero();   ///< force caused by the stiffness gradient, -1/2 delta_x^2 grad K [N]
+  Vec3 F_grad_K = Vec3::Zero();   ///< force caused by the stiffness gradient (force/force.hpp) [N]
   int sphere = 0;                 ///< index of the tool sphere; 0 is the SPR at the tip
   Vec3 p_C = Vec3::Zero();        ///< contact point C of the proxy sphere on the surface [m]
-  double stored = -1.0;           ///< energy stored in the contact; negative: 1/2 delta_x^T K delta_x [J]
+  double stored = -1.0;           ///< energy stored across the surface; negative: 1/2 d^T K d, d = delta_x - lag [J]
   double stiffening = 1.0;        ///< tangent stiffness over K, along the normal [-]
   Vec3 p_TS = Vec3::Zero();       ///< vector from the tool tip T to the sphere centre S, the lever arm of the force [m]
 };
