@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from tyro.conf import Positional, arg
 
 from palpate.console.output import console_for, require_writable, say, write_json
+from palpate.errors import PalpateError
 
 if TYPE_CHECKING:
     from palpate.verify.fuzz import Outcome
@@ -33,6 +34,8 @@ class Command:
     scenes, which may hand out no energy; scenes: moving objects, fixtures and live edits; files: meshes; grids: .npz
     and .nrrd; models: arms, URDFs and gravity models; records: .mcap; tables: CSV of paths and of recordings; packets:
     OpenIGTLink; all damaged."""
+    kind: str = ""
+    """loops: the only kind to draw, for example hard or stick (docs/verification.md); all when left out."""
     runs: int = 2000
     """Number of cases; each case takes the next seed [-]."""
     seed: int = 0
@@ -54,11 +57,12 @@ class Command:
 
         console = console_for(self.json)
         require_writable(self.json)
+        target = f"{self.target}:{self._checked_kind()}" if self.kind else self.target
 
         def progress(outcome: Outcome) -> None:
             say(console, f"{outcome.runs:,} of {self.runs:,} cases, {len(outcome.faults)} faults")
 
-        outcome = run_on_cores(self.target, self.runs, self.seed, progress, self.faults, self.workers, self.resume)
+        outcome = run_on_cores(target, self.runs, self.seed, progress, self.faults, self.workers, self.resume)
         for fault in outcome.faults[:_SHOWN]:
             say(console, f"seed {fault['seed']}: {fault['what']}", "fault:", "red")
         if len(outcome.faults) > _SHOWN:
@@ -72,3 +76,12 @@ class Command:
                 say(console, f"wrote {path}")
         write_json(self.json, outcome)
         return 1 if outcome.faults else 0
+
+    def _checked_kind(self) -> str:
+        from palpate.verify.fuzz.loops.kinds import KINDS
+
+        names = [one.__name__ for one in KINDS]
+        if self.target != "loops" or self.kind not in names:
+            what = f"--kind {self.kind}: not a kind of loop"
+            raise PalpateError(what, mend=f"palpate fuzz loops --kind {' or '.join(names)}")
+        return self.kind

@@ -6,6 +6,7 @@ import multiprocessing
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 from importlib import import_module
 from typing import Any, TypedDict
 
@@ -72,7 +73,8 @@ def run(
     """Run the cases ``seed`` to ``seed + runs - 1`` in a separate process; crashes and endless loops are faults.
 
     Args:
-        target: one of ``TARGETS``, or the name of another module with ``case(seed)``.
+        target: one of ``TARGETS``, or the name of another module with ``case(seed)``; after a colon the argument `kind`
+            of its cases.
         runs: number of cases.
         seed: seed of the first case.
         on_progress: called after each case.
@@ -122,8 +124,10 @@ def _lost(outcome: Outcome, what: str) -> None:
 
 
 def _work(target: str, first: int, end: int, send: Any) -> None:
-    module = f"palpate.verify.fuzz.{target}" if target in TARGETS else target
-    case: Callable[[int], dict[str, int]] = import_module(module).case
+    name, _, kind = target.partition(":")
+    case: Callable[..., dict[str, int]] = import_module(f"palpate.verify.fuzz.{name}" if name in TARGETS else name).case
+    if kind:
+        case = partial(case, kind=kind)
     for seed in range(first, end):
         fault, counts = None, {}
         try:

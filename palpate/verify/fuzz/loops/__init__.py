@@ -17,8 +17,12 @@ from palpate.verify.fuzz.loops.kinds import Loop, loops
 from palpate.verify.fuzz.loops.verdict import Verdict, judge
 
 
-def case(seed: int) -> dict[str, int]:
+def case(seed: int, kind: str = "") -> dict[str, int]:
     """Judge the loops of a seed; the counts of loops by kind.
+
+    Args:
+        seed: seed of the scene and its ways.
+        kind: name of a function of `kinds.KINDS`; drawn when left out.
 
     Raises:
         FaultError: a loop hands out energy; its details are those of the worst.
@@ -26,15 +30,13 @@ def case(seed: int) -> dict[str, int]:
     counts: dict[str, int] = {}
     devices: dict[int, Device] = {}
     failed: list[tuple[int, Loop, Verdict]] = []
-    for k, loop in enumerate(loops(seed)):
+    for k, loop in enumerate(loops(seed, kind)):
         try:
-            if id(loop.scene) not in devices:
-                devices[id(loop.scene)] = Device(loop.scene, files.folder())
-            verdict = judge(loop, devices[id(loop.scene)])
+            verdict = judge(loop, _device(loop, devices))
         except PalpateError:
             counts["refused"] = counts.get("refused", 0) + 1
             continue
-        run = (2 if loop.run == "still" else 1) * loop.cycles  # still: both directions
+        run = (2 if loop.run in ("still", "moving", "soft") else 1) * loop.cycles  # slow loops run both ways
         for name, n in (("loops", run), (loop.kind, run), (f"{loop.kind}: failed", verdict.fails)):
             if n:
                 counts[name] = counts.get(name, 0) + int(n)
@@ -42,7 +44,25 @@ def case(seed: int) -> dict[str, int]:
             failed.append((k, loop, verdict))
     if failed:
         k, loop, verdict = max(failed, key=lambda one: one[2].excess)
-        details = {"kind": loop.kind, "run": loop.run, "loop": k, "work_J": verdict.work, "bound_J": verdict.bound,
-                   "stored_J": verdict.stored, "resolved": verdict.resolved}  # fmt: skip
+        details = {
+            "kind": loop.kind,
+            "drawn": kind,
+            "run": loop.run,
+            "loop": k,
+            "work_J": verdict.work,
+            "bound_J": verdict.bound,
+            "stored_J": verdict.stored,
+            "resolved": verdict.resolved,
+        }
         raise FaultError(f"{loop.kind}, {loop.run}, loop {k}: {verdict.words()}", counts, details)
     return counts
+
+
+def _device(loop: Loop, devices: dict[int, Device]) -> Device | None:
+    """The device of a loop, made once for each scene; None for runs that make their own."""
+    if loop.run in ("moving", "session"):
+        return None
+    if id(loop.scene) not in devices:
+        like = next(iter(devices.values()), None)
+        devices[id(loop.scene)] = Device(loop.scene, files.folder(), like)
+    return devices[id(loop.scene)]

@@ -104,6 +104,12 @@ def box(rng: np.random.Generator) -> Body:
     return Body({"box": {"size": size}}, spot, 0.7 * float(half.min()), sharp=True)
 
 
+def slab(rng: np.random.Generator) -> Body:
+    """A flat box, touched on its upper side."""
+    size = [0.04, 0.04, float(rng.choice([0.012, 0.016, 0.02]))]  # few, as filling them takes seconds
+    return Body({"box": {"size": size}}, lambda u, v: (np.array([u, v, 0.5 * size[2]]), np.array([0, 0, 1.0])), 0.05)
+
+
 def implicit(rng: np.random.Generator) -> Body:
     """An ellipsoid or a pillow."""
     half, e = [_round(x) for x in rng.uniform(0.008, 0.03, 3)], int(rng.choice([2, 2, 4]))

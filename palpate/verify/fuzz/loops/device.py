@@ -3,18 +3,33 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import yaml
+from pydantic import ValidationError
 
 from palpate import _core
 from palpate.arrays import Array
 from palpate.arrays.plain import Content
 from palpate.devices.loop import device_options, device_scene
 from palpate.scene import Scene
-from palpate.scene.rig import build
+from palpate.scene.rig import Rig, build
 from palpate.verify.fuzz.loops.port import rotations
+
+
+def scene_of(values: Content, folder: Path) -> Scene:
+    """The scene of the values of a scene file.
+
+    Raises:
+        PalpateError: a value is invalid.
+    """
+    try:
+        scene = Scene.model_validate(values, context={"folder": folder})
+    except ValidationError:
+        return Scene.parse(yaml.safe_dump(values, sort_keys=False), str(folder / "loop.yaml"))  # says what is wrong
+    return scene.with_origin(str(folder / "loop.yaml"), {})
 
 
 class Device:
@@ -23,17 +38,17 @@ class Device:
     Args:
         scene: the values of a scene file.
         folder: folder of the files that the scene names.
+        like: a device whose scene differs in the sections `stability` and `rates` alone, which saves time.
 
     Raises:
         PalpateError: the scene cannot run.
     """
 
-    def __init__(self, scene: Content, folder: Path) -> None:
+    def __init__(self, scene: Content, folder: Path, like: Device | None = None) -> None:
+        self.scene = device_scene(scene_of(scene, folder), "loop")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            parsed = Scene.parse(yaml.safe_dump(scene, sort_keys=False), str(folder / "loop.yaml"))
-            self._rig = build(device_scene(parsed, "loop"))
-        self.scene = self._rig.scene
+            self._rig: Rig = build(self.scene) if like is None else replace(like._rig, scene=self.scene)
 
     @property
     def period(self) -> float:
@@ -79,3 +94,7 @@ class Device:
         times = np.asarray(self.period * np.arange(len(X)) if t is None else t, dtype=np.float64)
         self.cycle().replay(times, np.ascontiguousarray(X), F)
         return F
+
+    def force_in_world(self, F: Array) -> Array:
+        """Forces on the tool (n, 3) in W of wrenches on the hand (n, 6) in L [N]."""
+        return np.asarray(F[:, :3] @ self._rig.arms.X_WL[:3, :3].T / self.scene.mapping.force_scale)

@@ -14,7 +14,7 @@ from palpate.verify.fuzz.loops import bodies, draw
 from palpate.verify.fuzz.loops.draw import Site, number, vector
 from palpate.verify.fuzz.loops.ways import Way
 
-Run = Literal["still", "felt"]
+Run = Literal["still", "moving", "soft", "felt", "session"]
 
 
 @dataclass(frozen=True)
@@ -25,9 +25,10 @@ class Loop:
     scene: Content
     way: Way
     run: Run = "still"
-    """still: without passivity layer, at rest at each place, both ways; felt: with the layer, at the speed of a hand"""
+    """Without the passivity layer, slowly, both ways: still: at rest at each place; moving: on a moving object; soft:
+    on tissue. With the layer: felt: at the speed of a hand; session: by a simulated hand on a simulated arm."""
     cycles: int = 1  #: times that the way is run
-    speed: float = 0.05  #: felt: mean speed of the tool on an edge [m/s]
+    speed: float = 0.05  #: felt, soft: mean speed of the tool on an edge [m/s]
     axes: int = 6  #: axes of the wrench that the device renders; 3: no moments
     toggle: str = ""  #: felt: what changes between two cycles: clutch, pedal or list
     clock: str = ""  #: felt: how the calls of the loop differ from its rate: slow, late, lost or wrong
@@ -172,6 +173,67 @@ def clocks(rng: np.random.Generator) -> list[Loop]:
     return [replace(one, clock=str(rng.choice(["slow", "late", "lost", "wrong"])), cycles=6) for one in made]
 
 
+def moving(rng: np.random.Generator) -> list[Loop]:
+    """A moving object, with and without friction: energy relative to the object."""
+    s = draw.site(rng, (*bodies.SMOOTH[1:], bodies.ball_mesh))
+    held = _friction(s) if rng.uniform() < 0.7 else 0.0
+    if rng.uniform() < 0.3:
+        _regions(s)
+    s.object["motion"] = {
+        "amplitude": vector(rng.uniform(-0.004, 0.004, 3)),
+        "turn_deg": vector(rng.uniform(-10, 10, 3)),
+        "period": number(rng.uniform(0.5, 2.0)),
+        "phase_deg": 0.0,
+        "velocity": vector(rng.uniform(-0.005, 0.005, 3)),
+        "spin_deg": vector(rng.uniform(-20, 20, 3) * rng.integers(2)),
+    }
+    ways = [draw.stick(s, held, 3) if held else draw.across(s), draw.wander(s)]
+    return [Loop("moving", s.scene, way, "moving") for way in ways]
+
+
+def tissue(rng: np.random.Generator) -> list[Loop]:
+    """A soft body, with and without friction."""
+    s = draw.site(rng, (bodies.slab,))
+    s.object.pop("stiffness"), s.object.pop("damping")
+    s.radius = s.scene["contact"]["radius"] = number(rng.uniform(0.002, 0.005))
+    half = 0.5 * s.object["box"]["size"][2]
+    fixed = {"at": [0.0, 0.0, -half], "box": [1.0, 1.0, 0.002]}
+    s.object["tissue"] = {"preset": str(rng.choice(["liver", "kidney", "fat", "gallbladder"])), "resolution": 0.008,
+                          "fixed": [fixed]}  # fmt: skip
+    s.depth, s.reach = 0.8 * s.radius, 0.004
+    held = _friction(s) if rng.uniform() < 0.7 else 0.0
+    s.scene["operator"]["path"][0]["xyz"] = vector(s.tool(0.0, 0.0, -0.002))
+    s.scene["rates"] = {"haptic": 1000.0}
+    way = draw.stick(s, held, 2) if held else draw.across(s)
+    return [Loop("tissue", s.scene, way, "soft", speed=0.02)]
+
+
+def laws(rng: np.random.Generator) -> list[Loop]:
+    """A control law of a simulated arm, with a simulated hand: energy at the load cell."""
+    law = str(rng.choice(["stiffness", "impedance", "admittance", "admittance"]))
+    torque: Content = {"law": law}
+    mass, damping = number(rng.uniform(0.1, 1.0)), float(rng.choice([0.0, number(rng.uniform(0, 3))]))
+    if law == "admittance":
+        torque |= {"virtual_mass": mass, "virtual_damping": damping}
+    elif law == "impedance" and rng.uniform() < 0.5:
+        torque |= {"virtual_mass": mass, "shape_inertia": True}
+    scale = number(rng.uniform(0.3, 1.0))
+    ball: Content = {"name": "ball", "sphere": {"radius": number(rng.uniform(0.01, 0.03))},
+                     "pose": {"xyz": [-0.035, -0.012, 0.02]}, "stiffness": number(rng.uniform(200, 800)),
+                     "friction": float(rng.choice([0.0, number(rng.uniform(0, 0.5))]))}  # fmt: skip
+    scene = {
+        "objects": [ball],
+        "mapping": {"scale": scale},
+        "torque": torque,
+        "operator": {
+            "hand": str(rng.choice(["relaxed", "relaxed", "light", "normal", "firm"])),
+            "palpate": {"force": number(rng.uniform(0.5, 2.0)), "length": 0.02, "approach": 0.6, "press": 0.5,
+                        "slide": 2.0, "leave": 0.5, "hover": 0.008},
+        },
+    }  # fmt: skip
+    return [Loop("laws", scene, Way(np.zeros((2, 3)), np.zeros((2, 3))), "session")]
+
+
 def mixed(rng: np.random.Generator) -> list[Loop]:
     """Several bodies, regions, friction and fixtures at once."""
     s = draw.site(rng, bodies.SMOOTH + bodies.CURVED)
@@ -191,14 +253,18 @@ def mixed(rng: np.random.Generator) -> list[Loop]:
 
 KINDS: dict[Callable[[np.random.Generator], list[Loop]], float] = {
     surface: 1.0, valley: 0.7, stick: 2.0, regions: 2.0, axes: 0.7, hard: 2.0, reach: 0.7, soft_fixtures: 1.5,
-    cap: 1.0, whole_tool: 1.0, torqueless: 0.3, engage: 0.3, toggles: 0.5, clocks: 0.5, mixed: 2.0,
+    cap: 1.0, whole_tool: 1.0, torqueless: 0.3, engage: 0.3, toggles: 0.5, clocks: 0.5, moving: 0.4,
+    tissue: 0.05, laws: 0.1, mixed: 2.0,
 }  # fmt: skip
 """How often each kind is drawn, relative to the others."""
 
 
-def loops(seed: int) -> list[Loop]:
-    """The loops of a seed."""
+def loops(seed: int, kind: str = "") -> list[Loop]:
+    """The loops of a seed; kind: name of a function of `KINDS`, drawn when left out."""
     rng = np.random.default_rng(seed)
+    for one in KINDS:
+        if one.__name__ == kind:
+            return one(rng)
     share = np.array(list(KINDS.values()))
     return list(KINDS)[rng.choice(len(share), p=share / share.sum())](rng)
 

@@ -157,7 +157,7 @@ def write_worst(faults: list[Fault], folder: Path) -> list[Path]:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for (kind, run), fault in sorted(worst.items()):
-            loop, verdict = reduced(loops(fault["seed"])[fault["details"]["loop"]])
+            loop, verdict = reduced(loops(fault["seed"], fault["details"]["drawn"])[fault["details"]["loop"]])
             written.append(folder / f"{kind.replace(' ', '-')}-{run}-{fault['seed']}.yaml")
             write(loop, verdict, written[-1], fault["seed"])
     except OSError as error:
