@@ -180,7 +180,11 @@ class TissueSection(Section):
             MeshError, MissingExtraError: see `palpate.tissue.load` and `palpate.tissue.tetrahedralize`; a part, or a
                 fixed spot, without any tetrahedra or nodes.
         """
-        made = tissue.load(path, unit) if path is not None else tissue.tetrahedralize(mesh, self.resolution, tell=tell)
+        if path is None:
+            made = tissue.tetrahedralize(mesh, self.resolution, tell=tell)
+        else:
+            made = tissue.load(path, unit)
+            _require_same_size(made, mesh, unit)
         region = np.zeros(len(made.tets), dtype=np.int32)
         for i, part in enumerate(self.parts):
             inside = part.contains(made.centres)
@@ -210,6 +214,23 @@ class TissueSection(Section):
             name=name,
         )
 
+    def floating(self, mesh: TetMesh, name: str) -> str:
+        """What nothing holds: the body, or some of its parts; empty if all are held."""
+        if self.springs > 0.0:
+            return ""
+        part = mesh.part
+        loose = np.setdiff1d(part, part[self.held(mesh)])
+        count = int(part.max()) + 1
+        if len(loose) == count:
+            return f"nothing holds {name!r}: it floats away when pushed"
+        if len(loose) == 0:
+            return ""
+        size = int(np.isin(part[mesh.tets[:, 0]], loose).sum())
+        return (
+            f"{name!r} has {count} parts that share no node, and nothing holds {len(loose)} of them with {size:,} of "
+            f"{len(mesh.tets):,} tetrahedra: they float away when pushed"
+        )
+
     def held(self, mesh: TetMesh) -> Array:
         """Which nodes are fixed, (n,) bool.
 
@@ -224,6 +245,22 @@ class TissueSection(Section):
                 raise MeshError(f"tissue.fixed[{i}] contains no node of the tissue", where=mesh.name, mend=mend)
             held |= inside
         return held
+
+
+_OTHER_UNIT = 5.0
+"""Ratio of the extents of a volume and its object from which they are in different units."""
+
+
+def _require_same_size(volume: TetMesh, mesh: Mesh, unit: str) -> None:
+    wide, expected = (float(np.ptp(points, axis=0).max()) for points in (volume.nodes, mesh.vertices))
+    if expected / _OTHER_UNIT < wide < expected * _OTHER_UNIT:
+        return
+    raise MeshError(
+        f"the volume is {1e3 * wide:.3g} mm wide, its object {1e3 * expected:.3g} mm",
+        where=volume.name,
+        why=f"both are read in the unit of the object, {unit}",
+        mend="save the volume in the unit of the object",
+    )
 
 
 def _areas(mesh: TetMesh) -> Array:

@@ -181,12 +181,9 @@ def _filled(scene: Scene, index: int, body: Mesh | surfaces.Surface) -> surfaces
     except (MeshError, SurfaceError) as error:
         why = "; ".join(part for part in (error.where, error.why) if part)
         raise type(error)(error.what, where=where, why=why, mend=error.mend) from None
-    if not section.fixed and section.springs == 0.0:
+    if what := section.floating(volume, obj.name):
         mend = "tissue.fixed: balls or boxes that hold it; or tissue.springs"
-        warnings.warn(
-            PalpateWarning(f"nothing holds {obj.name!r}: it floats away when pushed", where=where, mend=mend),
-            stacklevel=3,
-        )
+        warnings.warn(PalpateWarning(what, where=where, mend=mend), stacklevel=3)
     return made
 
 

@@ -53,7 +53,8 @@ class Tissue(Surface):
         poisson: Poisson's ratio, 0 <= nu < 0.5.
         density: [kg/m^3].
         yeoh: stiffening coefficient c [-].
-        prony: pairs (g [-], tau [s]), at most four; the instantaneous modulus is ``young`` (1 + sum g).
+        prony: pairs (g [-], tau [s]), at most four; the shear modulus at once is that at rest times (1 + sum g), up to
+            101 times. The bulk modulus does not relax. tau from 1e-5 to 1000 s.
         fixed: nodes that do not move: flags (n,) or indices. None: no node, the body floats.
         spring: stiffness of springs from the nodes to their rest positions, one number or (n,) [N/m].
         damping: damping force per mass and velocity [1/s].
@@ -93,6 +94,7 @@ class Tissue(Surface):
         self.nodes = nodes
         m, n = len(self.tets), len(nodes)
         E, nu = _each("young", young, m), _each("poisson", poisson, m)
+        self.poisson = float(nu.max())
         if not ((E > 0) & np.isfinite(E)).all():
             raise SurfaceError(f"young = {E.min():g} Pa must be above 0", mend="for example 5000 for liver")
         if not ((nu >= 0) & (nu < 0.5)).all():

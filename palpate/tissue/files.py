@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+import warnings
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from palpate.errors import MeshError, MissingExtraError
+from palpate.arrays import Array
+from palpate.errors import MeshError, MissingExtraError, PalpateWarning
+from palpate.tissue.old_gmsh import Integers, old_version, read_old
 from palpate.tissue.tetrahedra import TetMesh
 from palpate.values.units import FILE_UNITS
 
@@ -37,20 +40,39 @@ def load(path: str | os.PathLike[str], unit: str = "mm") -> TetMesh:
         raise MeshError(f"unknown ending {file.suffix!r}", where=str(file), mend=f"use one of {', '.join(ENDINGS)}")
     if not file.is_file():
         raise MeshError("no such file", where=str(file), mend="check the path")
+    old = old_version(file) if file.suffix.lower() == ".msh" else None
+    points, tets, groups = _arrays(file) if old is None else _old_arrays(file, old)
+    region = np.unique(groups, return_inverse=True)[1].reshape(-1)
+    mesh = TetMesh(points * FILE_UNITS[unit], tets, region.astype(np.int32), str(file))
+    for finding in mesh.findings:
+        warnings.warn(PalpateWarning(finding.what, where=str(file), why=finding.why, mend=finding.mend), stacklevel=2)
+    return mesh
+
+
+def _old_arrays(file: Path, version: int) -> tuple[Array, Integers, Integers]:
+    points, tets, groups, types = read_old(file, version)
+    if not len(tets):
+        raise _no_tetrahedra(file, "elements of Gmsh's types " + ", ".join(types) if types else "no elements")
+    return points, tets, groups
+
+
+def _no_tetrahedra(file: Path, has: str) -> MeshError:
+    mend = "export linear tetrahedra (four nodes), or name the closed surface to have it filled"
+    return MeshError(f"no tetrahedra; it has {has}", where=str(file), mend=mend)
+
+
+def _arrays(file: Path) -> tuple[Array, Integers, Integers]:
+    """Nodes (n, 3) in the file's unit, tetrahedra (m, 4), and their regions (m,)."""
     content = _read(file)
     blocks = [i for i, cells in enumerate(content.cells) if cells.type == "tetra"]
     if not blocks:
-        kinds = ", ".join(sorted({cells.type for cells in content.cells})) or "no cells"
-        mend = "export linear tetrahedra (four nodes), or name the closed surface to have it filled"
-        raise MeshError(f"no tetrahedra; it has {kinds}", where=str(file), mend=mend)
+        raise _no_tetrahedra(file, ", ".join(sorted({cells.type for cells in content.cells})) or "no cells")
     tets = np.concatenate([content.cells[i].data for i in blocks])
     key = next((k for k in _REGIONS if k in content.cell_data), None)
     groups = (
         np.concatenate([np.asarray(content.cell_data[key][i]).ravel() for i in blocks]) if key else np.zeros(len(tets))
     )
-    region = np.unique(groups, return_inverse=True)[1].reshape(-1)
-    nodes = np.asarray(content.points, dtype=np.float64) * FILE_UNITS[unit]
-    return TetMesh(nodes, tets, region.astype(np.int32), str(file))
+    return np.asarray(content.points, dtype=np.float64), tets, groups
 
 
 def save(mesh: TetMesh, path: str | os.PathLike[str], unit: str = "mm") -> None:

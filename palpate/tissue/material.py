@@ -39,11 +39,7 @@ class TissueMaterial:
         if not (0.0 <= self.poisson <= HIGHEST_POISSON):
             why = "an incompressible body has no finite bulk modulus" if self.poisson >= 0.5 else "outside the range"
             raise ValueError(f"poisson must lie from 0 to {HIGHEST_POISSON}, got {self.poisson!r}: {why}; use 0.45")
-        for i, (g, tau) in enumerate(self.prony):
-            not_negative(f"prony[{i}]: the relaxing modulus", g)
-            positive(f"prony[{i}]: the time constant", tau, "s")
-        if len(self.prony) > MOST_TERMS:
-            raise ValueError(f"prony has {len(self.prony)} terms; a body has at most {MOST_TERMS}")
+        _check_prony(self.prony)
 
     @classmethod
     def from_shear(cls, shear: float, poisson: float = 0.45, **values: object) -> TissueMaterial:
@@ -75,3 +71,26 @@ class TissueMaterial:
 
 MOST_TERMS = 4
 """Largest number of Prony terms."""
+
+LARGEST_SHARE = 100.0
+"""Largest sum of the terms' shares g [-]: the time step must resolve the modulus at once."""
+
+SHORTEST_TAU, LONGEST_TAU = 1e-5, 1e3
+"""Time constants of the terms that a body accepts [s]. A shorter one is a damper that no step of a loop resolves; with
+a longer one single precision would lose the steps of the relaxation."""
+
+
+def _check_prony(prony: Prony) -> None:
+    for i, (g, tau) in enumerate(prony):
+        not_negative(f"prony[{i}]: the relaxing modulus", g)
+        positive(f"prony[{i}]: the time constant", tau, "s")
+        if not SHORTEST_TAU <= tau <= LONGEST_TAU:
+            raise ValueError(
+                f"prony[{i}]: the time constant must lie from {SHORTEST_TAU:g} to {LONGEST_TAU:g} s, got {tau:g}: "
+                "leave out a shorter term, and add a longer one to young"
+            )
+    if len(prony) > MOST_TERMS:
+        raise ValueError(f"prony has {len(prony)} terms; a body has at most {MOST_TERMS}")
+    total = sum(g for g, _ in prony)
+    if total > LARGEST_SHARE:
+        raise ValueError(f"the relaxing moduli of prony sum to {total:g}, more than {LARGEST_SHARE:g}: raise young")

@@ -25,6 +25,12 @@ def relaxation(prony: Prony, t: npt.ArrayLike) -> Array:
     return 1.0 + sum((g * np.exp(-time / tau) for g, tau in prony), np.zeros_like(time))
 
 
+def complex_modulus(prony: Prony, frequency: float) -> complex:
+    """Storage + i loss modulus over the modulus at infinite time [-], in a steady oscillation of `frequency` [Hz]."""
+    omega = 2.0 * np.pi * frequency
+    return 1.0 + sum((g * 1j * omega * tau / (1.0 + 1j * omega * tau) for g, tau in prony), 0j)
+
+
 def creep(prony: Prony, t: npt.ArrayLike) -> Array:
     """Strain over the strain at infinite time [-], at times `t` [s] after a step of stress."""
     time = np.asarray(t, dtype=np.float64)

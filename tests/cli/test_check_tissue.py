@@ -39,3 +39,15 @@ def test_layer_as_thin_as_the_tip_needs_five_cells(through, radius, told):
     cells = (through, through, through)
     found = words_of(Tissue(block(cells, (0.010, 0.010, 0.010)), young=5e3), radius)
     assert any("less than the tip's diameter" in one for one in found) == told
+
+
+@pytest.mark.parametrize(
+    ("through", "poisson", "percent"), [(1, 0.3, 40), (1, 0.49, 142), (2, 0.49, None), (3, 0.3, None)]
+)
+def test_parts_of_one_cell_are_told_with_the_error_of_their_bending(through, poisson, percent):
+    soft = Tissue(block((6 * through, 4 * through, through), (0.06, 0.04, 0.01)), young=5e3, poisson=poisson)
+    told = [one for one in words_of(soft) if "one tetrahedron thick" in one]
+    assert len(told) == (percent is not None)
+    assert all(f"about {percent} % too stiff in bending" in one for one in told)
+    if percent is None:
+        assert inspect_tissue(soft).bending_error_percent == 10.0

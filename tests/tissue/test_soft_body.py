@@ -140,7 +140,7 @@ def test_energy_of_free_vibration_is_kept_and_damping_takes_it():
     mesh = soft_bodies.box((6, 3, 3), (0.06, 0.03, 0.03))
     fixed = mesh[0][:, 0] == 0.0
     velocity = np.where(fixed[:, None], 0.0, [0.0, 0.0, 0.3] * mesh[0][:, :1] / 0.06)
-    for damping, low, high in ((0.0, 0.97, 1.03), (20.0, 0.0, 0.03)):
+    for damping, low, high in ((0.0, 0.97, 1.03), (20.0, 0.0, 0.05)):
         soft = soft_bodies.body(mesh, fixed=fixed, damping=damping)
         soft.set_state(mesh[0], velocity)
         start = sum(soft.energies())

@@ -7,6 +7,7 @@ from palpate.errors import MeshError
 from palpate.mesh import Mesh
 from palpate.tissue import TetMesh, TissueMaterial, quality, shapes, stable_steps, tetrahedra
 from palpate.tissue.blocks import block
+from palpate.tissue.tetrahedra import signed_volumes
 
 CUBE = (2, 2, 2), (0.02, 0.02, 0.02)  # cells and size [m]
 
@@ -29,15 +30,16 @@ def test_nodes_without_a_tetrahedron_are_dropped():
     np.testing.assert_array_equal(mesh.tets, tets)
 
 
-def _flip(nodes, tets):
-    tets = tets.copy()
-    tets[4] = tets[4][[1, 0, 2, 3]]
+def _fold(nodes, tets):
+    """A node of the middle is pulled through the faces around it."""
+    nodes = nodes.copy()
+    nodes[13] += [0.013, 0.004, 0.002]
     return nodes, tets
 
 
 FAULTS = {
-    "inverted": (_flip, r"1 of 48 tetrahedra are inverted or flat; the first is 4"),
-    "flat": (lambda n, t: (n * [1, 1, 0], t), "inverted or flat"),
+    "folded": (_fold, "lie on the same side of the face between them"),
+    "flat": (lambda n, t: (n * [1, 1, 0], t), "tetrahedra are flat"),
     "not finite": (lambda n, t: (np.where(n == n.max(), np.nan, n), t), "is not finite"),
     "index": (lambda n, t: (n, t + 5), "tets name node 31; the mesh has 27"),
     "negative index": (lambda n, t: (n, t - 1), "tets name node"),
@@ -52,6 +54,33 @@ FAULTS = {
 def test_faulty_meshes_are_refused(damage, words):
     with pytest.raises(MeshError, match=words):
         TetMesh(*damage(*block(*CUBE)))
+
+
+@pytest.mark.parametrize("turned", [range(48), [4], [0, 1, 2, 17, 47]], ids=["all", "one", "some"])
+def test_tetrahedra_in_the_other_order_are_turned_and_counted(turned):
+    nodes, tets = block(*CUBE)
+    other = tets.copy()
+    for k, order in zip(turned, np.tile([[1, 0, 2, 3], [0, 1, 3, 2], [3, 1, 2, 0]], (16, 1)), strict=False):
+        other[k] = other[k][order]
+    mesh = TetMesh(nodes, other)
+    assert mesh.turned == len(turned)
+    assert (signed_volumes(mesh.nodes, mesh.tets) > 0.0).all()
+    np.testing.assert_array_equal(np.sort(mesh.tets, axis=1), np.sort(tets, axis=1))
+    assert Mesh(mesh.nodes, mesh.surface).report.volume_m3 == pytest.approx(8e-6)
+    assert f"{len(turned)} of 48 tetrahedra list their nodes in the other order: turned" in mesh.findings[0].what
+    assert TetMesh(nodes, tets).findings == ()
+
+
+@pytest.mark.parametrize("off", [0.0, 2e-7], ids=["equal", "rounded"])
+def test_nodes_at_one_place_are_joined_and_counted(off):
+    """Two blocks on each other, each with its own nodes of the face between them."""
+    low, tets = block(*CUBE)
+    high = low + np.array([off, 0.0, 0.02])
+    mesh = TetMesh(np.vstack([low, high]), np.vstack([tets, tets + len(low)]))
+    assert (mesh.joined, mesh.parts, len(mesh.nodes)) == (9, 1, 45)
+    assert "9 nodes lie at the place of another one: joined" in mesh.findings[0].what
+    whole = TetMesh(*block((2, 2, 4), (0.02, 0.02, 0.04)))
+    assert len(mesh.surface) == len(whole.surface)
 
 
 def test_too_many_tetrahedra_are_refused(monkeypatch):

@@ -8,15 +8,6 @@
 
 namespace palpate::tissue {
 
-void Body::bind() noexcept {
-  elements_.blocks = blocks_.data();
-  elements_.history = history_.data();
-  elements_.count = blocks_.size();
-  elements_.u = u32_[0].x;
-  elements_.dilatation = dilatation_.data();
-  elements_.force = force_[0].x;
-}
-
 void Body::reset() noexcept {
   std::fill(u_.begin(), u_.end(), 0.0);
   std::fill(v_.begin(), v_.end(), 0.0);
@@ -24,8 +15,8 @@ void Body::reset() noexcept {
   std::fill(v32_.begin(), v32_.end(), Four{});
   std::fill(history_.begin(), history_.end(), HistoryBlock{});
   clear_loads();
-  elements_.shear_energy = node_energy_ = fastest_ = 0.0;
-  elements_.least_volume = 1.0;
+  nodes_.energy = fastest_ = 0.0;
+  nodes_.least_volume = 1.0;
 }
 
 void Body::add_load(std::int32_t node, const Vec3& force) noexcept {
@@ -53,33 +44,18 @@ void Body::set_state(std::span<const double> displacements, std::span<const doub
   }
 }
 
-// Pressures of the nodes from the volumes around them.
-void Body::find_pressures() noexcept {
-  kernel_.find_dilatation(elements_);
-  node_energy_ = 0.0;
-  for (std::size_t i = 0; i < node_bulk_.size(); ++i) {
-    float sum[4]{};
-    std::int32_t k = first_[i];
-    for (; k + 4 <= first_[i + 1]; k += 4)
-      for (std::int32_t l = 0; l < 4; ++l) sum[l] += dilatation_[to_index(around_[to_index(k + l)])];
-    for (; k < first_[i + 1]; ++k) sum[0] += dilatation_[to_index(around_[to_index(k)])];
-    const double change = static_cast<double>((sum[0] + sum[1]) + (sum[2] + sum[3])), p = node_bulk_[i] * change;
-    u32_[i].x[3] = static_cast<float>(p);
-    node_energy_ += 0.5 * p * change;
-  }
-}
-
-void Body::find_forces() noexcept {
-  bind();
-  find_pressures();
+void Body::find_forces(const Viscosity& viscosity) noexcept {
   std::fill(force_.begin(), force_.end(), Four{});
-  kernel_.add_forces(elements_);
+  nodes_ = {u32_[0].x, force_[0].x};
+  kernel_({tets_.data(), tets_.size(), corners_.data(), nullptr, {}}, nodes_);
+  const double least_volume = nodes_.least_volume;
+  kernel_({patches_.data(), patches_.size(), corners_.data(), history_.data(), viscosity}, nodes_);
+  nodes_.least_volume = least_volume;
 }
 
 void Body::step(int parts) noexcept {
   const DenormalsAreZero scope;
-  elements_.viscosity = viscosity_[parts > 1 ? 1 : 0];
-  find_forces();
+  find_forces(viscosity_[parts > 1 ? 1 : 0]);
   integrate(data_.step / (parts > 1 ? 2 : 1));
 }
 
@@ -106,13 +82,12 @@ void Body::integrate(double dt) noexcept {
 }
 
 void Body::internal_forces(std::span<double> out) noexcept {
-  elements_.viscosity = Viscosity{};
-  find_forces();
+  find_forces({});
   for (std::size_t i = 0; i < out.size(); ++i) out[i] = static_cast<double>(force_[i / 3].x[i % 3]);
 }
 
 BodyEnergy Body::energy() const noexcept {
-  BodyEnergy e{elements_.shear_energy + node_energy_, 0.0};
+  BodyEnergy e{nodes_.energy, 0.0};
   for (std::size_t i = 0; i < mass_.size(); ++i) {
     const double* const u = &u_[3 * i];
     const double* const v = &v_[3 * i];

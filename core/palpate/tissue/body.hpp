@@ -20,6 +20,9 @@ struct PronyTerm {
   double tau = 1.0;  ///< relaxation time [s]
 };
 
+inline constexpr double kLargestShare = 100.0;                   ///< of the sum of g [-]
+inline constexpr double kShortestTau = 1e-5, kLongestTau = 1e3;  ///< [s]
+
 /// What a body is made from. Vectors have one entry per node or tetrahedron.
 struct BodyData {
   std::vector<double> nodes;          ///< 3n positions at rest [m]
@@ -92,40 +95,48 @@ class Body {
   /// Energies. The potential is that at the beginning of the last step.
   [[nodiscard]] BodyEnergy energy() const noexcept;
   /// Smallest J = det F of a tetrahedron at the beginning of the last step; zero or less: inverted [-].
-  [[nodiscard]] double least_volume() const noexcept { return elements_.least_volume; }
+  [[nodiscard]] double least_volume() const noexcept { return nodes_.least_volume; }
   /// Largest displacement of a node in the last step [m]; NaN if a number is not finite.
   [[nodiscard]] double fastest() const noexcept { return fastest_; }
+  /// Layers of nodes below the free surface near each node, at most 4 (n): 0 where the body is one tetrahedron thick,
+  /// 1 for two or three, 2 for four or five, and so on.
+  [[nodiscard]] std::span<const std::int32_t> layers() const noexcept { return layers_; }
   /// Shortest height of a tetrahedron at rest [m].
   [[nodiscard]] double least_height() const noexcept { return least_height_; }
 
  private:
   void check() const;
-  void make_blocks();
+  void measure();
+  void find_layers();
+  void share_moduli();
+  void make_tets();
+  void make_patches();
   void choose_step(const std::vector<double>& frequency2);
   [[nodiscard]] std::vector<double> frequencies2() const;
-  void list_around();
-  void bind() noexcept;
-  void find_pressures() noexcept;
-  void find_forces() noexcept;
+  void find_forces(const Viscosity& viscosity) noexcept;
   void integrate(double dt) noexcept;
 
   BodyData data_;
-  std::vector<ElementBlock> blocks_;
-  std::vector<HistoryBlock> history_;
-  std::vector<Four> u32_, force_;             ///< as the kernels want them; one more than nodes
-  std::vector<Four> v32_;                     ///< velocities of the nodes; one more than nodes
-  std::vector<float> dilatation_;             ///< (m) and of unused lanes [m^3]
-  std::vector<std::int32_t> first_, around_;  ///< tetrahedra around node i: around_[first_[i]] and so on
-  std::vector<double> u_, v_;                 ///< (3n)
-  std::vector<double> mass_, inverse_mass_;   ///< (n)
-  std::vector<double> node_bulk_;             ///< (n) mean k over a quarter of the volume around a node [Pa/m^3]
-  std::vector<double> load_;                  ///< (3n) [N]
-  std::vector<std::int32_t> loaded_;          ///< nodes with a load
+  std::vector<ElementBlock> tets_, patches_;
+  std::vector<CornerBlock> corners_;           ///< of both
+  std::vector<HistoryBlock> history_;          ///< of the patches
+  std::vector<Four> u32_, force_;              ///< as the kernels want them; one more than nodes
+  std::vector<Four> v32_;                      ///< velocities of the nodes; one more than nodes
+  std::vector<double> u_, v_;                  ///< (3n)
+  std::vector<double> mass_, inverse_mass_;    ///< (n)
+  std::vector<std::int32_t> layers_;           ///< (n)
+  std::vector<double> volume_;                 ///< (m) [m^3]
+  std::vector<double> patch_volume_;           ///< (n) [m^3]
+  std::vector<double> patch_mu_, patch_bulk_;  ///< (n) moduli of the patches at rest [Pa]
+  std::vector<double> mean_mu_, mean_yeoh_;    ///< (n) means of the tetrahedra around a node [Pa], [-]
+  std::vector<double> own_mu_, own_bulk_;      ///< (m) what the tetrahedra keep [Pa]
+  std::vector<double> load_;                   ///< (3n) [N]
+  std::vector<std::int32_t> loaded_;           ///< nodes with a load
   std::size_t loaded_count_ = 0;
-  ElementArrays elements_;
+  NodeArrays nodes_;
   Viscosity viscosity_[2];  ///< of a whole and of half a step
   Kernel kernel_;
-  double stable_step_ = 0.0, added_mass_ = 0.0, fastest_ = 0.0, least_height_ = 0.0, node_energy_ = 0.0;
+  double stable_step_ = 0.0, added_mass_ = 0.0, fastest_ = 0.0, least_height_ = 0.0;
   int steps_ = 1;
 };
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <numeric>
 #include <stdexcept>
@@ -14,8 +15,8 @@
 namespace palpate::tissue {
 namespace {
 
-constexpr double kOwnShare = 0.1;  // of the volume term that a tetrahedron computes alone; it suppresses checkerboards
-constexpr double kSafety = 0.8;    // of the stable step at rest, because compression stiffens
+constexpr double kBarrier = 4.0;                   // [k] modulus of the barrier against inversion
+constexpr double kSafety = 0.8;                    // of the stable step at rest, because compression stiffens
 constexpr std::array kSteps = {1, 2, 3, 4, 6, 8};  // steps per tick to choose from
 
 [[noreturn]] void refuse(const std::string& what) { throw std::invalid_argument("tissue: " + what); }
@@ -96,6 +97,18 @@ double largest_frequency2(const std::array<Vec3, 4>& slope, double lambda, doubl
   return std::max(mu * (m[0] + m[1]), eigenvalues(diagonal, mixed)[0]) * 4.0 / density;
 }
 
+/// Sets the material of a lane: moduli [Pa], c [-], volume [m^3].
+void set_material(MaterialBlock& material, std::size_t lane, double mu, double bulk, double yeoh, double volume) {
+  material.shear[lane] = static_cast<float>(mu * volume);
+  material.bulk[lane] = static_cast<float>((bulk + mu / 3.0) * volume);
+  material.yeoh[lane] = static_cast<float>(yeoh);
+}
+
+void set_corner(CornerBlock& corner, std::size_t lane, std::uint32_t row, const Vec3& slope) {
+  corner.row[lane] = row;
+  for (Eigen::Index i = 0; i < 3; ++i) corner.slope[i][lane] = static_cast<float>(slope[i]);
+}
+
 }  // namespace
 
 Body::Body(BodyData data)
@@ -107,16 +120,21 @@ Body::Body(BodyData data)
   loaded_.assign(n, 0);
   u32_.assign(n + 1, Four{});
   v32_ = force_ = u32_;
-  make_blocks();
-  list_around();
+  measure();
+  find_layers();
+  share_moduli();
+  make_tets();
+  make_patches();
+  choose_step(frequencies2());
   for (int parts = 1; parts <= 2; ++parts)
     for (const PronyTerm& term : data_.prony) {
       Viscosity& viscosity = viscosity_[parts - 1];
       const auto k = viscosity.terms++;
-      viscosity.share[k] = static_cast<float>(term.g);
-      viscosity.recover[k] = static_cast<float>(-std::expm1(-data_.step / (parts * term.tau)));
+      const double decay = data_.step / (parts * term.tau), recover = -std::expm1(-decay);
+      viscosity.share[k] = static_cast<float>(term.g * recover / decay);
+      viscosity.recover[k] = static_cast<float>(recover);
     }
-  history_.assign(blocks_.size() * data_.prony.size(), HistoryBlock{});
+  history_.assign(patches_.size() * data_.prony.size(), HistoryBlock{});
   reset();
 }
 
@@ -137,99 +155,136 @@ void Body::check() const {
   if (!data_.spring.empty()) check_each(data_.spring, n, "spring", 0.0, false);
   if (data_.prony.size() > to_index(kMaxProny))
     refuse(std::to_string(data_.prony.size()) + " Prony terms; at most " + std::to_string(kMaxProny));
+  double total = 0.0;
   for (const PronyTerm& term : data_.prony) {
     check_each({term.g}, 1, "prony g", 0.0, false);
-    check_each({term.tau}, 1, "prony tau", 0.0, true);
+    check_each({term.tau}, 1, "prony tau", kShortestTau, false);
+    if (term.tau > kLongestTau)
+      refuse("prony tau = " + std::to_string(term.tau) + " s must be at most " + std::to_string(kLongestTau));
+    total += term.g;
   }
+  if (total > kLargestShare)
+    refuse("the sum of prony g is " + std::to_string(total) + ", at most " + std::to_string(kLargestShare));
   check_each({data_.step}, 1, "step", 0.0, false);
   check_each({data_.tick}, 1, "tick", 0.0, true);
   check_each({data_.damping}, 1, "damping", 0.0, false);
   check_each({data_.mass_limit}, 1, "mass_limit", 0.0, false);
 }
 
-// Fills the blocks and sums the volumes of the nodes. Neighbours among the tetrahedra come to different blocks, so that
-// the lanes of a block do not wait for each other when they add to the same node.
-void Body::make_blocks() {
-  const std::size_t n = node_count(), m = tet_count();
-  const std::size_t count = (m + kWide - 1) / kWide;
-  blocks_.assign(count, ElementBlock{});
-  std::vector<double> node_volume(n, 0.0);
-  node_bulk_.assign(n, 0.0);
+// Volumes of tetrahedra and patches.
+void Body::measure() {
+  volume_.resize(tet_count());
+  patch_volume_.assign(node_count(), 0.0);
   least_height_ = HUGE_VAL;
-  for (std::size_t t = 0; t < m; ++t) {
+  for (std::size_t t = 0; t < volume_.size(); ++t) {
     const auto [volume, slope] = rest_of(data_, t);
     if (!(volume > 0.0))
       refuse("tetrahedron " + std::to_string(t) + " has the volume " + std::to_string(1e9 * volume) +
              " mm^3: it is flat or inverted; mesh the surface again");
-    const double mu = data_.mu[t], lambda = data_.bulk[t] - 2.0 / 3.0 * mu, k = lambda + mu;
-    if (!(lambda > -mu / 3.0)) refuse("bulk[" + std::to_string(t) + "] is too small for this shear modulus");
+    if (!(data_.bulk[t] > data_.mu[t] / 3.0))
+      refuse("bulk[" + std::to_string(t) + "] is too small for this shear modulus");
+    volume_[t] = volume;
     for (const Vec3& g : slope) least_height_ = std::min(least_height_, 1.0 / g.norm());
-    ElementBlock& block = blocks_[t % count];
-    const std::size_t lane = t / count;
-    for (std::size_t c = 0; c < 4; ++c) {
-      const std::size_t node = to_index(data_.tets[4 * t + c]);
-      block.row[c][lane] = static_cast<std::uint32_t>(4 * node);
-      node_volume[node] += volume / 4.0;
-      node_bulk_[node] += (1.0 - kOwnShare) * k * volume / 4.0;
-    }
-    for (std::size_t i = 0; i < 9; ++i)
-      block.slope[i][lane] = static_cast<float>(slope[i / 3 + 1][static_cast<Eigen::Index>(i % 3)]);
-    block.shear[lane] = static_cast<float>(mu * volume);
-    block.bulk[lane] = static_cast<float>(kOwnShare * k * volume);
-    block.volume[lane] = static_cast<float>(volume);
-    block.yeoh[lane] = static_cast<float>(data_.yeoh[t]);
+    for (std::size_t c = 0; c < 4; ++c) patch_volume_[to_index(data_.tets[4 * t + c])] += volume / 4.0;
   }
-  for (std::size_t i = 0; i < n; ++i) {
-    if (!(node_volume[i] > 0.0)) refuse("node " + std::to_string(i) + " belongs to no tetrahedron");
-    node_bulk_[i] /= node_volume[i];
-  }
-  choose_step(frequencies2());
-  for (std::size_t i = 0; i < n; ++i) node_bulk_[i] /= node_volume[i];
+  for (std::size_t i = 0; i < patch_volume_.size(); ++i)
+    if (!(patch_volume_[i] > 0.0)) refuse("node " + std::to_string(i) + " belongs to no tetrahedron");
 }
 
-// Largest squared frequency of each tetrahedron [1/s^2]. The energy of the averaged pressures is at most that of the
-// tetrahedra with the mean modulus of their corners, by Jensen's inequality; beside a stiff part it is above their own.
+// Fills the blocks of tetrahedra. Neighbours among them come to different blocks, so that the lanes of a block do not
+// wait for each other when they add to the same node.
+void Body::make_tets() {
+  const std::size_t m = tet_count(), count = (m + kWide - 1) / kWide;
+  tets_.assign(count, ElementBlock{});
+  corners_.assign(3 * count, CornerBlock{});
+  for (std::size_t b = 0; b < count; ++b) {
+    tets_[b].first = static_cast<std::uint32_t>(3 * b);
+    tets_[b].last = static_cast<std::uint32_t>(3 * b + 3);
+  }
+  for (std::size_t t = 0; t < m; ++t) {
+    const std::size_t b = t % count, lane = t / count;
+    const auto row = [&](std::size_t c) { return static_cast<std::uint32_t>(4 * data_.tets[4 * t + c]); };
+    const std::array<Vec3, 4> slope = rest_of(data_, t).slope;
+    tets_[b].row[lane] = row(0);
+    for (std::size_t c = 1; c < 4; ++c) set_corner(corners_[3 * b + c - 1], lane, row(c), slope[c]);
+    MaterialBlock& material = tets_[b].material;
+    set_material(material, lane, own_mu_[t], own_bulk_[t], data_.yeoh[t], volume_[t]);
+    const double k = data_.bulk[t] + data_.mu[t] / 3.0;
+    material.barrier[lane] = static_cast<float>(kBarrier * k * volume_[t]);
+  }
+}
+
+// Fills the blocks of patches, those with equally many corners side by side. The gradient of a patch is the mean of
+// those of its tetrahedra by their volumes.
+void Body::make_patches() {
+  const std::size_t n = node_count();
+  std::vector<std::map<std::int32_t, Vec3>> slopes(n);  // of each patch by the other nodes
+  for (std::size_t t = 0; t < tet_count(); ++t) {
+    const std::array<Vec3, 4> slope = rest_of(data_, t).slope;
+    const std::int32_t* const corner = &data_.tets[4 * t];
+    for (std::size_t c = 0; c < 4; ++c)
+      for (std::size_t d = 0; d < 4; ++d)
+        if (d != c)
+          slopes[to_index(corner[c])].try_emplace(corner[d], Vec3::Zero()).first->second +=
+              volume_[t] / (4.0 * patch_volume_[to_index(corner[c])]) * slope[d];
+  }
+  std::vector<std::size_t> order(n);
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return slopes[a].size() < slopes[b].size(); });
+  patches_.assign((n + kWide - 1) / kWide, ElementBlock{});
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t i = order[k], lane = k % kWide;
+    ElementBlock& block = patches_[k / kWide];
+    if (lane == 0) {
+      const std::size_t widest = slopes[order[std::min(k + kWide, n) - 1]].size();
+      block.first = static_cast<std::uint32_t>(corners_.size());
+      corners_.resize(corners_.size() + widest);
+      block.last = static_cast<std::uint32_t>(corners_.size());
+    }
+    block.row[lane] = static_cast<std::uint32_t>(4 * i);
+    std::size_t at = block.first;
+    for (const auto& [node, slope] : slopes[i])
+      set_corner(corners_[at++], lane, static_cast<std::uint32_t>(4 * node), slope);
+    while (at < block.last) corners_[at++].row[lane] = block.row[lane];
+    set_material(block.material, lane, patch_mu_[i], patch_bulk_[i], mean_yeoh_[i], patch_volume_[i]);
+    block.material.viscous[lane] = static_cast<float>(mean_mu_[i] * patch_volume_[i]);
+  }
+}
+
+// Largest squared frequency of each tetrahedron [1/s^2], just after a sudden deformation. The energy of a patch is at
+// most that of its tetrahedra with its moduli, by Jensen's inequality. At rest, those of the shear are the tetrahedra's
+// own; the means that patches take of the bulk modulus and for the Prony terms are above them beside a stiff part.
 std::vector<double> Body::frequencies2() const {
-  double instantaneous = 1.0;
-  for (const PronyTerm& term : data_.prony) instantaneous += term.g;
+  double relaxing = 0.0;
+  for (const PronyTerm& term : data_.prony) relaxing += term.g;
   std::vector<double> out(tet_count());
   for (std::size_t t = 0; t < out.size(); ++t) {
-    const double mu = data_.mu[t], own = data_.bulk[t] + mu / 3.0;
-    double k = kOwnShare * own;
-    for (std::size_t c = 0; c < 4; ++c) k += node_bulk_[to_index(data_.tets[4 * t + c])] / 4.0;
-    out[t] = largest_frequency2(rest_of(data_, t).slope, std::max(k, own) - mu, mu * instantaneous, data_.density[t]);
+    double bulk = own_bulk_[t], viscous = 0.0;
+    for (std::size_t c = 0; c < 4; ++c) {
+      const std::size_t node = to_index(data_.tets[4 * t + c]);
+      bulk += patch_bulk_[node] / 4.0;
+      viscous += mean_mu_[node] / 4.0;
+    }
+    const double mu = data_.mu[t] + relaxing * std::max(viscous, data_.mu[t]);
+    out[t] = largest_frequency2(rest_of(data_, t).slope, std::max(bulk, data_.bulk[t]) - 2.0 / 3.0 * mu, mu,
+                                data_.density[t]);
   }
   return out;
-}
-
-// Lists the tetrahedra around each node.
-void Body::list_around() {
-  dilatation_.assign(blocks_.size() * kWide, 0.0F);
-  first_.assign(node_count() + 1, 0);
-  for (const std::int32_t node : data_.tets) ++first_[to_index(node) + 1];
-  std::partial_sum(first_.begin(), first_.end(), first_.begin());
-  around_.resize(data_.tets.size());
-  std::vector<std::int32_t> next(first_.begin(), first_.end() - 1);
-  for (std::size_t k = 0; k < data_.tets.size(); ++k)
-    around_[to_index(next[to_index(data_.tets[k])]++)] =
-        static_cast<std::int32_t>(kWide * (k / 4 % blocks_.size()) + k / 4 / blocks_.size());
 }
 
 // Chooses the time step and adds mass where a tetrahedron is too stiff for it: the largest frequency of a mesh is at
 // most that of its tetrahedra alone, so that scaling the mass of each bounds it (Olovsson and others 2005).
 void Body::choose_step(const std::vector<double>& frequency2) {
   stable_step_ = 2.0 / std::sqrt(*std::max_element(frequency2.begin(), frequency2.end()));
-  std::vector<double> volume(tet_count());
-  for (std::size_t t = 0; t < volume.size(); ++t)
-    volume[t] = static_cast<double>(blocks_[t % blocks_.size()].volume[t / blocks_.size()]);
   const auto scale = [&](std::size_t t, double dt) {
     return std::max(1.0, dt * dt * frequency2[t] / (4.0 * kSafety * kSafety));
   };
   const auto added = [&](double dt) {
     double mass = 0.0, more = 0.0;
-    for (std::size_t t = 0; t < volume.size(); ++t) {
-      mass += data_.density[t] * volume[t];
-      more += data_.density[t] * volume[t] * (scale(t, dt) - 1.0);
+    for (std::size_t t = 0; t < volume_.size(); ++t) {
+      mass += data_.density[t] * volume_[t];
+      more += data_.density[t] * volume_[t] * (scale(t, dt) - 1.0);
     }
     return more / mass;
   };
@@ -244,9 +299,9 @@ void Body::choose_step(const std::vector<double>& frequency2) {
   }
   added_mass_ = added(data_.step);
   mass_.assign(node_count(), 0.0);
-  for (std::size_t t = 0; t < volume.size(); ++t)
+  for (std::size_t t = 0; t < volume_.size(); ++t)
     for (std::size_t c = 0; c < 4; ++c)
-      mass_[to_index(data_.tets[4 * t + c])] += data_.density[t] * volume[t] * scale(t, data_.step) / 4.0;
+      mass_[to_index(data_.tets[4 * t + c])] += data_.density[t] * volume_[t] * scale(t, data_.step) / 4.0;
   inverse_mass_.resize(mass_.size());
   for (std::size_t i = 0; i < mass_.size(); ++i)
     inverse_mass_[i] = !data_.fixed.empty() && data_.fixed[i] != 0 ? 0.0 : 1.0 / mass_[i];

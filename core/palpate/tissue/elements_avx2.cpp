@@ -19,6 +19,7 @@ PALPATE_TARGET inline F8 mad(F8 a, F8 b, F8 c) { return {_mm256_fmadd_ps(a.x, b.
 PALPATE_TARGET inline F8 minus_product(F8 a, F8 b, F8 c) { return {_mm256_fnmadd_ps(b.x, c.x, a.x)}; }  // a - b c
 PALPATE_TARGET inline F8 min(F8 a, F8 b) { return {_mm256_min_ps(a.x, b.x)}; }
 PALPATE_TARGET inline F8 reciprocal(F8 a) { return {_mm256_div_ps(_mm256_set1_ps(1.0F), a.x)}; }
+PALPATE_TARGET inline F8 root(F8 a) { return {_mm256_sqrt_ps(a.x)}; }
 
 /// Transposes four rows of four numbers in each half of the registers.
 PALPATE_TARGET inline void transpose(__m256 r[4]) {
@@ -31,58 +32,44 @@ PALPATE_TARGET inline void transpose(__m256 r[4]) {
 }
 
 /// Rows of four numbers of eight nodes: those of nodes i and i + 4 in the halves of row i.
-PALPATE_TARGET inline void load_rows(const float* u, const std::uint32_t row[kWide], __m256 r[4]) {
+struct Rows {
+  __m256 r[4];
+};
+PALPATE_TARGET inline Rows load_rows(const float* u, const std::uint32_t row[kWide]) {
+  Rows out;
   for (int i = 0; i < 4; ++i)
-    r[i] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(u + row[i])), _mm_load_ps(u + row[i + 4]), 1);
+    out.r[i] = _mm256_insertf128_ps(_mm256_castps128_ps256(_mm_load_ps(u + row[i])), _mm_load_ps(u + row[i + 4]), 1);
+  return out;
 }
 
-/// The four numbers of the first corners, and the differences of those of the other corners from them, by component.
-PALPATE_TARGET inline void gather(const float* u, const std::uint32_t row[4][kWide], F8 first[4], F8 other[3][4]) {
-  __m256 r0[4];
-  load_rows(u, row[0], r0);
-  for (int k = 0; k < 3; ++k) {
-    __m256 r[4];
-    load_rows(u, row[k + 1], r);
-    for (int i = 0; i < 4; ++i) r[i] = _mm256_sub_ps(r[i], r0[i]);
-    transpose(r);
-    for (int i = 0; i < 4; ++i) other[k][i].x = r[i];
-  }
-  transpose(r0);
-  for (int i = 0; i < 4; ++i) first[i].x = r0[i];
+/// Differences of the first three numbers of eight nodes from those of others, by component.
+PALPATE_TARGET inline void differences(const float* u, const std::uint32_t row[kWide], const Rows& from, F8 out[3]) {
+  Rows rows = load_rows(u, row);
+  for (int i = 0; i < 4; ++i) rows.r[i] = _mm256_sub_ps(rows.r[i], from.r[i]);
+  transpose(rows.r);
+  for (int i = 0; i < 3; ++i) out[i].x = rows.r[i];
 }
 
-/// Adds four numbers to those of a node, or takes them away.
-PALPATE_TARGET inline void add_to(float* to, __m128 x) { _mm_store_ps(to, _mm_add_ps(_mm_load_ps(to), x)); }
-PALPATE_TARGET inline void take_from(float* to, __m128 x) { _mm_store_ps(to, _mm_sub_ps(_mm_load_ps(to), x)); }
-
-/// Takes forces from the corners 1 to 3 and adds their sum to the first, one node after the other, because a node may
-/// occur more than once.
-PALPATE_TARGET inline void scatter(const F8 f[3][3], const std::uint32_t row[4][kWide], float* force) {
-  __m256 sum[4] = {_mm256_setzero_ps(), _mm256_setzero_ps(), _mm256_setzero_ps(), _mm256_setzero_ps()};
-  for (int k = 0; k < 3; ++k) {
-    __m256 r[4] = {f[k][0].x, f[k][1].x, f[k][2].x, _mm256_setzero_ps()};
-    transpose(r);
-    for (int i = 0; i < 4; ++i) {
-      sum[i] = _mm256_add_ps(sum[i], r[i]);
-      take_from(force + row[k + 1][i], _mm256_castps256_ps128(r[i]));
-      take_from(force + row[k + 1][i + 4], _mm256_extractf128_ps(r[i], 1));
-    }
-  }
+/// Adds to the numbers of eight nodes, one after the other.
+PALPATE_TARGET inline void add_to_rows(const F8 x[3], const std::uint32_t row[kWide], float* to) {
+  __m256 r[4] = {x[0].x, x[1].x, x[2].x, _mm256_setzero_ps()};
+  transpose(r);
   for (int i = 0; i < 4; ++i) {
-    add_to(force + row[0][i], _mm256_castps256_ps128(sum[i]));
-    add_to(force + row[0][i + 4], _mm256_extractf128_ps(sum[i], 1));
+    float* const low = to + row[i];
+    _mm_store_ps(low, _mm_add_ps(_mm_load_ps(low), _mm256_castps256_ps128(r[i])));
+    float* const high = to + row[i + 4];
+    _mm_store_ps(high, _mm_add_ps(_mm_load_ps(high), _mm256_extractf128_ps(r[i], 1)));
   }
 }
 
 #include "palpate/tissue/elements.inl"
 
-PALPATE_TARGET void dilatation(ElementArrays& a) noexcept { dilatation_in(a); }
-PALPATE_TARGET void forces(ElementArrays& a) noexcept { forces_in(a); }
+PALPATE_TARGET void forces(const ElementList& list, NodeArrays& nodes) noexcept { forces_in(list, nodes); }
 
 }  // namespace
 }  // namespace avx2
 
-Kernel avx2_kernel() noexcept { return {&avx2::dilatation, &avx2::forces}; }
+Kernel avx2_kernel() noexcept { return &avx2::forces; }
 
 bool has_avx2() noexcept {
   __builtin_cpu_init();  // needed because static initialisers may run before those of the compiler's library

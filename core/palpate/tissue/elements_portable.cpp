@@ -1,4 +1,5 @@
 // The portable kernels: the same computations on plain arrays.
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 
@@ -23,34 +24,37 @@ F8 reciprocal(const F8& a) {
   return lanes(F8::all(1.0F), a, [](float x, float y) { return x / y; });
 }
 
-void gather(const float* u, const std::uint32_t row[4][kWide], F8 first[4], F8 other[3][4]) {
-  for (int c = 0; c < 4; ++c)
-    for (int i = 0; i < kWide; ++i) {
-      first[c].x[i] = u[row[0][i] + c];
-      for (int k = 0; k < 3; ++k) other[k][c].x[i] = u[row[k + 1][i] + c] - first[c].x[i];
-    }
+F8 root(const F8& a) {
+  return lanes(a, a, [](float x, float) { return std::sqrt(x); });
 }
 
-void scatter(const F8 f[3][3], const std::uint32_t row[4][kWide], float* force) {
+struct Rows {
+  F8 x[3];
+};
+Rows load_rows(const float* u, const std::uint32_t row[kWide]) {
+  Rows out;
+  for (int c = 0; c < 3; ++c)
+    for (int i = 0; i < kWide; ++i) out.x[c].x[i] = u[row[i] + c];
+  return out;
+}
+
+void differences(const float* u, const std::uint32_t row[kWide], const Rows& from, F8 out[3]) {
+  const Rows rows = load_rows(u, row);
+  for (int c = 0; c < 3; ++c) out[c] = rows.x[c] - from.x[c];
+}
+
+void add_to_rows(const F8 x[3], const std::uint32_t row[kWide], float* to) {
   for (int i = 0; i < kWide; ++i)
-    for (int c = 0; c < 3; ++c) {
-      float sum = 0.0F;
-      for (int k = 0; k < 3; ++k) {
-        force[row[k + 1][i] + c] -= f[k][c].x[i];
-        sum += f[k][c].x[i];
-      }
-      force[row[0][i] + c] += sum;
-    }
+    for (int c = 0; c < 3; ++c) to[row[i] + c] += x[c].x[i];
 }
 
 #include "palpate/tissue/elements.inl"
 
-void dilatation(ElementArrays& a) noexcept { dilatation_in(a); }
-void forces(ElementArrays& a) noexcept { forces_in(a); }
+void forces(const ElementList& list, NodeArrays& nodes) noexcept { forces_in(list, nodes); }
 
 }  // namespace
 }  // namespace portable
 
-Kernel portable_kernel() noexcept { return {&portable::dilatation, &portable::forces}; }
+Kernel portable_kernel() noexcept { return &portable::forces; }
 
 }  // namespace palpate::tissue

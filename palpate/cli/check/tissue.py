@@ -23,6 +23,17 @@ THROUGH = 3.5
 The force then errs by 4.4 % and ripples by 0.7 %; with four cells it errs by 5.5 % and ripples by 1.4 %."""
 
 
+_POISSON = (0.0, 0.3, 0.45, 0.49, 0.495)
+_ONE_CELL = (0.58, 0.40, 0.64, 1.42, 1.77)
+"""Excess of the stiffness in bending of plates that are one cell thick, by Poisson's ratio; bars and twist err less."""
+
+_MORE_CELLS = 0.10
+"""Largest error of bending and twist from two cells on [-] (tests/tissue/test_bending.py)."""
+
+_THIN_SHARE = 0.05
+"""Share of the nodes in parts of one tetrahedron's thickness from which a body is told to be thin [-]."""
+
+
 @dataclass(frozen=True)
 class TissueFindings:
     """Soft tissue of an object."""
@@ -39,12 +50,16 @@ class TissueFindings:
     thread_period_ms: float  # of a thread of its own; 0: it steps in the haptic cycle
     thickness_mm: float  # smallest extent at rest, in the axes of the object
     longest_edge_for_tip_mm: float | None  # median edge that the largest tip needs; None: the body is not thin
+    one_cell_percent: float  # share of the nodes in parts that are one tetrahedron thick
+    bending_error_percent: float  # predicted: by how much such parts are too stiff in bending; 10 without any, or less
 
 
 def inspect_tissue(soft: Tissue, radius: float = 0.0) -> TissueFindings:
     """Judge the tetrahedra and the time step of a soft body. radius: of the largest sphere that touches it [m]."""
     quality, edges = shapes(soft), edge_lengths(soft)
     thickness = float(np.ptp(soft.nodes, axis=0).min())
+    one_cell = float(np.mean(soft.body.layers() == 0))
+    bending = float(np.interp(soft.poisson, _POISSON, _ONE_CELL)) if one_cell > _THIN_SHARE else _MORE_CELLS
     return TissueFindings(
         tets=len(soft.tets),
         nodes=len(soft.nodes),
@@ -58,6 +73,8 @@ def inspect_tissue(soft: Tissue, radius: float = 0.0) -> TissueFindings:
         thread_period_ms=1e3 * soft.period,
         thickness_mm=1e3 * thickness,
         longest_edge_for_tip_mm=1e3 * thickness / THROUGH if thickness < THIN * radius else None,
+        one_cell_percent=100.0 * one_cell,
+        bending_error_percent=100.0 * bending,
     )
 
 
@@ -76,6 +93,13 @@ def warn_of_tissue(found: TissueFindings, where: str) -> None:
             f"{found.edge_mm:.3g} mm: the force on the tip errs by more than 5 %"
         )
         warnings.warn(PalpateWarning(what, mend=f"edges of {needed:.2g} mm, or a smaller tip"), stacklevel=2)
+    if found.bending_error_percent > 100.0 * _MORE_CELLS:
+        what = (
+            f"{where}: {found.one_cell_percent:.0f} % of the nodes are in parts that are one tetrahedron thick, which "
+            f"are about {found.bending_error_percent:.0f} % too stiff in bending"
+        )
+        mend = f"a resolution of half their thickness, with which the error is at most {100.0 * _MORE_CELLS:.0f} %"
+        warnings.warn(PalpateWarning(what, mend=mend), stacklevel=2)
     if found.poor_tets:
         what = f"{where}: {found.poor_tets:,} tetrahedra are poor (quality below {POOR:g})"
         mend = "they shorten the time step: mesh the volume again, or leave out volume: and let resolution: fill it"
