@@ -89,8 +89,8 @@ class TissueBody:
     A soft body of linear tetrahedra, stepped explicitly; all in the object's frame O. Energy per volume: mu/2 (w + c
     max(w, 0)^2) + k/2 (J - 1)^2 with w = I1 - 3 - 2 (J - 1), I1 = tr F^T F, J = det F and k = bulk + mu/3: a stable
     Neo-Hookean solid (after Smith, de Goes and Kim 2018) with the stiffening of Yeoh (1993), and a barrier 4 k/2 min(J
-    - .3, 0)^2 against inversion. Prony terms are quasi-linear on the second Piola-Kirchhoff stress of the terms with
-    mu.
+    - .3, 0)^2 against inversion. Prony terms g add the energy g mu/2 |Z - q|^2, q' = (Z - q) / tau, of a strain Z
+    without change of volume: mu/2 |Z|^2 = mu/2 (w + c w^2) with w = J^(-2/3) I1 - 3.
     """
 
     def __init__(
@@ -115,9 +115,10 @@ class TissueBody:
         """
         nodes (n, 3) [m]; tets (m, 4), surface (k, 3) with outward winding: int32 indices of nodes; mu, bulk (m,) [Pa]:
         shear modulus after full relaxation and bulk modulus; density (m,) [kg/m^3]; yeoh (m,): c [-]; prony: pairs (g
-        [-], tau [s]), instantaneous modulus mu (1 + sum g); fixed (n,) bool; spring (n,) [N/m] to the rest positions;
-        step [s], 0: chosen so that the added mass stays below mass_limit [-]; tick: period of the loop [s]; damping:
-        force per mass and velocity [1/s]. Raises ValueError naming the invalid value.
+        [-], tau [s]), sum of g up to 100, tau from 1e-5 to 1000, instantaneous modulus mu (1 + sum g); fixed (n,) bool;
+        spring (n,) [N/m] to the rest positions; step [s], 0: chosen so that the added mass stays below mass_limit [-];
+        tick: period of the loop [s]; damping: force per mass and velocity [1/s]. Raises ValueError naming the invalid
+        value.
         """
 
     def step(self, n: int = 1) -> None:
@@ -153,6 +154,12 @@ class TissueBody:
     def energies(self) -> tuple[float, float]:
         """
         (potential, kinetic) [J]; the potential is that at the beginning of the last step.
+        """
+
+    def layers(self) -> NDArray[numpy.int32]:
+        """
+        Layers of nodes below the free surface near each node, at most 4 (n,): 0 where the body is one tetrahedron
+        thick, 1 for two or three.
         """
 
     def stable_step(self) -> float:
