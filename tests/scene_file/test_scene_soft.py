@@ -52,7 +52,7 @@ def test_parts_and_fixed_nodes_reach_the_body(scene_with):
     soft = rig.surfaces[0].body
     assert isinstance(soft, Tissue)
     section = rig.scene.objects[0].tissue
-    volume = section.tetrahedra(None, rig.scene.path_to("cube.vtk", ""), "m", print)
+    volume = section.tetrahedra(rig.surfaces[0].body, rig.scene.path_to("cube.vtk", ""), "m", print)
     centre = np.linalg.norm(volume.centres, axis=1) <= 0.01
     assert np.array_equal(volume.region == 1, centre)
     assert 0 < centre.sum() < len(centre)
