@@ -19,6 +19,7 @@
 #include "palpate/contact/tool.hpp"
 #include "palpate/force/force.hpp"
 #include "palpate/loop/soft_objects.hpp"
+#include "palpate/scene/pulling.hpp"
 #include "palpate/types/so3.hpp"
 #include "types.hpp"
 
@@ -166,6 +167,15 @@ void bind_contact(nb::module_& m) {
       },
       nb::arg("method"), nb::arg("options"), nb::arg("snapshot"),
       "Raises ValueError if the method does not exist or cannot render an object of the scene.");
+  m.def(
+      "region_pull",
+      [](const scene::Object& object) -> std::optional<Tuple<int, std::string>> {
+        const auto pull = scene::strongest_pull(object);
+        if (!pull) return std::nullopt;
+        return nb::make_tuple(pull->region, scene::words(object, *pull));
+      },
+      nb::arg("object"),
+      "Index of the region of an object that would pull the tool in the most, and what to change; None if none does.");
   m.def("grow_plane", &grow_plane, nb::arg("points"), nb::arg("n_last"), nb::arg("baseline"),
         "Unit normal (3,) of the plane that the method `paper-plane` fits to points (n, 3) [m]; zero if it rejects "
         "them.");

@@ -218,6 +218,7 @@ def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | Non
     for i, obj in enumerate(placed):
         _warn_of_lost_regions(scene, i, obj)
     snapshot = surface.snapshot(scene, placed)
+    _require_regions_that_push(scene, snapshot)
     check_method(scene, snapshot)
     path = hand.plan(scene, placed, until)
     camera = placed_ecm.place(scene, path)
@@ -245,6 +246,17 @@ def _warn_of_lost_regions(scene: Scene, index: int, placed: surface.PlacedSurfac
             warnings.warn(
                 PalpateWarning(what, where=where, mend="at is in metres, in the object's own frame"), stacklevel=3
             )
+
+
+def _require_regions_that_push(scene: Scene, snapshot: _core.Snapshot) -> None:
+    """Refuse a soft region that would pull the tool in: the force of the contact would not be that of a spring."""
+    for i, obj in enumerate(snapshot.objects):
+        pull = _core.region_pull(obj)
+        if pull is not None:
+            what, mend = pull[1].rsplit("; ", 1)
+            where = scene.where("objects", i, "regions", pull[0])
+            what = what.replace(f"region {pull[0]} ", f"region {scene.objects[i].regions[pull[0]].name!r} ", 1)
+            raise SceneError(what, where=where, why="its stiffness falls faster than the depth grows", mend=mend)
 
 
 def check_method(scene: Scene, snapshot: _core.Snapshot) -> None:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from palpate.arrays import Array
 from palpate.clouds import PointCloud
-from palpate.clouds.neighbourhoods import Sampling, outward_normals, sampling
+from palpate.clouds.neighbourhoods import Sampling, layer_gap, outward_normals, sampling
 from palpate.errors import PalpateWarning, SurfaceError
 from palpate.surfaces.surface import Surface, Triangles, length
 
@@ -64,6 +64,7 @@ class PointSurface(Surface):
     """
 
     core: _tissue.PointSurface
+    layer_gap: float  #: distance between two layers of points that become one surface; 0: there is one layer [m]
 
     def __init__(
         self,
@@ -85,6 +86,9 @@ class PointSurface(Surface):
             usual.bridge if bridge is None else length("bridge of a cloud", bridge),
         )
         normals = cloud.normals
+        self.layer_gap = layer_gap(cloud.points, self.scales.support, normals)
+        if self.layer_gap > 0.0:
+            _warn_of_layers(self)
         if normals is None and cloud.viewpoint is None:
             normals = _unoriented(cloud, self.scales)
         s = self.scales
@@ -110,7 +114,8 @@ class PointSurface(Surface):
         """Number of points, spacing, noise and the radius that they ask for."""
         s = self.sampling
         points = f"{len(self.cloud):,} points every {1e3 * s.spacing:.2g} mm"
-        return f"cloud, {points}, noise {1e3 * s.noise:.2g} mm; radius {1e3 * self.recommended_radius:.2g} mm or more"
+        text = f"cloud, {points}, noise {1e3 * s.noise:.2g} mm; radius {1e3 * self.recommended_radius:.2g} mm or more"
+        return text + (f"; two layers {1e3 * self.layer_gap:.2g} mm apart, as one" if self.layer_gap > 0.0 else "")
 
     def _drawing(self) -> tuple[Array, Triangles]:
         """One small triangle at each averaged point, in the plane of the surface."""
@@ -164,6 +169,19 @@ def _require_surface(cloud: PointCloud) -> None:
     values = np.sqrt(np.maximum(np.linalg.eigvalsh(centred.T @ centred), 0.0))
     if values[1] < _LINE * values[2]:
         raise SurfaceError("the points lie on a line", where=cloud.name, mend="move the sensor across the surface")
+
+
+def _warn_of_layers(surface: PointSurface) -> None:
+    gap, support = 1e3 * surface.layer_gap, 1e3 * surface.scales.support
+    warnings.warn(
+        PalpateWarning(
+            f"two layers of points, {gap:.2g} mm apart, are felt as one surface between them",
+            where=surface.name,
+            why=f"points within {support:.2g} mm shape the surface together, if their normals do not oppose each other",
+            mend="leave one layer out; register the views better; or give normals, if one layer is a back",
+        ),
+        stacklevel=4,
+    )
 
 
 def _unoriented(cloud: PointCloud, scales: Scales) -> npt.NDArray[np.float64]:

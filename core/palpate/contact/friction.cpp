@@ -36,7 +36,8 @@ const Vec3& Friction::step(const Load& load) noexcept {
     lag_.setZero();
     anchor_normal_ = load.normal;
   } else {
-    const double r = std::sqrt(k_ / load.k);  // keeps k |s|^2; the mean makes the work of a tick exact to third order
+    // r keeps k |s|^2; the mean makes the work of a tick exact to third order.
+    const double r = k_ == load.k ? 1.0 : std::sqrt(k_ / load.k);
     lag_ = r * lag_ - 0.5 * (1.0 + r) * across(load.x - x_, anchor_normal_);
   }
   x_ = load.x;
@@ -60,21 +61,21 @@ void Friction::slip(const Load& load) noexcept {
   mu_slip_ = std::clamp(mu_slip_ - kBreakAway * load.dt / (load.k * load.depth), mu, mu_static);
   const double limit = mu_slip_ * load.depth;
   if (found <= limit) return;
+  const double longest2 = lag_.squaredNorm();
   turn_towards(load.normal, 1.0 - eighth_power(limit / found));
-  const double turned = effort(lag_, load.normal, mu_static);
-  if (turned > limit) lag_ *= limit / turned;
+  const double turned = effort(lag_, load.normal, mu_static), length2 = lag_.squaredNorm();
+  if (!(turned > 0.0)) return;
+  const double shorter = limit / turned;  // turned across another normal the lag may be short enough already
+  lag_ *= shorter * shorter * length2 < longest2 ? shorter : std::sqrt(longest2 / length2);
 }
 
-/// Turns the anchor's normal by `share` of the way towards `normal`, and the lag with it. The lag grows by nothing.
+/// Turns the anchor's normal by `share` of the way towards `normal`. The lag keeps its part across the new one.
 void Friction::turn_towards(const Vec3& normal, double share) noexcept {
   const Vec3 between = anchor_normal_ + share * (normal - anchor_normal_);
-  const double length = between.norm();
-  if (!(length > 0.0)) return;  // opposite normals, half-way
-  anchor_normal_ = between / length;
-  const double before = lag_.norm();
+  const double length2 = between.squaredNorm();
+  if (!(length2 > 0.0)) return;  // opposite normals, half-way
+  anchor_normal_ = between / std::sqrt(length2);
   lag_ = across(lag_, anchor_normal_);
-  const double after = lag_.norm();
-  if (after > 0.0) lag_ *= before / after;
 }
 
 }  // namespace palpate::contact

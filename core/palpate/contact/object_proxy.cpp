@@ -16,6 +16,7 @@ constexpr int kQueries = 24;      // nearest-point queries per tick; a proxy tha
 constexpr double kCoarse = 5e-3;  // [r] position tolerance of the proxy where the smooth surface determines the force
 constexpr double kFine = 1e-7;    // [r] position tolerance where the proxy itself determines the force
 constexpr double kQueryRange = 4.0;  // [r] search range for triangles around the proxy
+constexpr int kCreaseSteps = 5;      // Newton steps of the proxy on smooth surfaces that meet
 constexpr double kLower = 0.5;       // [r] the smooth surface may lie at most this far below the facets
 constexpr double kOnEdge = 1e-9;     // a point with a smaller barycentric weight is on the edge (rounding)
 const double kOnePatch = std::cos(15.0 * M_PI / 180.0);  // contacts with closer normals are on one smooth patch
@@ -316,6 +317,19 @@ HalfSpace ObjectProxy::smooth_half_space(int i, double radius) const noexcept {
   return out;
 }
 
+/// The half-space in which a sphere at c clears the smooth surface at constraint i, linearised at c. At creases it is
+/// the facet's half-space.
+HalfSpace ObjectProxy::smooth_half_space_at(int i, const Vec3& c, double radius) const noexcept {
+  const Constraint& h = constraint_[to_index(i)];
+  const HalfSpace& facet = half_space_[to_index(i)];
+  if (!is_smooth(h)) return facet;
+  const scene::SmoothPoint s = scene::smooth_project(mesh_->impl(), h.at, c);
+  const double steep = s.gradient.norm(), side = s.gradient.dot(facet.normal) < 0.0 ? -1.0 : 1.0;
+  if (!s.found || !(std::abs(s.gradient.dot(facet.normal)) >= 0.5 * steep)) return smooth_half_space(i, radius);
+  const Vec3 normal = side / steep * s.gradient;
+  return {normal, normal.dot(c) + (radius - side * s.distance) / steep};
+}
+
 /// Contact with one smooth patch: depth and direction from the smooth surface. The normal is zero if the constraints do
 /// not belong to one patch.
 ObjectProxy::ProxyContact ObjectProxy::contact_on_smooth_patch(const Vec3& g, double radius) const noexcept {
@@ -344,9 +358,17 @@ ObjectProxy::ProxyContact ObjectProxy::contact_on_smooth_patch(const Vec3& g, do
 
 /// Contact at creases and corners: the deflection follows from the half-spaces.
 ObjectProxy::ProxyContact ObjectProxy::contact_at_crease(const Vec3& g, double radius) const noexcept {
+  // The proxy on the smooth surfaces is found by Newton's method from that on the facets. Where it has converged, the
+  // force is the gradient of 1/2 K |proxy - tool|^2, the least over all proxies that clear the surfaces.
   std::array<HalfSpace, 3> h;
-  for (int i = 0; i < active_.active; ++i) h[to_index(i)] = smooth_half_space(i, radius);
-  const Projection p = project(h.data(), active_.active, g, kSlack * radius);
+  Projection p;
+  p.x = centre_;
+  for (int step = 0; step < kCreaseSteps; ++step) {
+    const Vec3 at = p.x;
+    for (int i = 0; i < active_.active; ++i) h[to_index(i)] = smooth_half_space_at(i, at, radius);
+    p = project(h.data(), active_.active, g, kSlack * radius);
+    if (p.active == 0 || (p.x - at).norm() < kFine * radius || (p.x - centre_).norm() > radius) break;
+  }
   ProxyContact out;
   if (p.active == 0) {  // here the smooth surface lies below the facets, but at most by kLower
     const Vec3 delta = centre_ - g;

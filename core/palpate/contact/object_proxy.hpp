@@ -89,6 +89,7 @@ class ObjectProxy {
                                                  double radius) const noexcept;
   [[nodiscard]] bool is_smooth(const Constraint& h) const noexcept;
   [[nodiscard]] HalfSpace smooth_half_space(int i, double radius) const noexcept;
+  [[nodiscard]] HalfSpace smooth_half_space_at(int i, const Vec3& c, double radius) const noexcept;
 
   const scene::Mesh* mesh_ = nullptr;
   std::uint64_t mesh_id_ = 0;

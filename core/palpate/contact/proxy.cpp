@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <stdexcept>
 
+#include "palpate/scene/pulling.hpp"
 #include "palpate/types/index.hpp"
 
 namespace palpate::contact {
@@ -11,6 +13,13 @@ void Proxy::reset() noexcept {
   for (int i = 0; i < object_count_; ++i) state_[to_index(i)] = ProxyState();
   object_count_ = 0;
   set_ = ContactSet();
+}
+
+void Proxy::check(const scene::Snapshot& scene) const {
+  for (const scene::Object& object : scene.objects) {
+    const auto pull = scene::strongest_pull(object);
+    if (pull) throw std::invalid_argument(scene::words(object, *pull));
+  }
 }
 
 void Proxy::record_path(std::vector<Vec3>* path) {

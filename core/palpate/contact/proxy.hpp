@@ -19,6 +19,8 @@ class Proxy final : public Method {
   const ContactSet& step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT, double t) noexcept override;
   void record_path(std::vector<Vec3>* path) override;
   [[nodiscard]] bool has_friction() const noexcept override { return true; }
+  /// Refuses objects whose regions would pull the tool in.
+  void check(const scene::Snapshot& scene) const override;
 
  private:
   /// State of the proxy of one object.
