@@ -699,6 +699,11 @@ def contact_check(method: str, options: ContactOptions, snapshot: Snapshot) -> N
     Raises ValueError if the method does not exist or cannot render an object of the scene.
     """
 
+def region_pull(object: Object) -> tuple[int, str] | None:
+    """
+    Index of the region of an object that would pull the tool in the most, and what to change; None if none does.
+    """
+
 def grow_plane(
     points: Annotated[NDArray[numpy.float64], "(:, 3)"],
     n_last: Annotated[NDArray[numpy.float64], "(3,)"],

@@ -83,6 +83,16 @@ def test_hard_regions_and_regions_out_of_reach_are_not_refused():
     assert _core.region_pull(cyst(100, 0.08, 0.001, 0.002)) is None  # at 64 N
 
 
+def test_only_the_softer_of_two_regions_is_refused():
+    regions = [
+        _core.Region(np.array([x, 0, -0.005]), radius=0.002, blend=0.001, material=material(K))
+        for x, K in ((0.0, 3000), (0.02, 900), (0.04, 100))
+    ]
+    obj = _core.Object("liver", PLANE.core, np.eye(4), material(800), regions)
+    assert _core.region_pull(obj)[0] == 2
+    assert _core.region_pull(_core.Object("liver", PLANE.core, np.eye(4), material(800), regions[:2])) is None
+
+
 def test_a_scene_names_the_region_and_what_to_change(tmp_path):
     file = tmp_path / "cyst.yaml"
     file.write_text(

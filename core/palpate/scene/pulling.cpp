@@ -27,8 +27,9 @@ bool softer(const Region& region, const Object& object) {
   return (region.material.K.array() < most.array()).any();
 }
 
-/// The pull at p_O, if that is a place which the deepest point of a sphere reaches.
-Pull pull_at(const Object& object, const Vec3& p_O) {
+/// The pull at p_O, if the deepest point of a sphere enters the region there as it goes deeper. (Leaving a hard region
+/// at its far side, deeper than the region, is not judged.)
+Pull pull_at(const Object& object, const Region& region, const Vec3& p_O) {
   const Nearest near = object.surface->nearest(p_O);
   const Mesh* const mesh = object.surface->mesh();
   const bool open = mesh != nullptr && !mesh->report().closed;
@@ -37,6 +38,9 @@ Pull pull_at(const Object& object, const Vec3& p_O) {
   out.depth = open ? std::abs(near.distance) : -near.distance;
   if (!(out.depth > 0.0)) return out;
   const Vec3 out_of_it = (near.point - p_O) / out.depth, n = object.X_WO.R * out_of_it;
+  Vec3 slope;
+  region.weight(p_O, slope);
+  if (!(slope.dot(out_of_it) < 0.0)) return out;
   const LocalMaterial local = object.material_at(p_O);
   const double K = n.dot(local.material.K.cwiseProduct(n));
   const double on_the_way = n.dot(object.material.K.cwiseProduct(n));
@@ -88,7 +92,8 @@ std::optional<Pull> strongest_pull(const Object& object) {
     for (int i = 1; i <= kPlaces; ++i) {
       const Outwards way = outwards(region.half, i);
       for (const double share : kShares) {
-        Pull here = pull_at(object, region.centre + way.from + (region.radius + share * region.blend) * way.direction);
+        Pull here =
+            pull_at(object, region, region.centre + way.from + (region.radius + share * region.blend) * way.direction);
         here.region = static_cast<int>(k);
         if (here.excess > worst.excess) worst = here;
       }
