@@ -1,6 +1,7 @@
 """Soft regions: those that would pull the tool in are refused with a remedy, and the others gain no energy."""
 
 import re
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -47,7 +48,7 @@ def test_refused_are_those_whose_energy_falls_with_the_depth(softness, depth, si
 def path(depth):
     """Down beside the region, across it, and up over it, on the ball."""
     corners = [(-0.35, -1e-3), (-0.35, depth), (0.02, depth), (0.02, -1e-3), (-0.35, -1e-3)]
-    angle, d = np.concatenate([np.linspace(a, b, 4000) for a, b in zip(corners, corners[1:], strict=False)]).T
+    angle, d = np.concatenate([np.linspace(a, b, 4000) for a, b in pairwise(corners)]).T
     rho = 0.02 + RADIUS - d
     return np.stack([rho * np.sin(angle), 0 * rho, rho * np.cos(angle)], axis=1)
 
@@ -66,7 +67,7 @@ def test_a_cyst_with_a_wide_blend_takes_no_energy():
 
 
 def test_a_cyst_that_pulls_is_refused_and_the_remedies_suffice():
-    with pytest.raises(ValueError, match="region 0 of 'liver' .* pull the tool in") as caught:
+    with pytest.raises(ValueError, match=r"region 0 of 'liver' .* pull the tool in") as caught:
         render(cyst(100, 0.005, 0.001, 0.002, BALL, top=0.02), path(0.004))
     blend, stiffness = (float(x) for x in re.findall(r"at least ([0-9.]+) ", str(caught.value)))
     assert 2.0 < blend < 50.0
