@@ -18,6 +18,7 @@ from palpate.verify.fuzz.loops.port import work_held
 
 _REST = 300  # ticks at the start of a loop, and between two cycles of a toggled one
 _LENT = 0.03  # energy that a fixture which holds the tool at the start may lend [J]
+_LATE = 3  # periods by which a device delays the force without a word
 _ROUNDING = 1 + 1e-6
 _DURATION = 4.0  # of a session [s]
 _CELL = 0.02  # share of the stored energy by which the load cell, read once a tick, may be wrong [-]
@@ -34,6 +35,8 @@ def by_hand(loop: Loop, device: Device) -> tuple[float, float, float]:
         X = np.concatenate([rest, *[X[1:]] * loop.cycles])
         X, t = _clocked(loop.clock, X, device.period, np.random.default_rng(len(p)))
         F = device.wrenches(X, t)
+    if loop.clock == "delayed":
+        F = np.concatenate([np.zeros((_LATE, 6)), F[:-_LATE]])
     pulled = device.scene.guidance and np.abs(F[: _REST // 2]).max() > 0.0
     lent = max(loop.credit, _LENT if pulled else 0.0)
     done = work_held(F, X, loop.axes)

@@ -14,6 +14,8 @@ from palpate.verify.fuzz.loops import bodies, draw
 from palpate.verify.fuzz.loops.draw import Site, number, vector
 from palpate.verify.fuzz.loops.ways import Way
 
+_REACH = 0.2334  # farthest start of the tool from the remote centre of the shipped follower [m]
+
 Run = Literal["still", "moving", "soft", "felt", "session"]
 
 
@@ -31,7 +33,7 @@ class Loop:
     speed: float = 0.05  #: felt, soft: mean speed of the tool on an edge [m/s]
     axes: int = 6  #: axes of the wrench that the device renders; 3: no moments
     toggle: str = ""  #: felt: what changes between two cycles: clutch, pedal or list
-    clock: str = ""  #: felt: how the calls of the loop differ from its rate: slow, late, lost or wrong
+    clock: str = ""  #: felt: how the loop differs from what it says: slow, late, lost, wrong or delayed
     credit: float = 0.0  #: felt: energy that the layer may lend in all [J]
 
 
@@ -80,8 +82,8 @@ def reach(rng: np.random.Generator) -> list[Loop]:
     """A surface at the end of the follower's reach."""
     s = draw.site(rng, bodies.SMOOTH)
     start = np.array(s.scene["operator"]["path"][0]["xyz"])
-    side = 0.02 * rng.normal(size=2)
-    base = start + np.array([side[0], side[1], rng.uniform(0.22, 0.24)])
+    up = np.array([0.0, 0.0, 1.0]) + 0.1 * rng.normal(size=3)
+    base = start + _REACH * rng.uniform(0.95, 1.0) * up / np.linalg.norm(up)
     s.scene["arms"]["follower"]["base"] = {"xyz": vector(base), "rpy_deg": [0.0, 0.0, float(rng.integers(-180, 180))]}
     s.depth *= 2
     return _still("reach", s, [draw.across(s), draw.wander(s)])
@@ -150,7 +152,7 @@ def engage(rng: np.random.Generator) -> list[Loop]:
     start = np.array(s.scene["operator"]["path"][0]["xyz"])
     low = at + n * near * 0.5
     way = Way(np.array([start, low, start]), np.zeros((3, 3)))
-    return [replace(made, cycles=12, credit=0.03) for made in _felt("engage", s, [way])]
+    return [replace(made, cycles=12) for made in _felt("engage", s, [way])]
 
 
 def toggles(rng: np.random.Generator) -> list[Loop]:
@@ -167,10 +169,10 @@ def toggles(rng: np.random.Generator) -> list[Loop]:
 
 
 def clocks(rng: np.random.Generator) -> list[Loop]:
-    """A loop that calls more slowly or less evenly than it says, with the layer on."""
+    """A loop that calls more slowly or less evenly than it says, or acts later, with the layer on."""
     s = draw.site(rng, bodies.SMOOTH)
     made = _felt("clock", s, [draw.across(s), draw.wander(s)])
-    return [replace(one, clock=str(rng.choice(["slow", "late", "lost", "wrong"])), cycles=6) for one in made]
+    return [replace(one, clock=str(rng.choice(["slow", "late", "lost", "wrong", "delayed"])), cycles=6) for one in made]
 
 
 def moving(rng: np.random.Generator) -> list[Loop]:
@@ -275,7 +277,8 @@ def _still(kind: str, s: Site, ways: list[Way]) -> list[Loop]:
 
 
 def _felt(kind: str, s: Site, ways: list[Way]) -> list[Loop]:
-    felt = s.stiffness * s.scene["mapping"]["scale"] * s.scene["mapping"]["force_scale"]
+    hardest = max(s.stiffness, *(one["stiffness"] for one in s.object.get("regions", ())), 0.0)
+    felt = hardest * s.scene["mapping"]["scale"] * s.scene["mapping"]["force_scale"]
     stability = {
         "passivity": str(s.rng.choice(["observer", "observer", "tank"])),
         "force_cap": s.scene["stability"]["force_cap"],
