@@ -13,7 +13,9 @@ from palpate.arrays.plain import Content
 from palpate.verify.fuzz.loops.bodies import Body
 from palpate.verify.fuzz.loops.ways import Way
 
-CAP = 20.0  # largest force on the hand in scenes that do not test the cap [N]
+FORCE = 20.0  # cap of the force with the passivity layer; a quarter of it is pressed [N]
+_UNCAPPED = {"force_cap": 1e3, "moment_cap": 1e3, "rate_cap": 1e6, "moment_rate_cap": 1e6}
+"""Caps that never act: without the layer, caps have a kind of their own."""
 _CLEAR = 0.002  # distance from the surface at which a way starts [m]
 
 
@@ -85,7 +87,7 @@ def site(rng: np.random.Generator, kinds: tuple[Callable[[np.random.Generator], 
             break
     radius = number(rng.uniform(0.001, 0.006))
     stiffness = number(np.exp(rng.uniform(np.log(100.0), np.log(1500.0))))
-    depth = min(rng.uniform(0.2, 1.5) * radius, 0.4 * body.size, 0.25 * CAP / stiffness)
+    depth = min(rng.uniform(0.2, 1.5) * radius, 0.4 * body.size, 0.25 * FORCE / stiffness)
     reach = rng.uniform(0.3, 1.0) * min(0.008, 0.8 * body.curve or 0.008)
     at = vector(rng.uniform(-0.02, 0.02, 3))
     made = Site(rng, body, turned(rpy), np.array(at), radius, stiffness, float(depth), float(reach))
@@ -98,7 +100,7 @@ def site(rng: np.random.Generator, kinds: tuple[Callable[[np.random.Generator], 
         "arms": {"leader": {"base": {"xyz": [0.1, 0.0, 0.1], "rpy_deg": vector(rng.uniform(-180, 180, 3))}},
                  "follower": {"bandwidth": 0}},
         "operator": {"path": [{"t": 0, "xyz": vector(made.tool(0.0, 0.0, -_CLEAR))}]},
-        "stability": {"passivity": "off", "force_cap": CAP, "rate_cap": 1e5, "moment_cap": 5.0, "moment_rate_cap": 1e4},
+        "stability": {"passivity": "off", **_UNCAPPED},
         "rates": {"haptic": 100.0},
     }  # fmt: skip
     return made

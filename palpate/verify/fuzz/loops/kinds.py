@@ -281,7 +281,7 @@ def _felt(kind: str, s: Site, ways: list[Way]) -> list[Loop]:
     felt = hardest * s.scene["mapping"]["scale"] * s.scene["mapping"]["force_scale"]
     stability = {
         "passivity": str(s.rng.choice(["observer", "observer", "tank"])),
-        "force_cap": s.scene["stability"]["force_cap"],
+        "force_cap": min(s.scene["stability"]["force_cap"], draw.FORCE),
         "rate_cap": number(max(50.0, 0.03 * felt)),
     }
     scene = s.scene | {"stability": stability, "rates": {"haptic": 1000.0}}

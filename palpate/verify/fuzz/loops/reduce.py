@@ -28,8 +28,8 @@ _PLAIN: tuple[tuple[tuple[str, ...], Any], ...] = (
     (("mapping", "scale"), 1.0),
     (("mapping", "force_scale"), 1.0),
     (("arms", "leader", "base", "rpy_deg"), [0.0, 0.0, 0.0]),
-    (("stability", "force_cap"), 20.0),
-    (("stability", "rate_cap"), 1e5),
+    (("stability", "force_cap"), 1000.0),
+    (("stability", "rate_cap"), 1e6),
     (("stability", "passivity"), "observer"),
 )
 """Values of scenes that matter the least."""
