@@ -216,6 +216,12 @@ class TissueSurface(palpate._core.Surface):
     def period(self) -> float:
         """Period of the steps beside the cycle [s]; 0: in every tick."""
 
+    def set_patient(self, patient: bool) -> None:
+        """
+        True: a loop that runs more than twice as fast as real time waits for the thread beside it. Copies at rest
+        inherit it.
+        """
+
     @property
     def vertices(self) -> NDArray[numpy.float64]:
         """Vertices of the surface at rest (n, 3), in O [m]."""

@@ -298,6 +298,10 @@ void bind_bodies(nb::module_& m) {
       .def_prop_ro("edge", &SoftSurface::edge, "Mean length of the edges of the surface [m].")
       .def_prop_ro("width", &SoftSurface::width, "Standard deviation of the spread contact force [m].")
       .def_prop_ro("period", &SoftSurface::period, "Period of the steps beside the cycle [s]; 0: in every tick.");
+  surface.def(
+      "set_patient", &SoftSurface::set_patient, nb::arg("patient"),
+      "True: a loop that runs more than twice as fast as real time waits for the thread beside it. Copies at rest "
+      "inherit it.");
   bind_rest(surface);
   bind_own(surface);
   bind_shared(m);

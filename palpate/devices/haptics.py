@@ -55,7 +55,7 @@ class Haptics:
         clouds: Clouds | None = None,
     ) -> None:
         loaded = scene if isinstance(scene, Scene) else Scene.load(Path(scene))
-        self._loop = DeviceLoop(device_scene(loaded, "loop", rate, force_cap))
+        self._loop = DeviceLoop(device_scene(loaded, "loop", rate, force_cap), replays=True)
         self.session = DeviceSession(self._loop, record, clouds)
         """Record, controls, fixtures and newest state; also for `palpate.viewer.LiveViewer`."""
         self._fault = _core.DeviceFault.none

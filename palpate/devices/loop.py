@@ -13,6 +13,7 @@ from palpate.hands import PRESETS
 from palpate.record.ticks import STATUS, Timing
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
+from palpate.scene.soft import wait_for_bodies
 from palpate.session.loop import Rows
 
 STALE_AFTER = 0.02
@@ -147,6 +148,7 @@ class DeviceLoop:
         resolution: resolution of the measured position, 0: exact [m].
         mass: moving mass of the device at its handle [kg].
         workspace: lengths of the device's workspace along the axes of its base [m]; None: those of the scene.
+        replays: whether its owner may step it faster than real time: it then waits for the threads of soft bodies.
 
     Raises:
         SceneError, MeshError: the scene cannot run, or its mapping needs a workspace.
@@ -158,8 +160,11 @@ class DeviceLoop:
         resolution: float = 0.0,
         mass: float = MASS,
         workspace: tuple[float, float, float] | None = None,
+        replays: bool = False,
     ) -> None:
         self.rig = rig = mapped_rig(scene, workspace)
+        if replays:
+            wait_for_bodies(rig.snapshot)
         self.cycle = _core.DeviceCycle(device_options(rig, resolution, mass), rig.arms.follower, rig.snapshot)
         self.cycle.set_fixtures(rig.fixtures)
         self.wrench: Array = np.zeros(6)  #: newest wrench on the hand [N, N m]; overwritten by every step

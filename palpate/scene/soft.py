@@ -44,6 +44,15 @@ def rest_shape(felt: _core.Object) -> tuple[Array, NDArray[np.int32]] | None:
     return felt.surface.vertices, felt.surface.triangles
 
 
+def wait_for_bodies(snapshot: _core.Snapshot) -> None:
+    """Let a loop that runs faster than real time wait for the threads of its soft bodies."""
+    for felt in filter(is_soft, snapshot.objects):
+        from palpate import _tissue
+
+        if isinstance(felt.surface, _tissue.TissueSurface):
+            felt.surface.set_patient(True)
+
+
 def shared(snapshot: _core.Snapshot) -> _core.Snapshot:
     """The snapshot with soft bodies that several loops press: one body each."""
     if not any(map(is_soft, snapshot.objects)):

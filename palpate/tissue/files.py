@@ -43,17 +43,17 @@ def load(path: str | os.PathLike[str], unit: str = "mm") -> TetMesh:
     old = old_version(file) if file.suffix.lower() == ".msh" else None
     points, tets, groups = _arrays(file) if old is None else _old_arrays(file, old)
     region = np.unique(groups, return_inverse=True)[1].reshape(-1)
-    mesh = TetMesh(points * FILE_UNITS[unit], tets, region.astype(np.int32), str(file))
+    mesh = TetMesh(points * FILE_UNITS[unit], tets.astype(np.int32), region.astype(np.int32), str(file))
     for finding in mesh.findings:
         warnings.warn(PalpateWarning(finding.what, where=str(file), why=finding.why, mend=finding.mend), stacklevel=2)
     return mesh
 
 
-def _old_arrays(file: Path, version: int) -> tuple[Array, Integers, Integers]:
+def _old_arrays(file: Path, version: int) -> tuple[Array, Integers, Array]:
     points, tets, groups, types = read_old(file, version)
     if not len(tets):
         raise _no_tetrahedra(file, "elements of Gmsh's types " + ", ".join(types) if types else "no elements")
-    return points, tets, groups
+    return points, tets, groups.astype(np.float64)
 
 
 def _no_tetrahedra(file: Path, has: str) -> MeshError:
@@ -61,7 +61,7 @@ def _no_tetrahedra(file: Path, has: str) -> MeshError:
     return MeshError(f"no tetrahedra; it has {has}", where=str(file), mend=mend)
 
 
-def _arrays(file: Path) -> tuple[Array, Integers, Integers]:
+def _arrays(file: Path) -> tuple[Array, Integers, Array]:
     """Nodes (n, 3) in the file's unit, tetrahedra (m, 4), and their regions (m,)."""
     content = _read(file)
     blocks = [i for i, cells in enumerate(content.cells) if cells.type == "tetra"]
@@ -72,7 +72,8 @@ def _arrays(file: Path) -> tuple[Array, Integers, Integers]:
     groups = (
         np.concatenate([np.asarray(content.cell_data[key][i]).ravel() for i in blocks]) if key else np.zeros(len(tets))
     )
-    return np.asarray(content.points, dtype=np.float64), tets, groups
+    points = np.asarray(content.points, dtype=np.float64)
+    return points, np.asarray(tets, dtype=np.int64), np.asarray(groups, dtype=np.float64)
 
 
 def save(mesh: TetMesh, path: str | os.PathLike[str], unit: str = "mm") -> None:

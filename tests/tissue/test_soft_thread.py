@@ -123,6 +123,25 @@ def test_session_with_a_thread_has_the_energies_of_the_cycle(tmp_path):
     assert potential["own"].tobytes() != potential["cycle"].tobytes(), "control: it has a thread"
 
 
+def test_recorded_motions_give_the_same_wrenches_at_any_speed(tmp_path):
+    """Steps of `palpate.Haptics` as fast as they compute, in fits and starts, and without a rest again."""
+    soft_cube(tmp_path, SCENE.format(thread="own").replace("10 ms", "4 ms"))
+    t = np.arange(600) * 1e-3
+    rng = np.random.default_rng(3)
+    found = []
+    for pauses in (np.zeros(600), np.where(rng.random(600) < 0.05, 2e-4, 0.0), np.zeros(600)):
+        with palpate.Haptics(tmp_path / "soft.yaml", rate=1000.0) as haptics:
+            wrenches = []
+            for now, pause in zip(t, pauses, strict=True):
+                X = np.eye(4)
+                X[2, 3] = -0.06 * min(now, 0.4)
+                wrenches.append(haptics.step(now, X))
+                time.sleep(pause)
+        found.append(np.array(wrenches))
+    assert np.linalg.norm(found[0], axis=1).max() > 0.05, "it presses the tissue"
+    assert found[0].tobytes() == found[1].tobytes() == found[2].tobytes()
+
+
 def test_late_shapes_are_in_the_status_of_a_tick(tmp_path):
     """A thread that makes 10,000 steps in a period of 10 ms never keeps it."""
     scene = soft_cube(tmp_path, SCENE.format(thread="own").replace("10 ms", "10 ms, step: 1e-6"))

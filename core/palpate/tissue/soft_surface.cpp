@@ -5,6 +5,7 @@
 #include <limits>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "palpate/scene/smooth.hpp"
@@ -48,6 +49,7 @@ SoftSurface::SoftSurface(const SoftSurface& from, std::uint64_t id, double perio
       tables_(from.tables_),
       period_(period),
       instantaneous_(from.instantaneous_),
+      patient_(from.patient_),
       pressed_(from.body(), tables_),
       mesh_(tables_->rest->movable()),
       shape_(pressed_.at_rest()),
@@ -232,9 +234,11 @@ void SoftSurface::exchange(double dt) noexcept {
     presses_.write(press_);
     overdue_ = -press_.ticks * dt;
     waiting_ = true;
+    if (patient_) handed_over_ = std::chrono::steady_clock::now();
   }
   overdue_ += dt;
   if (!beside_.load(std::memory_order_relaxed)) work();
+  if (patient_ && std::abs(overdue_) < 0.5 * dt) wait_for_thread();
   late_ = overdue_ > 0.5 * dt;
   if (overdue_ < -0.5 * dt) return;
   const Shape& newest = shapes_.read();
@@ -242,6 +246,14 @@ void SoftSurface::exchange(double dt) noexcept {
   shape_ = newest;
   show();
   waiting_ = false;
+}
+
+/// In the tick in which a shape is due: takes part in its work, or waits for it, if the loop is ahead of real time.
+void SoftSurface::wait_for_thread() noexcept {
+  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - handed_over_;
+  if (elapsed.count() > 0.5 * period_) return;
+  while (shapes_.read().number != press_.number)
+    if (!work()) std::this_thread::yield();
 }
 
 bool SoftSurface::work() noexcept {

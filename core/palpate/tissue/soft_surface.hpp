@@ -14,6 +14,7 @@
 
 #include <array>
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -59,6 +60,9 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   [[nodiscard]] std::span<const double> published() noexcept override { return published_.read(); }
   [[nodiscard]] double period() const noexcept override { return period_; }
   void set_beside(bool beside) noexcept override { beside_ = beside; }
+  /// True: a loop that runs more than twice as fast as real time waits for its thread beside, so that its results
+  /// depend on its inputs alone. For loops that are not in real time; copies at rest inherit it.
+  void set_patient(bool patient) noexcept { patient_ = patient; }
   bool work() noexcept override;
 
   [[nodiscard]] const Body& body() const noexcept { return pressed_.body(); }
@@ -95,13 +99,15 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   void withhold(double dt) noexcept;
   void relax(double dt) noexcept;
   void exchange(double dt) noexcept;
+  void wait_for_thread() noexcept;
   void show() noexcept;
   void ramp(double dt) noexcept;
   void publish(double dt) noexcept;
 
   std::shared_ptr<const SoftTables> tables_;
   double period_ = 0.0, instantaneous_ = 1.0;  // instantaneous_: 1 + sum of the Prony shares
-  PressedBody pressed_;                        // used by the thread beside, if there is one
+  bool patient_ = false;
+  PressedBody pressed_;  // used by the thread beside, if there is one
   std::shared_ptr<scene::Mesh> mesh_;
   std::array<Memory, kSpheres> memory_{};
   std::array<Motion, kSpheres> motion_{};
@@ -113,6 +119,7 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   Mailbox<Shape> shapes_;
   std::atomic<bool> beside_{false};
   std::atomic<bool> working_{false};
+  std::chrono::steady_clock::time_point handed_over_;
   bool waiting_ = false, late_ = false, frozen_ = false;  // waiting_: for the shape of the last press
   double overdue_ = 0.0;                                  // time since this shape was due [s]
   double share_ = 1.0;                                    // of the force that acts, after a divergence
