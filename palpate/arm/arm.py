@@ -21,10 +21,11 @@ import numpy as np
 import yaml
 from numpy.typing import ArrayLike, NDArray
 
-from palpate import _core
+from palpate import _core, limits
 from palpate.arm.shapes import DrawnJoint, Visual, drawn_joints, jaw_range, sticks, turn_about, visuals
 from palpate.arrays import Array
 from palpate.arrays.plain import Content
+from palpate.arrays.yaml_loader import read_yaml
 from palpate.errors import ArmError
 
 SIDES = ("right", "left")
@@ -55,7 +56,6 @@ KEYS = {
     "spheres": "contact spheres in addition to the tip's: [{link: name, at: [x, y, z], radius: m}, ..]",
     "capsules": "the instrument as others touch it: [{link: name, from: [x, y, z], to: [x, y, z], radius: m}, ..]",
 }
-_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)  # the C loader is ten times faster
 _PER_JOINT = ("home", "encoder_step_deg", "encoder_step_mm", "coulomb", "viscous", "rotor_inertia")
 
 
@@ -174,7 +174,7 @@ class Arm(_core.Arm):
             raise ArmError("no arm is named", where=str(path), mend="give urdf: my_arm.urdf, or device: delta")
         urdf = path.parent / str(data["urdf"])
         try:
-            xml = urdf.read_text(encoding="utf-8")
+            xml = limits.read_text(urdf)
             base, tip = _ends(xml)
             return cls(xml, str(data.get("base_frame", base)), str(data.get("tip_frame", tip)), data)
         except OSError as error:
@@ -349,7 +349,7 @@ class Arm(_core.Arm):
 def _read(path: Path) -> Content:
     """Read a model file and check its keys."""
     try:
-        data = yaml.load(path.read_text(encoding="utf-8"), _LOADER)
+        data = read_yaml(path)
     except (OSError, UnicodeDecodeError) as error:
         mend = f"models that come with Palpate: {', '.join(NAMES)}"
         raise ArmError("the arm's model file cannot be read", where=str(path), why=str(error), mend=mend) from None

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate import _core
+from palpate import _core, limits
 from palpate.arm.arm import Arm
 from palpate.arm.coupling import coupling
 from palpate.arm.gravity_model import GravityModel, TrainingRegion
@@ -71,17 +71,17 @@ def load(path: str | Path) -> GravityModel:
     """
     path = Path(path)
     try:
-        data = json.loads(path.read_text(encoding="utf-8"))
+        data = limits.load_json(limits.read_text(path))
         sides = {"MTML": "left", "MTMR": "right"}
         arm = Arm.mtm(sides[str(data["ARM_NAME"])])
         controller = data["GC_controller"]
         up, down = (np.array(controller[f"gc_dynamic_params_{sign}"], dtype=float) for sign in ("pos", "neg"))
-        limits = [np.radians(controller[f"joint_position_{end}_limit"]) for end in ("lower", "upper")]
-        if not up.shape == down.shape == (PARAMETERS + _POWERS * _JOINTS,) or len(limits[0]) != arm.n:
+        ends = [np.radians(controller[f"joint_position_{end}_limit"]) for end in ("lower", "upper")]
+        if not up.shape == down.shape == (PARAMETERS + _POWERS * _JOINTS,) or len(ends[0]) != arm.n:
             raise ValueError(f"{len(up)} and {len(down)} parameters where 40 are needed")
-        if not np.isfinite(np.concatenate([up, down, *limits])).all():
+        if not np.isfinite(np.concatenate([up, down, *ends])).all():
             raise ValueError("a parameter is not a finite number")
-        if (limits[0] > limits[1]).any():
+        if (ends[0] > ends[1]).any():
             raise ValueError("a lower joint limit is above the upper one")
     except (OSError, UnicodeDecodeError, KeyError, TypeError, ValueError) as error:
         missing = f"{error} is missing or unknown" if isinstance(error, KeyError) else str(error)
@@ -94,7 +94,7 @@ def load(path: str | Path) -> GravityModel:
     friction[:_JOINTS] = half[PARAMETERS:].reshape(_JOINTS, _POWERS)
     polynomials = np.zeros((arm.n, _POWERS))
     polynomials[:_JOINTS] = mean[PARAMETERS:].reshape(_JOINTS, _POWERS)
-    q = np.random.default_rng(0).uniform(limits[0], limits[1], (200, arm.n))
+    q = np.random.default_rng(0).uniform(ends[0], ends[1], (200, arm.n))
     return GravityModel(
         arm=arm.name,
         form="dvrk",
@@ -102,7 +102,7 @@ def load(path: str | Path) -> GravityModel:
         theta=np.concatenate([moments_of_parameters(arm) @ mean[:PARAMETERS], polynomials.ravel()]),
         friction=friction,
         motor_friction=False,
-        region=TrainingRegion.of(np.concatenate([q, np.array(limits)]), arm),
+        region=TrainingRegion.of(np.concatenate([q, np.array(ends)]), arm),
         visited=q,
         notes={"imported": path.name, "serial": str(data.get("SN", ""))},
     )

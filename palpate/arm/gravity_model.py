@@ -16,6 +16,7 @@ from palpate.arm.arm import Arm
 from palpate.arm.coupling import coupling, drives
 from palpate.arrays import Array
 from palpate.arrays.plain import Content
+from palpate.arrays.yaml_loader import read_yaml
 from palpate.errors import OutputError, RecordingError, refuse_to_overwrite
 
 _TITLE = """\
@@ -168,7 +169,7 @@ class GravityModel:
         """
         path = Path(path)
         try:
-            data = yaml.safe_load(path.read_text(encoding="utf-8"))
+            data = read_yaml(path)
         except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
             why = getattr(error, "strerror", None) or str(error).partition("\n")[0]
             raise RecordingError("the gravity model cannot be read", where=str(path), why=why) from None

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import yaml
 from yaml.composer import Composer
+
+from palpate import limits
 
 if TYPE_CHECKING or not yaml.__with_libyaml__:
     _SafeLoader = yaml.SafeLoader
@@ -20,14 +23,91 @@ else:
             Composer.__init__(self)
 
 
+MOST_VALUES = 50_000
+"""Largest number of values in a file, with what its aliases unfold to."""
+MOST_OF_PLAN = 200_000
+"""As MOST_VALUES, for the files of motion plans and trajectories."""
 OwnLoader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-"""Loader of texts that Palpate wrote itself, in C where PyYAML has it, ten times faster."""
+"""Loader of texts that this process or the package itself wrote, in C where PyYAML has it, ten times faster."""
 Dumper = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 """Dumper of `yaml.safe_dump`, in C where PyYAML has it, ten times faster."""
 
 
+class TooLargeError(yaml.YAMLError):
+    """The text holds, or its aliases unfold to, too many values."""
+
+
 class Loader(_SafeLoader):
-    """Safe YAML loader that reads 1e-3 as a number (YAML 1.1 requires 1.0e-3) and does not parse dates."""
+    """Safe YAML loader that reads 1e-3 as a number (YAML 1.1 requires 1.0e-3) and does not parse dates.
+
+    It ends at once, with TooLargeError, when the text holds or unfolds to more than `most` values.
+    """
+
+    most = MOST_VALUES
+    _count, _aliased = 0, False
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        """The next node."""
+        self._count += 1
+        if self._count > self.most:
+            raise TooLargeError(f"more than {self.most:,} values")
+        self._aliased = self._aliased or bool(self.check_event(yaml.AliasEvent))
+        return super().compose_node(parent, index)
+
+    def compose_document(self) -> yaml.Node | None:
+        """The next document."""
+        node = super().compose_document()
+        if node is not None and self._aliased and _unfolded(node, {}) > self.most:
+            raise TooLargeError(f"aliases unfold to more than {self.most:,} values")
+        return node
+
+
+def load(text: str, most: int = MOST_VALUES) -> Any:
+    """Values of a YAML text that people or strangers wrote.
+
+    Raises:
+        yaml.YAMLError: it is not YAML, holds or unfolds to more than `most` values, or is nested too deeply.
+    """
+    documents = load_all(text, most)
+    if len(documents) > 1:
+        raise yaml.YAMLError(f"{len(documents)} documents; one is read")
+    return documents[0] if documents else None
+
+
+def load_all(text: str, most: int = MOST_VALUES) -> list[Any]:
+    """Values of all documents in a YAML text. Errors as in `load`."""
+    loader, documents = Loader(text), []
+    loader.most = most
+    try:
+        while loader.check_data():
+            documents.append(loader.get_data())
+    except RecursionError:
+        raise yaml.YAMLError("brackets or sections are nested too deeply, or a value contains itself") from None
+    return documents
+
+
+def read_yaml(path: Path, most: int = MOST_VALUES) -> Any:
+    """Values of a YAML or JSON file that people or strangers wrote.
+
+    Raises:
+        OSError: it cannot be read, or is no file (`palpate.limits`). UnicodeDecodeError: it is not text.
+        yaml.YAMLError: as for `load`.
+    """
+    return load(limits.read_text(path), most)
+
+
+def _unfolded(node: yaml.Node, known: dict[int, int]) -> int:
+    """Number of values below a node, those of aliases each time, long texts by their length."""
+    if id(node) in known:
+        return known[id(node)]  # 1 inside itself: the reader names a value that contains itself
+    known[id(node)] = 1
+    if isinstance(node, yaml.MappingNode):
+        known[id(node)] += sum(_unfolded(key, known) + _unfolded(value, known) for key, value in node.value)
+    elif isinstance(node, yaml.SequenceNode):
+        known[id(node)] += sum(_unfolded(value, known) for value in node.value)
+    else:
+        known[id(node)] += len(node.value) // 256
+    return known[id(node)]
 
 
 Loader.yaml_implicit_resolvers = {

@@ -11,6 +11,7 @@ import numpy as np
 import yaml
 
 from palpate.arrays import Array
+from palpate.arrays.yaml_loader import read_yaml
 from palpate.certificate.loop import SampledLoop, difference
 from palpate.errors import OutputError, PalpateError, RecordingError
 from palpate.hands import PRESETS, Hand
@@ -37,7 +38,7 @@ _KEYS = ("mass", "damping", "rate", "delay", "jitter", "filter", "quantum", "fri
 def is_device(path: Path) -> bool:
     """True for a file that says ``kind: device``; False also for a file that cannot be read."""
     try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+        data = read_yaml(path)
     except (OSError, UnicodeDecodeError, yaml.YAMLError):
         return False
     return isinstance(data, dict) and data.get("kind") == "device"
@@ -108,7 +109,7 @@ class DeviceModel:
             RecordingError: the file cannot be read or does not describe a device; the message names the value.
         """
         try:
-            data = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+            data = read_yaml(Path(path))
             if not isinstance(data, dict) or data.get("kind") != "device":
                 raise ValueError("it has no line kind: device")
             wrong = [key for key in data if key not in (*_KEYS, "kind", "notes")]

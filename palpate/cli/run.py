@@ -40,6 +40,8 @@ class Command:
 
     scene: Positional[Path]
     """Scene file (YAML), or the name of a shipped scene (palpate scenes lists them)."""
+    trust: bool = False
+    """Let the driver that the scene names run, although it is not installed: code beside the scene file."""
     headless: bool = False
     """Run without the viewer even in a terminal; in lockstep unless --realtime is given."""
     duration: Annotated[float | None, arg(metavar="SECONDS")] = None
@@ -83,7 +85,7 @@ class Command:
         if viewer:
             require_viewer()
         require_writable(self.json)
-        scene = Scene.load(self.scene)
+        scene = Scene.load(self.scene, self.trust)
         if self.plan is not None and (scene.pairs or scene.arms.leader.driver is not None):
             what = "a scene with several pairs" if scene.pairs else "a scene with a driver"
             raise PalpateError(f"--plan has no effect on {what}", mend="leave it out; palpate ros move moves real arms")

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from palpate import limits
 from palpate.clouds import pcd, ply
 from palpate.clouds.table import Table, require_count
 from palpate.errors import CloudError, OutputError
@@ -50,7 +51,7 @@ def read(path: Path) -> Table:
             f"unknown format {path.suffix!r} of a cloud", where=str(path), mend=f"use {', '.join(FORMATS)}"
         )
     try:
-        data = path.read_bytes()
+        data = limits.read_bytes(path)
     except FileNotFoundError:
         raise CloudError("cloud file not found", where=str(path), mend="check the path") from None
     except OSError as error:
@@ -88,12 +89,12 @@ def _unit_missing(path: Path, table: Table) -> CloudError:
 
 
 def _npz(data: bytes, require: partial[None]) -> Table:
-    with np.load(io.BytesIO(data), allow_pickle=False) as file:
-        if "points" not in file:
-            raise ValueError(f"it has no array 'points'; its arrays are {', '.join(file.files) or 'none'}")
-        require(len(file["points"]))
-        part = {key: file[key] for key in ("normals", "colors", "viewpoint") if key in file}
-        return Table(np.asarray(file["points"], float), **part, unit=str(file["unit"]) if "unit" in file else None)
+    arrays = limits.load_npz(data)
+    if "points" not in arrays:
+        raise ValueError(f"it has no array 'points'; its arrays are {', '.join(arrays) or 'none'}")
+    require(len(arrays["points"]))
+    part = {key: arrays[key] for key in ("normals", "colors", "viewpoint") if key in arrays}
+    return Table(np.asarray(arrays["points"], float), **part, unit=str(arrays["unit"]) if "unit" in arrays else None)
 
 
 def _npz_bytes(table: Table) -> bytes:
@@ -105,7 +106,7 @@ def _npz_bytes(table: Table) -> bytes:
 
 
 def _npy(data: bytes, require: partial[None]) -> Table:
-    points = np.load(io.BytesIO(data), allow_pickle=False)
+    points = limits.load_npy(data)
     require(len(points))
     return Table(np.asarray(points, dtype=np.float64))
 

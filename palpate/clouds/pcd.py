@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from palpate import limits
 from palpate.clouds.table import Table, colours_of_packed, columns, stacked
 
 _TYPES = {"F": "f", "I": "i", "U": "u"}
@@ -29,6 +30,7 @@ def decode(data: bytes, require_count: Any) -> Table:
     ])  # fmt: skip
     n = int(head["POINTS"][0])
     require_count(n)
+    limits.require_unpacked(n * dtype.itemsize)
     rows = _decoded(head["DATA"][0], body, dtype, n)
     table = {name: rows[name][:, 0] for name in dtype.names or ()}
     packed = table.get("rgb", table.get("rgba"))
@@ -105,6 +107,7 @@ def _decoded(kind: str, body: bytes, dtype: np.dtype[np.void], n: int) -> np.nda
         table[:] = np.frombuffer(body, dtype, n)
     elif kind == "binary_compressed":
         packed, size = struct.unpack("<II", body[:8])
+        limits.require_unpacked(size)
         flat, at = lzf(body[8 : 8 + packed], size), 0
         for name in dtype.names or ():  # stored field by field
             part = dtype[name]
@@ -122,7 +125,7 @@ def lzf(data: bytes, size: int) -> bytes:
         ValueError: the data are damaged.
     """
     out, at = bytearray(), 0
-    while at < len(data):
+    while at < len(data) and len(out) <= size:
         control = data[at]
         at += 1
         if control < 32:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from palpate import _core
 from palpate.devices.loop import DeviceLoop, device_scene
+from palpate.devices.trust import require_trust
 from palpate.errors import DeviceError
 from palpate.record.ticks import Timing
 from palpate.scene.scene import Scene
@@ -23,12 +24,14 @@ def header_folder() -> Path:
     return installed if installed.is_dir() else root.parent / "core" / "palpate" / "loop"
 
 
-def load_driver(name: str, folder: Path) -> _core.Driver:
-    """The open driver of a shared object; relative paths start at `folder`.
+def load_driver(name: str, folder: Path, *, trust: bool = False) -> _core.Driver:
+    """The open driver of a shared object that the user trusts; relative paths start at `folder`.
 
     Raises:
-        DeviceError: the file cannot be loaded, lacks a function, has invalid facts, or its device cannot be opened.
+        DeviceError: the file is not trusted, cannot be loaded, lacks a function or has invalid facts, or its device
+        cannot be opened.
     """
+    require_trust(name, trust)
     file, _, argument = name.partition(":")
     path = (folder / Path(file).expanduser()).resolve()
     try:
@@ -55,7 +58,7 @@ class NativeLoop(DeviceLoop):
     """
 
     def __init__(self, scene: Scene, name: str, folder: Path) -> None:
-        self.driver, self._name = load_driver(name, folder), name
+        self.driver, self._name = load_driver(name, folder, trust=scene.trusted), name
         cap = self.driver.force_max or scene.stability.force_cap
         size = self.driver.workspace
         scene = device_scene(scene, name, self.driver.rate, min(cap, scene.stability.force_cap))

@@ -1,14 +1,21 @@
-"""Finds a driver by its name in a scene: a driver that ships with Palpate, MODULE:CLASS or FILE.py:CLASS."""
+"""Finds a driver by its name in a scene: a driver that ships with Palpate, MODULE:CLASS or FILE.py:CLASS.
+
+`palpate.devices.trust` says whose code is loaded. While trusted code is imported, its folder is at the end of
+``sys.path``, for the modules beside it; before and after, the path is that of the process.
+"""
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 from palpate.devices.driver import Driver
+from palpate.devices.trust import require_trust
 from palpate.errors import DeviceError
 
 SHIPPED = {
@@ -20,6 +27,7 @@ SHIPPED = {
     "force-dimension": "palpate.devices.force_dimension:ForceDimension",
 }
 """Drivers that ship with Palpate, by their names in a scene."""
+_FUNCTIONS = ("open", "read", "write", "close")
 
 
 @dataclass(frozen=True)
@@ -45,15 +53,16 @@ def listed() -> list[Listed]:
     return found
 
 
-def open_driver(name: str, folder: Path | None = None) -> Driver:
+def open_driver(name: str, folder: Path | None = None, *, trust: bool = False) -> Driver:
     """The driver with a name, not yet connected to its device.
 
     Args:
         name: ``NAME`` or ``NAME:ARGUMENT`` of a driver that ships, ``MODULE:CLASS`` or ``FILE.py:CLASS``.
-        folder: folder in which MODULE is looked for in addition to ``sys.path``: that of the scene file.
+        folder: folder in which trusted code is looked for in addition to ``sys.path``: that of the scene file.
+        trust: True if the user trusts the code; otherwise it must be installed.
 
     Raises:
-        DeviceError: there is no such driver, or it cannot be imported or made.
+        DeviceError: there is no such driver, its code is not trusted, or it cannot be imported or made.
     """
     head, _, argument = name.partition(":")
     if head == "loop":
@@ -64,12 +73,27 @@ def open_driver(name: str, folder: Path | None = None) -> Driver:
     if ":" not in name:
         what = f"there is no driver {name!r}"
         raise DeviceError(what, mend=f"write MODULE:CLASS, or one of {', '.join(SHIPPED)}")
+    require_trust(name, trust)
     if head.endswith(".py"):
         file = (folder or Path()) / Path(head).expanduser()
-        return _make(f"{_module_of(file, name)}:{argument}", name, "")
-    if folder is not None and str(folder.resolve()) not in sys.path:
-        sys.path.append(str(folder.resolve()))
-    return _make(name, name, "")
+        with _beside(file.parent):
+            return _make(f"{_module_of(file, name)}:{argument}", name, "", trust)
+    with _beside(folder if trust else None):
+        return _make(name, name, "", trust)
+
+
+@contextmanager
+def _beside(folder: Path | None) -> Iterator[None]:
+    """While the context is open, modules are also found in a folder."""
+    place = None if folder is None else str(folder.resolve())
+    new = place is not None and place not in sys.path
+    if new:
+        sys.path.append(str(place))
+    try:
+        yield
+    finally:
+        if new and place in sys.path:
+            sys.path.remove(str(place))
 
 
 def _module_of(file: Path, name: str) -> str:
@@ -84,8 +108,6 @@ def _module_of(file: Path, name: str) -> str:
     spec = spec_from_file_location(module, file)
     assert spec is not None
     assert spec.loader is not None
-    if str(file.resolve().parent) not in sys.path:
-        sys.path.append(str(file.resolve().parent))
     sys.modules[module] = made = module_from_spec(spec)
     try:
         spec.loader.exec_module(made)
@@ -97,7 +119,7 @@ def _module_of(file: Path, name: str) -> str:
 
 
 def open_python_driver(name: str, folder: Path) -> Driver:
-    """As `open_driver`, for commands that talk to the driver themselves and need one in Python.
+    """As `open_driver` of code that the user named on the command line, for commands that need a driver in Python.
 
     Raises:
         DeviceError: as for `open_driver`, and for a shared object.
@@ -105,13 +127,16 @@ def open_python_driver(name: str, folder: Path) -> Driver:
     if name.partition(":")[0].endswith(".so"):
         what = f"{name}: this command reads and writes drivers in Python only"
         raise DeviceError(what, mend="name a shared object in a scene: arms: {leader: {driver: my_device.so}}")
-    return open_driver(name, folder)
+    return open_driver(name, folder, trust=True)
 
 
-def _make(place: str, name: str, argument: str) -> Driver:
+def _make(place: str, name: str, argument: str, trust: bool = False) -> Driver:
     module, _, cls = place.partition(":")
     try:
         made = getattr(import_module(module), cls)
+        if not trust and not (isinstance(made, type) and all(hasattr(made, f) for f in _FUNCTIONS)):
+            what = f"driver {name!r} is no class with {', '.join(_FUNCTIONS)}"
+            raise DeviceError(what, mend=f"give the name of a driver's class of {module}")
         driver: Driver = made(argument) if argument else made()
     except DeviceError:
         raise

@@ -54,7 +54,7 @@ class DeviceSession(LiveSession):
 class DrivenSession(DeviceSession):
     """Renders a scene on a device with a driver, in real time.
 
-        with palpate.devices.DrivenSession(palpate.Scene.load("my.yaml")) as session:
+        with palpate.devices.DrivenSession(palpate.Scene.load("my.yaml", trust=True)) as session:
             summary = session.run(60.0)
 
     Args:
@@ -63,8 +63,8 @@ class DrivenSession(DeviceSession):
         driver: a driver object; that of the scene when left out.
 
     Raises:
-        DeviceError: the driver is missing or invalid. SceneError, MeshError: the scene cannot run. OutputError: `out`
-        cannot be written.
+        DeviceError: the driver is missing, invalid, or code that is not trusted. SceneError, MeshError: the scene
+        cannot run. OutputError: `out` cannot be written.
     """
 
     def __init__(self, scene: Scene, out: str | os.PathLike[str] | None = None, driver: Driver | None = None) -> None:
@@ -115,4 +115,6 @@ def _driven_loop(scene: Scene, driver: Driver | None) -> DeviceLoop:
     if name is None:
         what = "the scene names no driver"
         raise DeviceError(what, where=scene.where("arms", "leader"), mend="add driver: MODULE:CLASS")
-    return NativeLoop(scene, name, folder) if is_native(name) else DrivenLoop(scene, open_driver(name, folder), name)
+    if is_native(name):
+        return NativeLoop(scene, name, folder)
+    return DrivenLoop(scene, open_driver(name, folder, trust=scene.trusted), name)

@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate import _core
+from palpate import _core, limits
 from palpate.arrays import Array
 from palpate.certificate import DeviceModel, certify
 from palpate.devices.identify import AxisFit, fit_axis, resolution
@@ -70,7 +70,7 @@ def load(path: str | Path) -> tuple[Array, Array, Array]:
     """
     path, mend = Path(path), f"write a CSV with the columns {', '.join(COLUMNS)}"
     try:
-        header, _, rows = path.read_text(encoding="utf-8").partition("\n")
+        header, _, rows = limits.read_text(path, limits.MOST_TABLE).partition("\n")
         names = [name.strip() for name in header.split(",")]
         lacking = [name for name in COLUMNS if name not in names]
         if lacking:

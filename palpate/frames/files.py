@@ -12,7 +12,7 @@ import yaml
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from palpate.arrays import Array
-from palpate.arrays.yaml_loader import Loader
+from palpate.arrays.yaml_loader import read_yaml
 from palpate.errors import FrameError
 from palpate.frames import checks
 from palpate.frames.edge import Edge, isotropic
@@ -154,7 +154,7 @@ def _result(path: Path) -> _Result:
 
 def _content(path: Path) -> dict[str, Any]:
     try:
-        data = yaml.load(path.read_text(encoding="utf-8"), Loader)
+        data = read_yaml(path)
     except FileNotFoundError:
         mend = "check the path, or write the file: palpate register ... --out, palpate register session"
         raise FrameError("file with a pose not found", where=str(path), mend=mend) from None

@@ -7,8 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
+from palpate import limits
 from palpate.arrays import Array
 from palpate.arrays.so3 import matrices, quaternions
+from palpate.arrays.yaml_loader import MOST_OF_PLAN, load
 from palpate.errors import GuidanceError, OutputError
 from palpate.values.units import FILE_UNITS
 
@@ -75,7 +77,7 @@ def write_rows(path: Path, places: Array, rotations: Array) -> None:
 
 def _lines(path: Path) -> list[str]:
     try:
-        return path.read_text(encoding="utf-8-sig").splitlines()
+        return limits.read_text(path, limits.MOST_TABLE, "utf-8-sig").splitlines()
     except FileNotFoundError:
         names = [p.name for p in path.parent.iterdir()] if path.parent.is_dir() else []
         near = difflib.get_close_matches(path.name, names, n=1)
@@ -109,9 +111,8 @@ def _numbers_of_plan(path: Path, *keys: str) -> list[Array]:
     """The numbers of a plan file under these keys."""
     import yaml
 
-    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
-        data = yaml.load("\n".join(_lines(path)), loader)
+        data = load("\n".join(_lines(path)), MOST_OF_PLAN)
         return [np.array(data[key], dtype=np.float64) for key in keys]
     except (yaml.YAMLError, KeyError, TypeError, ValueError) as error:
         why = f"{error} is missing" if isinstance(error, KeyError) else str(error)

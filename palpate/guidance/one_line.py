@@ -10,6 +10,7 @@ from typing import Any
 import yaml
 
 from palpate.arrays.plain import Content
+from palpate.arrays.yaml_loader import load
 from palpate.guidance.geometry import GRIDS, MESHES
 
 _TABLES = (".csv", ".txt", ".tsv")
@@ -177,6 +178,6 @@ def _arguments(shape: str, text: str) -> Content:
 def _argument(text: str) -> Any:
     degrees = _DEGREES.fullmatch(text)
     try:
-        return float(degrees[1]) if degrees else yaml.safe_load(text)
+        return float(degrees[1]) if degrees else load(text)
     except (ValueError, yaml.YAMLError):
         raise ValueError(f"{text!r} is not an argument | write a number with its unit, [x, y, z], or a name") from None

@@ -8,6 +8,7 @@ from typing import TypeVar
 import yaml
 from pydantic import TypeAdapter, ValidationError
 
+from palpate.arrays.yaml_loader import load
 from palpate.errors import GuidanceError
 from palpate.guidance import one_line
 from palpate.values import Section
@@ -29,7 +30,7 @@ def from_yaml(text: str, kind: type[_Item]) -> tuple[_Item, ...]:
         GuidanceError: the text is invalid; the message names the first error.
     """
     try:
-        data = yaml.safe_load(one_line.readable(text))
+        data = load(one_line.readable(text))
         items = one_line.expand_list(data if isinstance(data, list) else [data])
         return TypeAdapter(tuple[kind, ...]).validate_python(items)  # type: ignore[valid-type]
     except yaml.YAMLError as error:

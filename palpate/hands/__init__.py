@@ -25,6 +25,7 @@ import numpy as np
 import yaml
 
 from palpate import _core
+from palpate.arrays.yaml_loader import read_yaml
 from palpate.errors import OutputError, RecordingError
 
 _KEYS = ("mass", "damping", "stiffness")
@@ -130,7 +131,7 @@ def load(path: str | Path) -> Hand:
         RecordingError: the file cannot be read or does not describe a hand; the message names the missing key.
     """
     try:
-        data = yaml.safe_load(Path(path).read_text(encoding="utf-8"))
+        data = read_yaml(Path(path))
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         why = getattr(error, "strerror", None) or str(error).partition("\n")[0]
         raise RecordingError("the hand cannot be read", where=str(path), why=why) from None

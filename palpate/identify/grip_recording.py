@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from palpate import limits
 from palpate.arrays import Array
 from palpate.errors import RecordError, RecordingError
 from palpate.identify.hand import Grip
@@ -67,7 +68,7 @@ def grip_of_ticks(ticks: Ticks, rate: float, source: str) -> Grip:
 
 def _csv(path: Path) -> Grip:
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
+        lines = limits.read_text(path, limits.MOST_TABLE).splitlines()
     except (OSError, UnicodeDecodeError) as error:
         why = getattr(error, "strerror", None) or "it is not text"
         raise RecordingError("the recording cannot be read", where=str(path), why=why) from None

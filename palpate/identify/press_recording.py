@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from palpate import limits
 from palpate.arrays import Array
 from palpate.errors import RecordError, RecordingError
 from palpate.record.reader import Record
@@ -96,7 +97,7 @@ def _press(ticks: Ticks) -> tuple[Array, Array, Array]:
 
 def _csv(path: Path) -> Press:
     try:
-        lines = path.read_text(encoding="utf-8-sig").splitlines()
+        lines = limits.read_text(path, limits.MOST_TABLE, "utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         why = getattr(error, "strerror", None) or "it is not text"
         raise RecordingError("the recording cannot be read", where=str(path), why=why) from None

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate import limits
 from palpate.arm import Arm
 from palpate.arrays import Array
 from palpate.arrays.checks import is_number
@@ -164,8 +165,8 @@ def _poses(rows: Array, n: int) -> Array:
 def _table(path: Path, names: list[str]) -> Array:
     """The named columns of a CSV file, (rows, len(names)); every value finite."""
     try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            lines = [(number, line) for number, line in enumerate(csv.reader(file), 1) if any(line)]
+        text = limits.read_text(path, limits.MOST_TABLE, "utf-8-sig").split("\n")
+        lines = [(number, line) for number, line in enumerate(csv.reader(text), 1) if any(line)]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         why = getattr(error, "strerror", None) or str(error)
         raise RecordingError("the recording cannot be read", where=str(path), why=why, mend="name a CSV file") from None

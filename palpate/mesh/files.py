@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from palpate import limits
 from palpate.arrays.checks import is_number
 from palpate.errors import MeshError, MissingExtraError, OutputError, PalpateWarning
 from palpate.mesh import volumes, vtk_file
@@ -91,7 +92,7 @@ def write(path: Path, vertices: npt.NDArray[np.float64], triangles: npt.NDArray[
 
 def _bytes(path: Path) -> bytes:
     try:
-        data = path.read_bytes()
+        data = limits.read_bytes(path)
     except FileNotFoundError:
         try:
             near = difflib.get_close_matches(path.name, [p.name for p in path.parent.iterdir()], n=1)

@@ -14,6 +14,7 @@ from palpate import _core
 from palpate.arm import Arm
 from palpate.arrays import Array
 from palpate.arrays.so3 import matrices
+from palpate.arrays.yaml_loader import read_yaml
 from palpate.errors import PlanningError
 from palpate.planning.kinematics import pose_of
 from palpate.values.units import convert
@@ -69,7 +70,7 @@ def _is_file(text: str) -> bool:
 
 def _from_file(path: Path, what: str) -> Any:
     try:
-        data = yaml.safe_load(path.read_text(encoding="utf-8"))
+        data = read_yaml(path)
     except (OSError, UnicodeDecodeError, yaml.YAMLError) as error:
         raise PlanningError(f"the file of the {what} cannot be read", where=str(path), why=str(error)) from None
     return data if isinstance(data, (dict, list)) else {}

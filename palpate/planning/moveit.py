@@ -15,9 +15,10 @@ from xml.etree import ElementTree
 import numpy as np
 import yaml
 
+from palpate import limits
 from palpate.arrays import Array
 from palpate.arrays.so3 import quaternions
-from palpate.arrays.yaml_loader import Dumper
+from palpate.arrays.yaml_loader import MOST_OF_PLAN, Dumper, load_all
 from palpate.errors import OutputError, PlanningError
 from palpate.planning import moveit_scene, shorten
 from palpate.planning.allowed import disabled_pairs
@@ -197,7 +198,7 @@ def read(path: Path) -> Any:
         PlanningError: the file cannot be read.
     """
     try:
-        documents = [d for d in yaml.safe_load_all(path.read_text(encoding="utf-8")) if d]
+        documents = [d for d in load_all(limits.read_text(path), MOST_OF_PLAN) if d]
         return documents[0]
     except (OSError, UnicodeDecodeError, yaml.YAMLError, IndexError) as error:
         raise PlanningError("the trajectory cannot be read", where=str(path), why=str(error)) from None

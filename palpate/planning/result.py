@@ -14,7 +14,7 @@ from palpate.arm import Arm
 from palpate.arrays import Array
 from palpate.arrays.plain import plain
 from palpate.arrays.so3 import quaternions
-from palpate.arrays.yaml_loader import Dumper, OwnLoader
+from palpate.arrays.yaml_loader import MOST_OF_PLAN, Dumper, read_yaml
 from palpate.errors import OutputError, PlanningError
 from palpate.planning.curves import Curve
 from palpate.planning.timing import Limits, Trajectory
@@ -149,7 +149,7 @@ def load(path: Path) -> Plan:
         PlanningError: the file cannot be read, or is no plan.
     """
     try:
-        data = yaml.load(path.read_text(encoding="utf-8"), OwnLoader)
+        data = read_yaml(path, MOST_OF_PLAN)
         if not isinstance(data, dict) or data.get("kind") != KIND:
             raise PlanningError("the file is not a plan", where=str(path), mend="palpate plan SCENE ... --out FILE")
         curves = tuple(Curve(np.array(controls, dtype=float)) for controls in data["curves"])

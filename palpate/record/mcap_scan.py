@@ -18,12 +18,12 @@ from mcap import records
 from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.stream_reader import get_chunk_data_stream
 
+from palpate import limits
 from palpate.errors import RecordError
 from palpate.record.mcap_file import MAGIC
 
-_MAX_CHUNK = 1 << 30
+_MOST_RATIO = 64  # unpacked bytes for each byte of a file: telemetry reaches 10
 _DAMAGE = (
     McapError,
     struct.error,
@@ -67,8 +67,9 @@ def scan(path: Path) -> Scan:
     Raises:
         RecordError: the file is missing, unreadable, empty, not MCAP, or damaged.
     """
-    content = Scan()
+    content, unpacked = Scan(), 0
     data = memoryview(_load(path))
+    most = max(limits.MOST_UNPACKED, _MOST_RATIO * len(data))
     position = len(MAGIC)
     for opcode, body in _records(data[position:]):
         position += 9 + len(body)
@@ -76,6 +77,10 @@ def scan(path: Path) -> Scan:
             content.complete = bytes(data[position:]) == MAGIC
             break
         _take(content, opcode, body, path)
+        if opcode == Opcode.CHUNK:
+            unpacked += content.chunks[-1].uncompressed_size
+            if unpacked > most:
+                raise damaged(path, limits.LimitError(f"it unfolds to more than {most:,} bytes"))
     return content
 
 
@@ -86,10 +91,7 @@ def chunk_data(chunk: records.Chunk, path: Path) -> bytes:
         RecordError: the chunk is damaged.
     """
     try:
-        if chunk.uncompressed_size > _MAX_CHUNK:
-            raise ValueError(f"a chunk of {chunk.uncompressed_size} bytes")
-        stream, length = get_chunk_data_stream(chunk)
-        data = stream.read(length)
+        data = limits.unpack(chunk.data, chunk.compression, chunk.uncompressed_size)
         if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
             raise ValueError("its checksum is wrong")
     except _DAMAGE as error:
@@ -99,10 +101,10 @@ def chunk_data(chunk: records.Chunk, path: Path) -> bytes:
 
 def _load(path: Path) -> bytes:
     try:
-        data = path.read_bytes()
+        data = limits.read_bytes(path)
     except OSError as error:
         raise RecordError(
-            f"the record cannot be read: {error.strerror}",
+            f"the record cannot be read: {error.strerror or error}",
             where=str(path),
             mend="give the record.mcap that `palpate run` wrote",
         ) from error

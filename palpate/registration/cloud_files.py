@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from palpate import limits
 from palpate.arrays import Array
 from palpate.clouds import files as clouds_files
 from palpate.errors import CloudError, RegistrationError
@@ -44,7 +45,7 @@ def _pcd(path: Path) -> Array:
 
 def _array(path: Path) -> Array:
     try:
-        return np.asarray(np.load(path, allow_pickle=False), dtype=np.float64)
+        return np.asarray(limits.load_npy(limits.read_bytes(path)), dtype=np.float64)
     except (OSError, ValueError) as error:
         raise RegistrationError("the file cannot be read", where=str(path), why=str(error)) from None
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from palpate import limits
 from palpate.arrays import Array
 from palpate.arrays.checks import is_number
 from palpate.arrays.rigid import rigid
@@ -85,8 +86,8 @@ def read_poses(path: Path, unit: str = "m") -> Array:
 def _table(path: Path) -> tuple[list[str], list[list[str]]]:
     """Header (empty without one) and rows of a CSV."""
     try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            rows = [[cell.strip() for cell in row] for row in csv.reader(file) if any(cell.strip() for cell in row)]
+        lines = limits.read_text(path, limits.MOST_TABLE, "utf-8-sig").split("\n")
+        rows = [[cell.strip() for cell in row] for row in csv.reader(lines) if any(cell.strip() for cell in row)]
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise RegistrationError("the file cannot be read", where=str(path), why=str(error)) from None
     if not rows:

@@ -12,7 +12,7 @@ import yaml
 from numpy.typing import NDArray
 
 from palpate.arrays.plain import Content
-from palpate.arrays.yaml_loader import OwnLoader
+from palpate.arrays.yaml_loader import load
 from palpate.record.reader import Record
 from palpate.record.ticks import Ticks
 
@@ -161,7 +161,7 @@ class Run:
 
 def _mapping(text: str) -> Content:
     try:
-        value = yaml.load(text, OwnLoader)
+        value = load(text)
     except yaml.YAMLError:
         return {}
     return value if isinstance(value, dict) else {}

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import yaml
 from rich.table import Table
 
-from palpate.arrays.yaml_loader import OwnLoader
+from palpate.arrays.yaml_loader import load
 from palpate.session.summary import Summary, summarise
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def summary_of(record: Record) -> Summary:
 def _instrument(record: Record) -> str:
     """Model of the follower in the scene of a record; empty if the record holds no scene."""
     try:
-        found: Any = yaml.load(record.scene, OwnLoader)
+        found: Any = load(record.scene)
         return Path(found["arms"]["follower"]["model"]).stem
     except (yaml.YAMLError, TypeError, KeyError):
         return ""

@@ -9,6 +9,7 @@ import yaml
 
 from palpate import _core
 from palpate.arm import Arm
+from palpate.arrays.yaml_loader import read_yaml
 from palpate.errors import PalpateWarning, RecordingError, SceneError
 from palpate.scene.scene import Scene
 
@@ -42,7 +43,7 @@ def _identified(options: _core.EstimateOptions, path: Path, scene: Scene, arm: A
 
     where = scene.where("force", "dynamics")
     try:
-        return estimate_options(from_data(yaml.safe_load(path.read_text(encoding="utf-8")), arm, str(path)), options)
+        return estimate_options(from_data(read_yaml(path), arm, str(path)), options)
     except OSError as error:
         why, mend = f"{path}: {error.strerror or error}", "palpate calibrate dynamics writes one"
         raise SceneError("the dynamics cannot be read", where=where, why=why, mend=mend) from None

@@ -106,20 +106,27 @@ class Scene(Section):
 
     _file: str = PrivateAttr(default="")
     _lines: dict[Place, int] = PrivateAttr(default_factory=dict)
+    _trusted: bool = PrivateAttr(default=False)
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str]) -> Scene:
+    def load(cls, path: str | os.PathLike[str], trust: bool = False) -> Scene:
         """Read a scene file, or a scene that comes with Palpate by its name, such as ``palpation``.
+
+        Args:
+            path: the file, or the name.
+            trust: True lets the driver that the scene names run, even if it is not installed (docs/security.md).
 
         Raises:
             SceneError: the file is invalid; the message gives file and line of every error, and how to correct it.
         """
         file = shipped.find(Path(path))
-        return cls.parse(text.read(file), str(file))
+        return cls.parse(text.read(file), str(file), trust)
 
     @classmethod
-    def parse(cls, source: str, name: str = "scene.yaml") -> Scene:
+    def parse(cls, source: str, name: str = "scene.yaml", trust: bool = False) -> Scene:
         """Parse YAML text. ``name`` is the path of the file; relative paths in the scene start at its folder.
+
+        ``trust`` as in ``load``.
 
         Raises:
             SceneError: as for ``load``.
@@ -129,16 +136,16 @@ class Scene(Section):
             scene = cls.model_validate(data, context={"folder": Path(name).parent})
         except ValidationError as error:
             raise explain.scene_error(error, cls, name, lines) from None
-        scene._file, scene._lines = name, lines
+        scene._file, scene._lines, scene._trusted = name, lines, trust
         return scene
 
     def with_file_of(self, other: Scene) -> Scene:
         """Take over the file and line numbers of another scene, for relative paths and messages; return self."""
-        return self.with_origin(other._file, other._lines)
+        return self.with_origin(other._file, other._lines, other._trusted)
 
-    def with_origin(self, file: str, lines: dict[Place, int]) -> Scene:
-        """Set the file of the scene and the line of each value, for relative paths and messages; return self."""
-        self._file, self._lines = file, lines
+    def with_origin(self, file: str, lines: dict[Place, int], trust: bool = False) -> Scene:
+        """Set the file of the scene, the line of each value, and whether code that it names may run; return self."""
+        self._file, self._lines, self._trusted = file, lines, trust
         return self
 
     def pair(self, name: str) -> Scene:
@@ -158,7 +165,7 @@ class Scene(Section):
             made = Scene.model_validate(pairs_module.merged(data, own), context=context)
         except ValidationError as error:
             raise explain.scene_error(error, Scene, self._file or f"pair {name}", lines) from None
-        return made.with_origin(self._file, lines)
+        return made.with_origin(self._file, lines, self._trusted)
 
     def each_pair(self) -> dict[str, Scene]:
         """The scenes of all pairs by name; the scene itself under the empty name if it has no section `pairs`."""
@@ -168,6 +175,11 @@ class Scene(Section):
     def file(self) -> str:
         """Path of the scene file; empty for a scene made in Python."""
         return self._file
+
+    @property
+    def trusted(self) -> bool:
+        """True if the user trusts the code that the scene names, its driver."""
+        return self._trusted
 
     @property
     def title(self) -> str:

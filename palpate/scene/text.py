@@ -4,35 +4,16 @@ from __future__ import annotations
 
 import difflib
 from pathlib import Path
-from typing import Any
 
 import yaml
 
+from palpate import limits
 from palpate.arrays.plain import Content
-from palpate.arrays.yaml_loader import Loader
+from palpate.arrays.yaml_loader import Loader, TooLargeError
 from palpate.errors import SceneError
 from palpate.guidance import one_line
 from palpate.scene import shipped
 from palpate.wording import Place
-
-_MOST_NODES = 50_000
-
-
-class _TooLargeError(Exception):
-    """The text holds too many values."""
-
-
-class _LimitedLoader(Loader):
-    """A loader that ends at once when the text holds too many values."""
-
-    _count = 0
-
-    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
-        """The next node."""
-        self._count += 1
-        if self._count > _MOST_NODES:
-            raise _TooLargeError
-        return super().compose_node(parent, index)
 
 
 def read(path: Path) -> str:
@@ -42,7 +23,7 @@ def read(path: Path) -> str:
         SceneError: the file is missing, cannot be read, or is not text.
     """
     try:
-        return path.read_text(encoding="utf-8")
+        return limits.read_text(path)
     except FileNotFoundError:
         near = sorted(p.name for p in path.parent.glob("*.yaml")) if path.parent.is_dir() else []
         mend = f"scenes in {path.parent}: {', '.join(near)}" if near else "check the path"
@@ -65,7 +46,7 @@ def parse(text: str, name: str) -> tuple[Content, dict[Place, int]]:
         SceneError: the text is not YAML, repeats a key, has no mapping at the top, or is too large.
     """
     try:
-        loader = _LimitedLoader(one_line.readable(text))
+        loader = Loader(one_line.readable(text))
         node = loader.get_single_node()
         if node is None:
             raise SceneError(
@@ -82,9 +63,8 @@ def parse(text: str, name: str) -> tuple[Content, dict[Place, int]]:
         if mark and "\t" in _line(text, mark.line):
             why, mend = "there is a tab in this line, which YAML does not allow as indentation", "use spaces"
         raise SceneError("not valid YAML", where=where, why=why, mend=mend) from None
-    except _TooLargeError:
-        mend = "put meshes into files of their own"
-        raise SceneError(f"more than {_MOST_NODES:,} values", where=name, mend=mend) from None
+    except TooLargeError as error:
+        raise SceneError(str(error), where=name, mend="put meshes and curves into files of their own") from None
     except RecursionError:
         why = "brackets or sections are nested too deeply"
         raise SceneError("not valid YAML", where=name, why=why, mend="close the brackets") from None

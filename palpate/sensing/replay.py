@@ -10,7 +10,8 @@ import numpy as np
 
 from palpate.arrays import Array
 from palpate.clouds import PointCloud
-from palpate.errors import CloudError, MissingExtraError
+from palpate.errors import CloudError, RecordError
+from palpate.record.bags.library import open_bag
 from palpate.sensing import messages
 from palpate.sensing.source import CloudFrame
 
@@ -94,12 +95,7 @@ def _of_files(files: list[Path], rate: float, unit: str | None) -> Iterator[Clou
 def _of_bag(path: Path, topic: str | None) -> Iterator[CloudFrame]:
     """Frames of a bag; their times count from the first one, by the stamps in their headers."""
     try:
-        from rosbags.highlevel import AnyReader, AnyReaderError
-        from rosbags.typesys import Stores, get_typestore
-    except ModuleNotFoundError as missing:
-        raise MissingExtraError("rosbags, which reads ROS 2 bags,", "ros") from missing
-    try:
-        with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_KILTED)) as bag:
+        with open_bag(path) as bag:
             chosen = [c for c in bag.connections if c.msgtype == "sensor_msgs/msg/PointCloud2"]
             names = sorted({c.topic for c in chosen})
             chosen = [c for c in chosen if topic is None or c.topic == topic]
@@ -114,5 +110,5 @@ def _of_bag(path: Path, topic: str | None) -> Iterator[CloudFrame]:
                 start = t if start is None else start
                 decoded = messages.decode(message)
                 yield CloudFrame(decoded.points, t - start, colors=decoded.colors)
-    except (AnyReaderError, OSError) as error:
-        raise CloudError("the bag cannot be read", where=str(path), why=str(error), mend="record it again") from None
+    except RecordError as error:
+        raise CloudError(error.what, where=error.where, why=error.why, mend="record it again") from None

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from palpate import _core
+from palpate import _core, limits
 from palpate.arrays import Array
 from palpate.errors import PalpateWarning, SurfaceError
 from palpate.surfaces.surface import Surface, Triangles, length, nets, three
@@ -136,8 +136,8 @@ class DistanceGrid(Surface):
                 mend="use .npz or .nrrd",
             )
         try:
-            with np.load(file, allow_pickle=False) as data:
-                return cls(data["distance"], data["origin"], data["spacing"], name=file.stem)
+            data = limits.load_npz(file)
+            return cls(data["distance"], data["origin"], data["spacing"], name=file.stem)
         except SurfaceError as error:
             raise SurfaceError(error.what, where=str(file), why=error.why, mend=error.mend) from None
         except KeyError as error:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import gzip
+import math
 import re
 import zlib
 from pathlib import Path
@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from palpate import limits
 from palpate.arrays import Array
 from palpate.errors import SurfaceError
 from palpate.values.units import FILE_UNITS
@@ -25,7 +26,7 @@ def read(path: Path, unit: str) -> tuple[npt.NDArray[np.float32], Array, Array]:
         SurfaceError: the file is not NRRD, has an unsupported encoding or type, or less data than its header states.
     """
     try:
-        head, _, data = path.read_bytes().partition(b"\n\n")
+        head, _, data = limits.read_bytes(path).partition(b"\n\n")
         if not head.startswith(b"NRRD"):
             raise ValueError("it does not begin with NRRD")
         lines = (line.partition(":") for line in head.decode("ascii").splitlines()[1:] if not line.startswith("#"))
@@ -33,7 +34,7 @@ def read(path: Path, unit: str) -> tuple[npt.NDArray[np.float32], Array, Array]:
         sizes = tuple(int(n) for n in field["sizes"].split())
         origin, spacing = _space(field)
         scale = FILE_UNITS[_unit(field, unit)]
-        values = np.frombuffer(_decoded(field, data), _dtype(field), int(np.prod(sizes)))
+        values = np.frombuffer(_decoded(field, data), _dtype(field), math.prod(sizes))
     except KeyError as error:
         raise SurfaceError(f"the header lacks {error}", where=str(path), mend="write it again") from None
     except (OSError, ValueError, zlib.error, EOFError) as error:
@@ -46,6 +47,7 @@ def read(path: Path, unit: str) -> tuple[npt.NDArray[np.float32], Array, Array]:
 def is_segmentation(path: Path) -> bool:
     """Whether the file is NRRD with values without a sign, which are labels and no distances."""
     try:
+        limits.require_file(path)
         with path.open("rb") as file:
             head = file.read(4096)
     except OSError:
@@ -87,5 +89,5 @@ def _decoded(field: dict[str, str], data: bytes) -> bytes:
     if field["encoding"] == "raw":
         return data
     if field["encoding"] in ("gzip", "gz"):
-        return gzip.decompress(data)
+        return limits.gunzip(data)
     raise ValueError(f"encoding {field['encoding']}; raw and gzip are read")

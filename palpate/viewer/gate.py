@@ -1,135 +1,136 @@
-"""Lets only browsers with a token reach the viewer from other machines: a relay in front of the viewer's local server.
+"""Who may talk to the viewer: only its own page, in a browser that knows the token where one is asked for.
 
-The first request carries the token in its address and gets a cookie; the page, its files and its web socket then come
-with the cookie. A relay, because the viewer's server offers no place for a check. Without encryption: a token keeps
-strangers out, but not those who can read the network's traffic.
+A browser lets any web page open connections to this machine, but it says from which page they come (`Origin`) and by
+which name the page reached the server (`Host`). A page of another origin, and a name that is not this machine's (DNS
+rebinding), are refused. On an address other than loopback the first request carries a token in its address and gets a
+cookie; the page and its web socket then come with the cookie. Without encryption: a token keeps strangers out, but not
+those who can read the network's traffic.
 """
 
 from __future__ import annotations
 
-import asyncio
-import contextlib
 import hmac
 import secrets
-import threading
+from collections.abc import Sequence
+from http import HTTPStatus
 from http.cookies import CookieError, SimpleCookie
+from ipaddress import ip_address
+from typing import TYPE_CHECKING, Protocol
 from urllib.parse import parse_qs, urlsplit
 
-_HEAD = 32_768  # largest head of a request [bytes]
-_PATIENCE = 10.0  # time for the head of a request [s]
-_BLOCK = 65_536
-_WORDS = b"Open the viewer by the whole address that Palpate printed, with its token.\n"
-_REFUSED = (
-    b"HTTP/1.1 401 Unauthorized\r\nContent-Type: text/plain; charset=utf-8\r\nConnection: close\r\n"
-    b"Cache-Control: no-store\r\nContent-Length: %d\r\n\r\n%s" % (len(_WORDS), _WORDS)
+if TYPE_CHECKING:
+    from websockets.asyncio.server import ServerConnection
+    from websockets.http11 import Request, Response
+
+LOOPBACK = ("127.0.0.1", "localhost", "::1")
+"""Addresses that only this machine can reach."""
+MOST_CLIENTS = 16
+"""Most web sockets at a time."""
+_ASK = "Open the viewer by the whole address that Palpate printed, with its token.\n"
+_ELSEWHERE = (
+    "The viewer answers only its own page: this request comes from another page, or by another name than {names}.\n"
+    "Open the address that Palpate printed; through a proxy of another name, run with --host and its token.\n"
+)
+_FULL = f"{MOST_CLIENTS} browsers watch already; close one of them.\n"
+_HEADERS = (  # no other page may show the viewer in a frame and let the user click on it unseen
+    ("X-Frame-Options", "DENY"),
+    ("Content-Security-Policy", "frame-ancestors 'none'"),
+    ("X-Content-Type-Options", "nosniff"),
+    ("Referrer-Policy", "no-referrer"),
+    ("Cross-Origin-Resource-Policy", "same-origin"),
 )
 
 
+class _Headers(Protocol):
+    def get_all(self, key: str) -> Sequence[str]:
+        """All values of a header."""
+        ...
+
+
 class Gate:
-    """A relay from an address of this machine to a server on loopback, for requests with a token.
+    """The check of each request.
 
     Args:
-        host: address to bind to.
-        port: port to bind to; 0 for a free one.
-        inner: port of the server on 127.0.0.1.
-
-    Raises:
-        OSError: the address cannot be used.
+        host: address at which the server listens.
     """
 
-    def __init__(self, host: str, port: int, inner: int) -> None:
-        self.token = secrets.token_urlsafe(24)
-        self.host = host
-        self._inner = inner
-        self._loop = asyncio.new_event_loop()
-        self._tasks: set[asyncio.Task[None]] = set()
-        try:
-            self._server = self._loop.run_until_complete(asyncio.start_server(self._serve, host, port, limit=_HEAD))
-        except OSError:
-            self._loop.close()
-            raise
-        self.port = int(self._server.sockets[0].getsockname()[1])
-        self._cookie = f"palpate_{self.port}"  # browsers share cookies between the ports of a host
-        self._thread = threading.Thread(target=self._loop.run_forever, name="palpate-gate", daemon=True)
-        self._thread.start()
+    def __init__(self, host: str) -> None:
+        self.token = "" if host in LOOPBACK else secrets.token_urlsafe(24)
+        """Empty if no token is asked for."""
+        self.clients = 0
+        """Web sockets that are open."""
+        self._cookie = f"palpate_{secrets.token_hex(4)}"  # browsers share cookies between the ports of a host
 
-    def close(self) -> None:
-        """Frees the port and ends all connections."""
+    def answer(self, connection: ServerConnection, request: Request) -> Response | None:
+        """The answer to a request that is refused, or that brings the token; None for one that may go on."""
+        headers = request.headers
+        if not self._is_own(headers):
+            return _respond(connection, HTTPStatus.FORBIDDEN, _ELSEWHERE.format(names=", ".join(LOOPBACK)))
+        if self.token and not self._knows_cookie(headers):
+            if not self._knows_token(request.path):
+                return _respond(connection, HTTPStatus.UNAUTHORIZED, _ASK)
+            welcome = _respond(connection, HTTPStatus.SEE_OTHER, "")
+            welcome.headers["Location"] = "/"  # the token leaves the address bar
+            welcome.headers["Set-Cookie"] = f"{self._cookie}={self.token}; Path=/; HttpOnly; SameSite=Lax"
+            return welcome
+        if "Upgrade" in headers and self.clients >= MOST_CLIENTS:
+            return _respond(connection, HTTPStatus.SERVICE_UNAVAILABLE, _FULL)
+        return None
 
-        async def end() -> None:
-            self._server.close()
-            for task in self._tasks:
-                task.cancel()
-            await asyncio.gather(*self._tasks, return_exceptions=True)
-
-        asyncio.run_coroutine_threadsafe(end(), self._loop).result(timeout=5.0)
-        self._loop.call_soon_threadsafe(self._loop.stop)
-        self._thread.join(timeout=5.0)
-        self._loop.close()
-
-    async def _serve(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        task = asyncio.current_task()
-        assert task is not None
-        self._tasks.add(task)
-        try:
-            head = await asyncio.wait_for(reader.readuntil(b"\r\n\r\n"), _PATIENCE)
-            if self._knows_cookie(head):
-                await self._relay(head, reader, writer)
-            else:
-                writer.write(self._welcome() if self._knows_token(head) else _REFUSED)
-                await writer.drain()
-        except (OSError, asyncio.IncompleteReadError, asyncio.LimitOverrunError, TimeoutError, asyncio.CancelledError):
-            pass  # the browser went away, sent no request, or the viewer closes
-        finally:
-            self._tasks.discard(task)
-            writer.close()
-
-    async def _relay(self, head: bytes, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        """Both directions until either end closes; later requests of the same connection come from the same browser."""
-        inner_reader, inner_writer = await asyncio.open_connection("127.0.0.1", self._inner)
-        inner_writer.write(head)
-        ways = [asyncio.create_task(_copy(reader, inner_writer)), asyncio.create_task(_copy(inner_reader, writer))]
-        try:
-            await asyncio.wait(ways, return_when=asyncio.FIRST_COMPLETED)
-        finally:
-            for way in ways:
-                way.cancel()
-            await asyncio.gather(*ways, return_exceptions=True)
-            inner_writer.close()
-
-    def _welcome(self) -> bytes:
-        """Sets the cookie, and leads to an address without the token."""
-        cookie = f"{self._cookie}={self.token}; Path=/; HttpOnly; SameSite=Lax"
-        return (
-            "HTTP/1.1 303 See Other\r\nLocation: /\r\nContent-Length: 0\r\nConnection: close\r\n"
-            f"Cache-Control: no-store\r\nReferrer-Policy: no-referrer\r\nSet-Cookie: {cookie}\r\n\r\n"
-        ).encode()
-
-    def _knows_token(self, head: bytes) -> bool:
-        words = head.split(b"\r\n", 1)[0].split(b" ")
-        if len(words) != 3 or words[0] != b"GET":
+    def _is_own(self, headers: _Headers) -> bool:
+        """True if the request reached the server by its own name, and comes from its own page or from no page."""
+        hosts, origins = headers.get_all("Host"), headers.get_all("Origin")
+        if len(hosts) != 1 or len(origins) > 1:
             return False
-        given = parse_qs(urlsplit(words[1].decode("latin-1")).query).get("token", [""])[-1]
-        return self._is_token(given)
+        if not self.token and not _is_loopback(hosts[0]):
+            return False  # with a token the name is free: a page by another name does not have the cookie
+        return not origins or origins[0].lower() in (f"http://{hosts[0].lower()}", f"https://{hosts[0].lower()}")
 
-    def _knows_cookie(self, head: bytes) -> bool:
-        for line in head.split(b"\r\n")[1:]:
-            name, _, value = line.partition(b":")
-            if name.strip().lower() != b"cookie":
+    def _knows_token(self, path: str) -> bool:
+        return self._is_token(parse_qs(urlsplit(path).query).get("token", [""])[-1])
+
+    def _knows_cookie(self, headers: _Headers) -> bool:
+        for value in headers.get_all("Cookie"):
+            try:
+                found = SimpleCookie(value).get(self._cookie)
+            except CookieError:
                 continue
-            with contextlib.suppress(CookieError):
-                found = SimpleCookie(value.strip().decode("latin-1")).get(self._cookie)
-                if found is not None and self._is_token(found.value):
-                    return True
+            if found is not None and self._is_token(found.value):
+                return True
         return False
 
     def _is_token(self, given: str) -> bool:
         """Compares in a time that does not depend on the number of right characters."""
-        return hmac.compare_digest(given.encode(), self.token.encode())
+        return hmac.compare_digest(given.encode("utf-8", "replace"), self.token.encode())
 
 
-async def _copy(reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-    with contextlib.suppress(OSError):
-        while data := await reader.read(_BLOCK):
-            writer.write(data)
-            await writer.drain()
+def _is_loopback(host: str) -> bool:
+    """True for a `Host` that names this machine by its loopback address, with any port (a tunnel has its own)."""
+    try:
+        parts = urlsplit(f"//{host}")
+        name = parts.hostname or ""
+        _ = parts.port
+        if parts.netloc != host or "@" in host:
+            return False
+    except ValueError:
+        return False
+    if name == "localhost" or name.endswith(".localhost"):
+        return True
+    try:
+        return ip_address(name).is_loopback
+    except ValueError:
+        return False
+
+
+def _respond(connection: ServerConnection, status: HTTPStatus, text: str) -> Response:
+    response = connection.respond(status, text)
+    response.headers["Cache-Control"] = "no-store"
+    return with_headers(response)
+
+
+def with_headers(response: Response) -> Response:
+    """The response with the headers that forbid other pages to frame or read it."""
+    for name, value in _HEADERS:
+        if name not in response.headers:
+            response.headers[name] = value
+    return response

@@ -1,4 +1,4 @@
-"""The web server of the viewer: on this machine only, or behind a token; reports a taken port."""
+"""The web server of the viewer: for its own page only, behind a token on other addresses; reports a taken port."""
 
 from __future__ import annotations
 
@@ -17,13 +17,11 @@ from palpate.viewer.gate import Gate
 try:
     import viser
 
-    from palpate.viewer.page import own_page
+    from palpate.viewer.page import own_page, take_in_by
 except ModuleNotFoundError as missing:
     raise MissingExtraError("the viewer", "viewer") from missing
 
 
-LOOPBACK = ("127.0.0.1", "localhost", "::1")
-"""Addresses that only this machine can reach."""
 _GATES: WeakKeyDictionary[viser.ViserServer, Gate] = WeakKeyDictionary()
 _STYLE = (  # the panels' contents follow their width: by default they keep 220 pixels, and are cut off
     "<style>@media (max-width:1300px){"
@@ -44,19 +42,10 @@ def open_server(host: str, port: int, title: str) -> viser.ViserServer:
 
     Raises PortError when the address or the port cannot be used.
     """
-    gate = None
-    if host in LOOPBACK:
-        port = _free(host, port)
-        server = _viser(host, port, title)
-    else:
-        server = _viser("127.0.0.1", _free("127.0.0.1", 0), title)
-        try:
-            gate = Gate(host, port, server.get_port())
-        except OSError as error:
-            close_server(server)
-            raise _refused(host, port, error) from error
-    if gate is not None:
-        _GATES[server] = gate
+    port = _free(host, port)
+    gate = Gate(host)
+    server = _viser(host, port, title, gate)
+    _GATES[server] = gate
     return server
 
 
@@ -86,10 +75,11 @@ def _refused(host: str, port: int, error: OSError) -> PortError:
     )
 
 
-def _viser(host: str, port: int, title: str) -> viser.ViserServer:
+def _viser(host: str, port: int, title: str, gate: Gate) -> viser.ViserServer:
     logging.getLogger("websockets").setLevel(logging.ERROR)  # a browser that disconnects is not an error
-    with contextlib.redirect_stdout(io.StringIO()), own_page():  # the caller prints the address
+    with contextlib.redirect_stdout(io.StringIO()), own_page(gate):  # the caller prints the address
         server = viser.ViserServer(host=host, port=port, label=f"Palpate - {title}", verbose=False)
+    take_in_by(server)
     server.gui.configure_theme(dark_mode=False, show_logo=False, show_share_button=False, brand_color=(48, 96, 130))
     # the page's own title is the widget library's: the only way to set it is a script of an element
     name = json.dumps(f"Palpate - {title}").replace("'", "")
@@ -100,17 +90,15 @@ def _viser(host: str, port: int, title: str) -> viser.ViserServer:
 
 def close_server(server: viser.ViserServer) -> None:
     """Closes the port and prints nothing."""
-    gate = _GATES.pop(server, None)
-    if gate is not None:
-        gate.close()
+    _GATES.pop(server, None)
     with contextlib.redirect_stdout(io.StringIO()):
         server.stop()
 
 
 def url(server: viser.ViserServer) -> str:
     """Address of the server for a browser, with the token if it needs one."""
-    gate = _GATES.get(server)
-    if gate is None:
-        return f"http://{server.get_host()}:{server.get_port()}"
-    host = socket.gethostname() if gate.host in ("0.0.0.0", "::") else gate.host
-    return f"http://{f'[{host}]' if ':' in host else host}:{gate.port}/?token={gate.token}"
+    gate, host, port = _GATES.get(server), server.get_host(), server.get_port()
+    if gate is None or not gate.token:
+        return f"http://{f'[{host}]' if ':' in host else host}:{port}"
+    host = socket.gethostname() if host in ("0.0.0.0", "::") else host
+    return f"http://{f'[{host}]' if ':' in host else host}:{port}/?token={gate.token}"

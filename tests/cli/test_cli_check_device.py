@@ -38,7 +38,7 @@ def folder(tmp_path):
 
 
 def checked(capsys, *arguments):
-    assert main(["check", *map(str, arguments)]) == 0
+    assert main(["check", "--trust", *map(str, arguments)]) == 0
     return capsys.readouterr().out
 
 
@@ -93,7 +93,7 @@ def test_check_of_a_simulated_arm_still_tells_its_jacobian(tmp_path, capsys):
 def test_a_driver_that_cannot_be_found_is_told_by_check_with_its_line(folder, capsys, driver, words):
     (folder / "broken.py").write_text("class Omega(:\n")
     (folder / "scene.yaml").write_text(SCENE.replace("DRIVER", driver))
-    assert main(["check", str(folder / "scene.yaml")]) == 2
+    assert main(["check", "--trust", str(folder / "scene.yaml")]) == 2
     told = " ".join(capsys.readouterr().err.split())
     assert words in told
     assert "scene.yaml:3" in told
@@ -104,13 +104,13 @@ def test_a_driver_that_cannot_be_found_is_told_by_check_with_its_line(folder, ca
 @pytest.mark.parametrize("driver", ["my_omega_driver:Omega", "./my_omega_driver.py:Omega"])
 def test_a_record_runs_and_replays_from_another_folder(folder, tmp_path, capsys, monkeypatch, driver):
     (folder / "scene.yaml").write_text(SCENE.replace("DRIVER", driver))
-    summary = DrivenSession(Scene.load(folder / "scene.yaml"), tmp_path / "runs").run(0.1)
+    summary = DrivenSession(Scene.load(folder / "scene.yaml", trust=True), tmp_path / "runs").run(0.1)
     os.mkdir(tmp_path / "elsewhere")
     monkeypatch.chdir(tmp_path / "elsewhere")
     kept = Path(summary.record).parent / "scene.yaml"
     assert f"driver: {folder}/my_omega_driver.py:Omega" in kept.read_text()
     assert str(folder) not in Record.open(summary.record).scene, "the record itself holds no path of this machine"
-    arguments = ["run", str(kept), "--headless", "--duration", "0.1", "--out", str(tmp_path / "again")]
+    arguments = ["run", str(kept), "--trust", "--headless", "--duration", "0.1", "--out", str(tmp_path / "again")]
     assert main(arguments) == 0
     assert "500 Hz" in capsys.readouterr().out
     assert [obj.name for obj in stage_of_record(Record.open(summary.record)).objects] == ["ball"]

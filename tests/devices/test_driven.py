@@ -118,14 +118,15 @@ def test_device_that_cannot_be_opened_is_told():
 
 def with_driver(name):
     made = scene()
-    return palpate.Scene.model_validate({**made.model_dump(mode="json"), "arms": {"leader": {"driver": name}}})
+    other = palpate.Scene.model_validate({**made.model_dump(mode="json"), "arms": {"leader": {"driver": name}}})
+    return other.with_origin("", {}, trust=True)
 
 
 def test_driver_is_looked_for_in_the_folder_of_the_scene(tmp_path):
     (tmp_path / "my_own_device.py").write_text(Path(drivers.__file__).read_text())
     made = with_driver("my_own_device:Still")
     (tmp_path / "my.yaml").write_text(made.to_yaml())
-    summary = DrivenSession(palpate.Scene.load(tmp_path / "my.yaml")).run(0.5)
+    summary = DrivenSession(palpate.Scene.load(tmp_path / "my.yaml", trust=True)).run(0.5)
     assert summary.peak_force_N > 1.0
 
 

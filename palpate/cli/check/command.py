@@ -39,6 +39,8 @@ class Command:
 
     file: Positional[Path]
     """Scene (YAML), mesh (STL, OBJ, PLY, ...), segmentation or CT (.nrrd, .nii.gz), or distance grid (.npz, .nrrd)."""
+    trust: bool = False
+    """Of a scene: import the driver that it names, although it is not installed, and check its facts."""
     unit: Literal["mm", "cm", "m", "in"] | None = None
     """Unit of the numbers in a mesh file; when left out that of the file or its format, otherwise mm."""
     label: str | None = None
@@ -90,7 +92,7 @@ class Command:
         touch = mesh.Touch.of(self.radius, self.stiffness, self.feature, self.noise, self.repair, self.hole, self.force)
         ending = path.suffix.lower()
         if ending in _SCENES:
-            return scene.inspect(path, console)
+            return scene.inspect(path, console, self.trust)
         label = int(self.label) if self.label is not None and self.label.isdigit() else self.label
         part = Selection(label, self.threshold)
         if ending in _GRIDS and part == Selection() and not nrrd.is_segmentation(path):

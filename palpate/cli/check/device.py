@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,8 +14,10 @@ from palpate.devices.driver import Facts, facts
 from palpate.devices.loop import device_scene, mapped_rig
 from palpate.devices.native import is_native
 from palpate.devices.open import open_driver
-from palpate.errors import DeviceError
+from palpate.devices.trust import is_installed
+from palpate.errors import DeviceError, PalpateWarning
 from palpate.scene import Scene
+from palpate.scene.leader import DRIVERS
 from palpate.scene.rig import Rig, build
 
 
@@ -57,9 +60,15 @@ def inspect_device(scene: Scene) -> Device:
     """
     name = scene.arms.leader.driver or ""
     try:
+        if not (scene.trusted or name.partition(":")[0] in DRIVERS or is_installed(name)):
+            what = f"driver {name!r} is code that is neither installed nor trusted: it was not imported"
+            where, mend = scene.where("arms", "leader", "driver"), "read it, then allow it with --trust"
+            warnings.warn(PalpateWarning(what, where=where, mend=mend), stacklevel=2)
+            known_size = scene.mapping.law == "indexed" or scene.mapping.workspace is not None
+            return Device(name, None, mapped_rig(scene, None) if known_size else build(scene))
         if is_native(name) or name == "loop":
             return Device(name, None, build(scene) if is_native(name) else mapped_rig(scene, None))
-        known = facts(open_driver(name, Path(scene.file).parent), name)
+        known = facts(open_driver(name, Path(scene.file).parent, trust=scene.trusted), name)
     except DeviceError as error:
         where = scene.where("arms", "leader", "driver")
         raise DeviceError(error.what, where=error.where or where, why=error.why, mend=error.mend) from None

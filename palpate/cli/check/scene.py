@@ -91,9 +91,9 @@ class PairsFindings:
     handles_apart_m: float | None  # smallest distance between two handles at the start
 
 
-def inspect(path: Path, console: Console) -> Findings | PairsFindings:
+def inspect(path: Path, console: Console, trust: bool = False) -> Findings | PairsFindings:
     """Print the objects, fixtures and initial poses of a scene, and return them."""
-    scene = Scene.load(path)
+    scene = Scene.load(path, trust)
     if scene.pairs:
         return _inspect_pairs(scene, console)
     device = None

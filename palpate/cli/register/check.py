@@ -114,10 +114,8 @@ def _in_organ_frame(scanned: RegisteredOrgan, X_WA: Array, covariance: Array) ->
 
 def _keep(path: Path, values: dict[str, Any]) -> None:
     """Add the check to the file of the registration, and mark the registration as not trusted if it failed."""
-    import yaml
+    from palpate.arrays.yaml_loader import read_yaml
 
-    from palpate.arrays.yaml_loader import Loader
-
-    data = yaml.load(path.read_text(encoding="utf-8"), Loader)
+    data = read_yaml(path)
     data |= {"check": values, "trusted": bool(data.get("trusted", True)) and values["passed"]}
     _session.write(path, data)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections import defaultdict
 from collections.abc import Callable, Iterator
@@ -10,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from palpate.errors import MissingExtraError, RecordError
+from palpate.record.bags.library import open_bag
+from palpate.record.bags.stamps import offset_words
 from palpate.record.bags.tracks import ArmTracks, Contents, Event, Topic, Track
 
 _MOTION = {
@@ -38,31 +40,21 @@ _SCENE = "scene"
 
 def read(path: Path) -> Contents:
     """Decode a bag; raises the errors of `Bag.open`."""
-    try:
-        from rosbags.highlevel import AnyReader, AnyReaderError
-        from rosbags.typesys import Stores, get_typestore
-    except ImportError as error:
-        raise MissingExtraError("reading of ROS 2 bags (rosbags)", "ros") from error
     if path.is_dir() and not (path / "metadata.yaml").exists() and len(only := sorted(path.glob("*.mcap"))) == 1:
         path = only[0]  # a killed recorder leaves no metadata
-    try:
-        with AnyReader([path], default_typestore=get_typestore(Stores.LATEST)) as reader:
-            return _Reading(path, reader).bag()
-    except (AnyReaderError, OSError, ValueError, AssertionError, KeyError, IndexError) as error:
-        raise RecordError(
-            "the bag cannot be read", where=str(path), why=str(error) or type(error).__name__,
-            mend="give the folder that `ros2 bag record` wrote, its .mcap or .db3; `ros2 bag reindex` repairs a bag",
-        ) from error  # fmt: skip
+    with open_bag(path) as reader:
+        return _Reading(path, reader).bag()
 
 
 class _Reading:
     """State of one pass over a bag."""
 
     def __init__(self, path: Path, reader: Any) -> None:
-        self.path, self.reader = path, reader
-        self.rows: dict[tuple[str, str], list[tuple[float, list[float]]]] = defaultdict(list)
+        self.path, self.reader, self.begin = path, reader, int(reader.start_time)
+        self.rows: dict[tuple[str, str], list[tuple[float, float, list[float]]]] = defaultdict(list)
         self.events: list[Event] = []
         self.times: dict[str, list[float]] = defaultdict(list)
+        self.stamps: dict[str, list[float]] = defaultdict(list)
         self.silent: dict[str, int] = defaultdict(int)
         self.bad: dict[str, int] = defaultdict(int)
         self.undecoded: dict[str, str] = {}
@@ -70,9 +62,8 @@ class _Reading:
         self.scene = ""
 
     def bag(self) -> Contents:
-        begin = self.reader.start_time
         for connection, time, data in self.reader.messages():
-            topic, t = connection.topic, 1e-9 * (time - begin)
+            topic, t = connection.topic, 1e-9 * (time - self.begin)
             self.times[topic].append(t)
             try:
                 message = self.reader.deserialize(data, connection.msgtype)
@@ -83,41 +74,49 @@ class _Reading:
         arms = {name: self._arm(name) for name in dict.fromkeys(n for n, _ in self.rows)}
         duration = max((t[-1] for t in self.times.values()), default=0.0)
         notes = [f"{topic} could not be decoded ({why})" for topic, why in self.undecoded.items()]
+        for kind, why in self.reader.undecodable.items():
+            names = ", ".join(sorted({c.topic for c in self.reader.connections if c.msgtype == kind}))
+            notes.append(f"the definition of {kind} in the bag cannot be read ({why}); it is the type of {names}")
+        notes += [words for topic in sorted(self.stamps) if (words := offset_words(topic, self._offset(topic)))]
         return Contents(self.path, duration, arms, self.events, list(self._topics()), self.scene, notes)
 
     def _take(self, topic: str, t: float, message: Any) -> None:
         stamp = getattr(getattr(message, "header", None), "stamp", None)
         valid = stamp is None or stamp.sec or stamp.nanosec
         self.silent[topic] += not valid
+        s = math.nan if stamp is None or not valid else 1e-9 * (stamp.sec * 10**9 + stamp.nanosec - self.begin)
+        if math.isfinite(s):
+            self.stamps[topic].append(s - t)
         name, quantity = _arm_and_quantity(topic)
         if quantity == "absolute":
             self.frames[name] = float(message.data)
         elif quantity is not None:
-            self._move(topic, name, quantity, t, message, bool(valid))
+            self._move(topic, name, quantity, (t, s), message, bool(valid))
         elif topic.rsplit("/", 1)[-1] == _SCENE and hasattr(message, "data"):
             self.scene = str(message.data)
         elif topic.rsplit("/", 1)[-1] in _EVENTS and (text := _words(message)):
             self.events.append(Event(t, topic, text))
 
-    def _move(self, topic: str, name: str, quantity: str, t: float, message: Any, valid: bool) -> None:
+    def _move(self, topic: str, name: str, quantity: str, at: tuple[float, float], message: Any, valid: bool) -> None:
         found = dict(_numbers(quantity, message))
         if not all(np.isfinite(v).all() for v in found.values()):
             self.bad[topic] += 1
         elif valid or quantity == "wrench":  # a zero stamp invalidates a measurement, but not a commanded wrench
             for field, values in found.items():
-                self.rows[name, field].append((t, values))
+                self.rows[name, field].append((*at, values))
             if quantity == "wrench":
                 frame = 1.0 if topic.endswith("spatial/servo_cf") else self.frames[name]
-                self.rows[name, "absolute"].append((t, [frame]))
+                self.rows[name, "absolute"].append((*at, [frame]))
 
     def _arm(self, name: str) -> ArmTracks:
         arm = ArmTracks(name)
         for field in ("q", "v", "tau", "pose", "twist", "goal", "wrench", "absolute", "gripper"):
             rows = self.rows.get((name, field), [])
-            width = max((len(v) for _, v in rows), default=0)
-            rows = [r for r in rows if len(r[1]) == width and width]
+            width = max((len(v) for *_, v in rows), default=0)
+            rows = [r for r in rows if len(r[2]) == width and width]
             if rows:
-                setattr(arm, field, Track(np.array([t for t, _ in rows]), np.array([v for _, v in rows])))
+                t, stamps, values = (np.array(column) for column in zip(*rows, strict=True))
+                setattr(arm, field, Track(t, values, stamps))
         return arm
 
     def _topics(self) -> Iterator[Topic]:
@@ -126,7 +125,12 @@ class _Reading:
             steps = np.diff(self.times[name])
             rate = 1.0 / float(np.median(steps)) if len(steps) > 1 and np.median(steps) > 0 else 0.0
             gap = float(steps.max()) if len(steps) else 0.0
-            yield Topic(name, types[name], len(self.times[name]), rate, gap, self.silent[name], self.bad[name])
+            count, offset = len(self.times[name]), self._offset(name)
+            yield Topic(name, types[name], count, rate, gap, self.silent[name], self.bad[name], offset)
+
+    def _offset(self, topic: str) -> float | None:
+        """Median of stamp minus time of reception [s]; None without stamps."""
+        return float(np.median(self.stamps[topic])) if self.stamps[topic] else None
 
 
 def _arm_and_quantity(topic: str) -> tuple[str, str | None]:

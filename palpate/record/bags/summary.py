@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from rich.table import Table
 
 from palpate.record.bags.bag import Bag
+from palpate.record.bags.stamps import intervals
 from palpate.record.bags.tracks import ArmTracks
 
 STALE = 0.03
@@ -39,6 +39,7 @@ class TopicSummary:
     longest_gap_s: float
     stamp_zero: int  # messages that their sender marked as invalid
     not_finite: int  # messages with a number that is not finite
+    stamp_offset_s: float | None  # median of stamp minus time of reception; None without stamps
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ def summary_of(bag: Bag) -> BagSummary:
         leader=bag.pair[0],
         follower=bag.pair[1],
         arms={name: _arm(arm, bag.duration) for name, arm in bag.arms.items()},
-        topics=[TopicSummary(t.name, t.type, t.count, t.rate, t.gap, t.silent, t.bad) for t in bag.topics],
+        topics=[TopicSummary(t.name, t.type, t.count, t.rate, t.gap, t.silent, t.bad, t.offset) for t in bag.topics],
         events=len(bag.events),
         notes=bag.notes,
     )
@@ -73,10 +74,10 @@ def summary_of(bag: Bag) -> BagSummary:
 def _arm(arm: ArmTracks, end: float) -> ArmSummary:
     force, t = arm.wrench.values[:, :3], arm.wrench.t
     size = np.linalg.norm(force, axis=1)
-    steps = np.linalg.norm(np.diff(force, axis=0), axis=1) / _intervals(t)
+    steps = np.linalg.norm(np.diff(force, axis=0), axis=1) / intervals(t, arm.wrench.stamps)
     unrenewed = np.diff(np.append(t, end))
     left_on = unrenewed[(size > _LEAST_FORCE) & (unrenewed > STALE)].sum()
-    moved = np.linalg.norm(np.diff(arm.pose.values[:, :3], axis=0), axis=1) / _intervals(arm.pose.t)
+    moved = np.linalg.norm(np.diff(arm.pose.values[:, :3], axis=0), axis=1) / intervals(arm.pose.t, arm.pose.stamps)
     return ArmSummary(
         peak_force_N=float(size.max(initial=0.0)),
         steepest_N_per_s=float(steps.max(initial=0.0)),
@@ -85,12 +86,6 @@ def _arm(arm: ArmTracks, end: float) -> ArmSummary:
         wrenches=len(t),
         poses=len(arm.pose.t),
     )
-
-
-def _intervals(t: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Intervals between messages [s], at least half the median, because messages may arrive in bursts."""
-    steps = np.diff(t)
-    return np.maximum(steps, max(0.5 * float(np.median(steps)), 1e-6)) if len(steps) else steps
 
 
 def table(bag: Bag) -> Table:

@@ -18,6 +18,8 @@ class Track:
     """(n,) reception times since the start of the bag [s]; ascending."""
     values: Array
     """(n, k), in the unit of the topic."""
+    stamps: Array = field(default_factory=lambda: np.empty(0))
+    """(n,) times of the messages' stamps since the start of the bag [s]; NaN without one."""
 
     def at(self, t: Array) -> Array:
         """Values (m, k) received last before each time t (m,) [s]; NaN before the first."""
@@ -82,6 +84,8 @@ class Topic:
     """Number of messages with a zero stamp, by which the sender marks them as invalid."""
     bad: int
     """Number of messages with values that are not finite."""
+    offset: float | None = None
+    """Median of stamp minus time of reception [s]; None without stamps."""
 
 
 @dataclass
