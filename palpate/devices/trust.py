@@ -97,7 +97,11 @@ def _states(file: Path, cls: str) -> bool:
     for node in tree.body:
         if isinstance(node, ast.ClassDef) and node.name == cls:
             return True
-        if isinstance(node, ast.ImportFrom) and cls[:1].isupper() and any((alias.asname or alias.name) == cls for alias in node.names):
+        if (
+            isinstance(node, ast.ImportFrom)
+            and cls[:1].isupper()
+            and any((alias.asname or alias.name) == cls for alias in node.names)
+        ):
             return True
     return False
 

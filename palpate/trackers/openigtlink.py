@@ -24,6 +24,8 @@ PORT = 18944
 """Usual port of OpenIGTLink servers."""
 _LONGEST_NAME = 20  # characters of a device name
 _SILENCE = 2.0  # silence after which the client connects again [s]
+MOST_TOOLS = 256
+"""Most device names of which a message is kept until the next poll; those of further ones are dropped."""
 _LONGEST_MESSAGE = 2**20  # a longer message is damage: poses and texts are hundreds of bytes [bytes]
 
 
@@ -63,8 +65,7 @@ class OpenIGTLinkTracker:
         elif time.monotonic() - self._heard > _SILENCE:
             self.close()
             self._client = self._connected()
-        kind = self._pyigtl.TransformMessage
-        return [_sighting(message) for message in messages if isinstance(message, kind)]
+        return _sightings(self._pyigtl, messages)
 
     def close(self) -> None:
         """End the connection; its thread ends by itself."""
@@ -76,15 +77,17 @@ class OpenIGTLinkTracker:
 
 
 class _Whole:
-    """A connection whose end is an error, so that a message cut short is not awaited for ever."""
+    """A connection whose end, and the end of its client, are errors: a message cut short is not awaited for ever."""
 
-    def __init__(self, connection: socket.socket) -> None:
-        self._connection = connection
+    def __init__(self, connection: socket.socket, client: Any) -> None:
+        self._connection, self._client = connection, client
 
     def recv(self, size: int) -> bytes:
         """At most `size` bytes, at least one. Raises ConnectionError at the end of the connection."""
         if size > _LONGEST_MESSAGE:
             raise ConnectionError(f"a message of {size} bytes is announced")
+        if self._client.communication_thread_stop_requested:
+            raise ConnectionError("the client has ended")
         data = self._connection.recv(size)
         if not data:
             raise ConnectionError("the connection has ended")
@@ -98,13 +101,31 @@ def _client_class(pyigtl: Any) -> Any:
     class Client(pyigtl.OpenIGTLinkClient):  # type: ignore[misc]
         def _receive_message_from_socket(self, ssocket: socket.socket) -> bool:
             try:
-                return bool(super()._receive_message_from_socket(_Whole(ssocket)))
+                received = bool(super()._receive_message_from_socket(_Whole(ssocket, self)))
+                with self.lock_incoming_messages:
+                    while len(self.incoming_messages) > MOST_TOOLS:
+                        self.incoming_messages.popitem()
+                return received
             except Exception:  # what pyigtl raises for damaged bytes is not documented
                 self._connected = False
                 ssocket.close()
                 return False
 
     return Client
+
+
+def idle_client() -> Any:
+    """The client of `OpenIGTLinkTracker` without its thread and connection, for tests that feed its decoder."""
+    return _client_class(_pyigtl())("127.0.0.1", PORT, start_now=False)
+
+
+def sightings(client: Any) -> list[Sighting]:
+    """Sightings that a client has received since the last call."""
+    return _sightings(_pyigtl(), client.get_latest_messages())
+
+
+def _sightings(pyigtl: Any, messages: list[Any]) -> list[Sighting]:
+    return [_sighting(message) for message in messages if isinstance(message, pyigtl.TransformMessage)]
 
 
 def _sighting(message: Any) -> Sighting:
