@@ -24,20 +24,24 @@ class Command:
     examples:
       palpate fuzz contact --runs 100000
       palpate fuzz loops --runs 10000 --faults 10000 --out runs/loops
+      palpate fuzz ports --cases 1000000
       palpate fuzz files --seed 4711 --runs 1
     """
 
     target: Positional[
-        Literal["contact", "files", "grids", "loops", "models", "packets", "records", "scenes", "tables"]
+        Literal["contact", "files", "grids", "loops", "models", "packets", "ports", "records", "scenes", "tables"]
     ]
     """contact: random triangles and tool paths for every contact method; loops: closed loops of the hand in random
     scenes, which may hand out no energy; scenes: moving objects, fixtures and live edits; files: meshes; grids: .npz
     and .nrrd; models: arms, URDFs and gravity models; records: .mcap; tables: CSV of paths and of recordings; packets:
-    OpenIGTLink; all damaged."""
+    OpenIGTLink; all damaged; ports: forged messages at the haptic node, the simulated robot, OpenIGTLink and the
+    viewer, 100 a run (docs/security.md)."""
     kind: str = ""
     """loops: the only kind to draw, for example hard or stick (docs/verification.md); all when left out."""
     runs: int = 2000
     """Number of cases; each case takes the next seed [-]."""
+    cases: Annotated[int | None, arg(metavar="MESSAGES")] = None
+    """ports: number of messages, instead of --runs [-]."""
     seed: int = 0
     """Seed of the first case; `--seed N --runs 1` repeats a fault [-]."""
     faults: int = 20
@@ -58,6 +62,7 @@ class Command:
         console = console_for(self.json)
         require_writable(self.json)
         target = f"{self.target}:{self._checked_kind()}" if self.kind else self.target
+        self._take_cases()
 
         def progress(outcome: Outcome) -> None:
             say(console, f"{outcome.runs:,} of {self.runs:,} cases, {len(outcome.faults)} faults")
@@ -85,3 +90,16 @@ class Command:
             what = f"--kind {self.kind}: not a kind of loop"
             raise PalpateError(what, mend=f"palpate fuzz loops --kind {' or '.join(names)}")
         return self.kind
+
+    def _take_cases(self) -> None:
+        """Set the number of runs by the number of messages."""
+        if self.cases is None:
+            return
+        if self.target != "ports" or self.cases < 1:
+            what = (
+                f"--cases {self.cases} of target {self.target}: it is a number of messages, from 1, of the target ports"
+            )
+            raise PalpateError(what, mend="give --runs")
+        from palpate.verify.fuzz.ports import MESSAGES
+
+        self.runs = -(-self.cases // MESSAGES)

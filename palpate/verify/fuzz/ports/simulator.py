@@ -1,7 +1,7 @@
 """The simulated dVRK: any command with any numbers, as its topics deliver them. What it measures stays finite.
 
-A simulated hand that pulls with a million newtons may throw an arm out of all numbers: the robot then reports a fault, and
-the arm is where it started.
+A simulated hand that pulls with a million newtons may throw an arm out of all numbers: the robot then reports a fault,
+and the arm is where it started.
 """
 
 from __future__ import annotations
