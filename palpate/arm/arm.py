@@ -25,7 +25,7 @@ from palpate import _core, limits
 from palpate.arm.shapes import DrawnJoint, Visual, drawn_joints, jaw_range, sticks, turn_about, visuals
 from palpate.arrays import Array
 from palpate.arrays.plain import Content
-from palpate.arrays.yaml_loader import read_yaml
+from palpate.arrays.yaml_loader import OwnLoader, read_yaml
 from palpate.errors import ArmError
 
 SIDES = ("right", "left")
@@ -349,7 +349,8 @@ class Arm(_core.Arm):
 def _read(path: Path) -> Content:
     """Read a model file and check its keys."""
     try:
-        data = read_yaml(path)
+        own = path.parent == models_folder()
+        data = yaml.load(limits.read_text(path), OwnLoader) if own else read_yaml(path)
     except (OSError, UnicodeDecodeError) as error:
         mend = f"models that come with Palpate: {', '.join(NAMES)}"
         raise ArmError("the arm's model file cannot be read", where=str(path), why=str(error), mend=mend) from None

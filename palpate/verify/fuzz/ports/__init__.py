@@ -17,10 +17,10 @@ MESSAGES = 100
 SOCKETS = 50
 """One in so many cases of OpenIGTLink and the viewer uses a real socket."""
 _PORTS = (
-    ("node", node.case, 0.4),
-    ("simulator", simulator.case, 0.3),
-    ("openigtlink", openigtlink.case, 0.15),
-    ("viewer", viewer.case, 0.15),
+    ("node", node.case, 0.45),
+    ("simulator", simulator.case, 0.35),
+    ("openigtlink", openigtlink.case, 0.08),
+    ("viewer", viewer.case, 0.12),
 )
 
 

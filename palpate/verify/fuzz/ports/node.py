@@ -5,6 +5,7 @@ The wrench is finite and below its caps after every message, and grows no faster
 
 from __future__ import annotations
 
+import math
 from functools import cache
 
 import numpy as np
@@ -21,29 +22,31 @@ from palpate.verify.fuzz.ports import values
 _SCENE = """
 objects: [{name: ball, sphere: {radius: 0.03}, stiffness: 500, friction: 0.4}]
 """
+_STEPS = (1e-3, 1e-3, 1e-3, 1e-3, 5e-4, 4e-3, 0.03, 0.2)  # [s]
 _WALL = 1.7e9  # system clock at the start [s]
 _GATES = ("following", "operator_present", "clutch", "camera", "leader_enabled", "follower_enabled", "second_writer")
 
 
 @cache
-def _rig() -> Rig:
-    return build(Scene.parse(_SCENE), until=0.0)
+def _rig() -> tuple[Rig, Arm, Array]:
+    """The rig, the model of the follower, and the pose of the leader's handle at the start."""
+    rig = build(Scene.parse(_SCENE), until=0.0)
+    return rig, Arm.psm("lnd"), np.asarray(rig.arms.leader.fk(rig.arms.q_leader0))
 
 
 class _Node:
     """The cycle with a virtual follower, its clock, and the pose that a sound leader would send."""
 
     def __init__(self, rng: np.random.Generator) -> None:
-        rig = _rig()
+        rig, follower, self.X = _rig()
         options = rig.options()
         self.stability = options.stability
         made = _core.CrtkOptions(options, rig.arms.q_follower0)
         made.virtual_follower = True
         made.tip_frame = bool(rng.integers(2))
-        self.cycle = _core.CrtkCycle(made, Arm.psm("lnd"))
+        self.cycle = _core.CrtkCycle(made, follower)
         self.cycle.set_scene(rig.snapshot)
-        X = np.asarray(rig.arms.leader.fk(rig.arms.q_leader0))
-        self.X, self.quat = X, Rotation.from_matrix(X[:3, :3]).as_quat()
+        self.quat = Rotation.from_matrix(self.X[:3, :3]).as_quat()
         self.down = rig.arms.X_WL[:3, :3].T @ np.array([0.0, 0.0, -1.0])
         self.t, self.force, self.pressed = 0.0, 0.0, 0.0
         self.gates = _core.CrtkGates()
@@ -65,8 +68,8 @@ class _Node:
             raise FaultError(f"a goal that is not finite: {np.asarray(goal).tolist()}, jaw {jaw}")
 
     def _judge(self, wrench: Array, dt: float) -> None:
-        force, s = float(np.linalg.norm(wrench[:3])), self.stability
-        if not np.isfinite(wrench).all() or force > s.force_cap * (1.0 + 1e-9):
+        force, s = math.hypot(*wrench[:3]), self.stability
+        if not all(map(math.isfinite, wrench)) or force > s.force_cap * (1.0 + 1e-9):
             raise FaultError(f"a wrench of {wrench.tolist()} with a cap of {s.force_cap:g} N")
         most = s.rate_cap * max(dt, 1e-3) * (1.0 + 1e-6) + 1e-6
         if force - self.force > most:
@@ -84,7 +87,7 @@ def case(rng: np.random.Generator, messages: int, by_socket: bool) -> int:
         _forge(rng, node)
         if rng.random() < 0.7:
             node.sound()
-        node.step(float(rng.choice([1e-3, 1e-3, 1e-3, 1e-3, 5e-4, 4e-3, 0.03, 0.2])))
+        node.step(values.pick(rng, _STEPS))
     return messages
 
 
@@ -92,7 +95,7 @@ def _forge(rng: np.random.Generator, node: _Node) -> None:
     """One message with wrong stamps, numbers or sizes."""
     cycle, kind = node.cycle, int(rng.integers(9))
     wall = _WALL + node.t
-    stamp = float(rng.choice([wall, wall, 0.0, wall - 10.0, wall + 10.0, wall + 0.02, np.nan, np.inf, -1e18, 1e18]))
+    stamp = values.pick(rng, (wall, wall, 0.0, wall - 10.0, wall + 10.0, wall + 0.02, math.nan, math.inf, -1e18, 1e18))
     if kind < 3:
         p, quat = node.X[:3, 3] + node.pressed * node.down, node.quat
         change = int(rng.integers(6))
@@ -105,13 +108,13 @@ def _forge(rng: np.random.Generator, node: _Node) -> None:
     elif kind == 3:
         cycle.leader_twist(stamp, values.array(rng, 3), values.array(rng, 3), node.t, wall)
     elif kind == 4:
-        cycle.leader_joints(stamp, values.array(rng, int(rng.choice([0, 1, 6, 7, 8, 40]))))
+        cycle.leader_joints(stamp, values.array(rng, values.pick(rng, (0, 1, 6, 7, 8, 40))))
     elif kind == 5:
-        cycle.follower_joints(stamp, values.array(rng, int(rng.choice([0, 1, 6, 7, 40]))), node.t, wall)
+        cycle.follower_joints(stamp, values.array(rng, values.pick(rng, (0, 1, 6, 7, 40))), node.t, wall)
     elif kind == 6:
         (cycle.gripper if rng.random() < 0.5 else cycle.jaw)(stamp, values.array(rng, int(rng.integers(3))))
     elif kind == 7:
         cycle.set_scale(values.number(rng))
     else:
-        name = str(rng.choice(_GATES))
+        name = values.pick(rng, _GATES)
         setattr(node.gates, name, not getattr(node.gates, name))

@@ -18,6 +18,7 @@ from palpate.verify.fuzz.ports import values
 
 ARMS = {"MTMR": 1, "PSM1": 2, "ECM": 4}
 _SIDES = ("position_positive", "position_negative", "orientation_positive", "orientation_negative")
+_IMPEDANCE = 11  # number of the payload
 _TICKS = 1  # ticks of 1/3 ms between two messages
 
 
@@ -32,9 +33,14 @@ def _targets() -> list[tuple[str, str, int]]:
     return found
 
 
+@cache
+def _specs() -> list[_dvrk.ArmSpec]:
+    return [dvrk.arm(name) for name in ARMS]
+
+
 def case(rng: np.random.Generator, messages: int, by_socket: bool) -> int:
     """Send commands; returns their number. Raises FaultError."""
-    robot, targets = dvrk.system(tuple(ARMS)), _targets()
+    robot, targets = dvrk.system(_specs()), _targets()
     if rng.random() < 0.6:
         robot.send("system", "power_on") if ("system", "power_on", 0) in targets else None
         for arm in ARMS:
@@ -62,13 +68,13 @@ def _judge(robot: Any) -> None:
 
 def _value(rng: np.random.Generator, payload: int) -> Any:
     """A value for a payload, by its number in `simulators/dvrk/messages.hpp`."""
-    half = {key: values.array(rng, 3) for key in ("p", "d", "bias", "deadband") if rng.random() < 0.5}
+    half = {key: values.array(rng, 3) for key in ("p", "d", "bias", "deadband")} if payload == _IMPEDANCE else {}
     makers: list[Any] = [
         lambda: None,
         lambda: bool(rng.integers(2)),
         lambda: values.number(rng),
         lambda: values.text(rng).replace("\0", ""),
-        lambda: int(rng.choice([0, 1, 2, -1, 99])),
+        lambda: values.pick(rng, (0, 1, 2, -1, 99)),
         lambda: values.array(rng, int(rng.integers(10))),
         lambda: values.array(rng, int(rng.integers(10))),
         lambda: values.matrix(rng),

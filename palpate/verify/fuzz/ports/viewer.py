@@ -70,7 +70,7 @@ def case(rng: np.random.Generator, messages: int, by_socket: bool) -> int:
 
 
 def _request(rng: np.random.Generator, gate: Gate) -> None:
-    headers, own, host = Headers(), rng.random() < 0.4, str(rng.choice(_OWN))
+    headers, own, host = Headers(), rng.random() < 0.4, str(values.pick(rng, _OWN))
     token = bool(gate.token)
     sound = own
     if own:
@@ -80,7 +80,9 @@ def _request(rng: np.random.Generator, gate: Gate) -> None:
     else:
         sound = _forge(rng, headers, host, token)
     if token and rng.random() < 0.5:
-        guess = gate.token if rng.random() < 0.5 else str(rng.choice(["", "x", gate.token[:-1], gate.token + "x"]))
+        guess = (
+            gate.token if rng.random() < 0.5 else str(values.pick(rng, ("", "x", gate.token[:-1], gate.token + "x")))
+        )
         headers["Cookie"] = f"{gate._cookie}={guess}"
         sound = sound and guess == gate.token
     elif token:
@@ -94,7 +96,7 @@ def _request(rng: np.random.Generator, gate: Gate) -> None:
 
 def _forge(rng: np.random.Generator, headers: Headers, host: str, token: bool) -> bool:
     """Headers of another page or by another name; True where a token makes the name free."""
-    kind, other = int(rng.integers(4)), str(rng.choice(_OTHER))
+    kind, other = int(rng.integers(4)), str(values.pick(rng, _OTHER))
     if kind == 0:
         headers["Host"] = host
         headers["Origin"] = str(
@@ -116,12 +118,12 @@ def _bytes(rng: np.random.Generator, controls: list[Any]) -> bytes:
     """A message: often that of a control with any value, sometimes of any type, then damaged."""
     control, junk = controls[rng.integers(len(controls))], [values.number(rng), values.text(rng), None, True, [], {}]
     value = junk[rng.integers(len(junk))] if rng.random() < 0.7 else float(rng.uniform(-100.0, 1000.0))
-    key = str(rng.choice(["value", "value", "value", "update_cb", "is_button", "uuid", "sync_cb"]))
+    key = str(values.pick(rng, ("value", "value", "value", "update_cb", "is_button", "uuid", "sync_cb")))
     fields: dict[str, Any] = {"type": "GuiUpdateMessage", "uuid": control._impl.uuid, "updates": {key: value}}
     if rng.random() < 0.3:
-        fields |= {"type": str(rng.choice(_KINDS)), "source_component_uuid": control._impl.uuid, "transfer_uuid": "t",
-                   "filename": "f", "mime_type": "m", "part_count": 10**9, "size_bytes": 10**12, "name": "/hand",
-                   "content": bytes(50), "part_index": 0}  # fmt: skip
+        fields["type"] = str(values.pick(rng, _KINDS))
+        fields |= {"source_component_uuid": control._impl.uuid, "transfer_uuid": "t", "filename": "f", "mime_type": "m"}
+        fields |= {"part_count": 10**9, "size_bytes": 10**12, "name": "/hand", "content": bytes(50), "part_index": 0}
     data = msgspec.msgpack.encode(fields)
     return damaged(rng, data, 2) if rng.random() < 0.5 else data
 
