@@ -26,6 +26,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 
+from palpate import dds_security
 from palpate.errors import RosMissingError
 from palpate.ros import where
 
@@ -80,7 +81,12 @@ def build(progress: Progress = lambda _: None) -> Built:
 
 
 def messages(progress: Progress = lambda _: None) -> Built:
-    """Make the packages of `PACKAGES` importable next to `rclpy`; compiles missing parts."""
+    """Make the packages of `PACKAGES` importable next to `rclpy`; compiles missing parts.
+
+    Raises:
+        RosMissingError: as for `build`; or DDS security is asked for, and cannot be on.
+    """
+    dds_security.enforce(prefix / "lib" for prefix in where.find().prefixes)
     built = build(progress)
     for name, prefix in built.messages.items():
         if prefix in built.ros.prefixes:  # importable already

@@ -1,11 +1,13 @@
 """Creates a keystore for DDS security (SROS 2) with openssl, in the layout of `ros2 security create_keystore`.
 
-    keystore/public/ca.cert.pem  private/ca.key.pem         one authority for identities and permissions
+    keystore-authority/ca.cert.pem  ca.key.pem              the authority: signs identities and permissions
+    keystore/public/ca.cert.pem
     keystore/enclaves/governance.p7s                        encryption rules: everything is encrypted
     keystore/enclaves/NAME/{cert,key}.pem permissions.p7s   one folder for each enclave, with copies of the above
 
-Every participant of an enclave may publish and subscribe on any domain (0 to 230, a range that every DDS can read). A
-participant without a certificate of this authority cannot join, discovers no topic, and is ignored.
+The key of the authority lies beside the keystore, not in it: who has it can make any key. `palpate.ros.roles` says what
+each enclave may publish and hear, on any domain (0 to 230, a range that every DDS can read). A participant without a
+certificate of this authority cannot join, discovers no topic, and is ignored.
 """
 
 from __future__ import annotations
@@ -13,9 +15,12 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+from contextlib import suppress
 from pathlib import Path
+from typing import NamedTuple
 
 from palpate.errors import OutputError, PalpateError
+from palpate.ros.roles import Role, role_of, topics
 
 DAYS = 3650
 """Validity of the certificates [days]."""
@@ -49,8 +54,8 @@ _PERMISSIONS = """<?xml version="1.0" encoding="UTF-8"?>
     <validity><not_before>2020-01-01T00:00:00</not_before><not_after>2099-01-01T00:00:00</not_after></validity>
     <allow_rule>
       <domains><id_range><min>0</min><max>230</max></id_range></domains>
-      <publish><topics><topic>*</topic></topics></publish>
-      <subscribe><topics><topic>*</topic></topics></subscribe>
+      <publish><topics>{said}</topics></publish>
+      <subscribe><topics>{heard}</topics></subscribe>
     </allow_rule>
     <default>DENY</default>
   </grant></permissions>
@@ -58,33 +63,35 @@ _PERMISSIONS = """<?xml version="1.0" encoding="UTF-8"?>
 """
 
 
-def make(folder: Path, enclaves: tuple[str, ...]) -> list[Path]:
-    """Create a keystore, or add enclaves to one; existing keys stay.
+def make(folder: Path, enclaves: tuple[str, ...], authority: Path | None = None) -> list[Path]:
+    """Create a keystore, or add enclaves to one; existing keys stay, and permissions become those of the roles.
 
     Args:
-        folder: folder of the keystore.
-        enclaves: names such as ``/palpate/haptics``.
+        folder: folder of the keystore, which the machines of the enclaves get.
+        enclaves: names such as ``/palpate/haptics``, whose last part is the role, or ``/lab/left=camera``.
+        authority: folder of the authority's key; FOLDER-authority when left out.
 
     Returns:
         The folders of the enclaves.
 
     Raises:
-        PalpateError: openssl is not installed, or an enclave name is invalid.
+        PalpateError: openssl is not installed, an enclave name is invalid, or its role is unknown.
         OutputError: the folder cannot be written.
     """
     if shutil.which("openssl") is None:
         raise PalpateError("openssl is not installed", mend="sudo apt install openssl")
-    for name in enclaves:
-        if not name.startswith("/") or ".." in name or name.endswith("/") or not name.replace("/", "").isidentifier():
-            raise PalpateError(
-                f"{name!r} is no enclave name", mend="use /, letters, digits and _, e.g. /palpate/haptics"
-            )
+    named = [role_of(enclave) for enclave in enclaves]
+    authority = authority or folder.with_name(f"{folder.resolve().name}-authority")
+    if authority.resolve().is_relative_to(folder.resolve()):
+        raise PalpateError(
+            "the authority's key must not lie in the keystore", where=str(authority), mend="name another folder"
+        )
     try:
-        for part in ("public", "private", "enclaves"):
-            (folder / part).mkdir(parents=True, exist_ok=True)
-        (folder / "private").chmod(0o700)
-        _authority(folder)
-        return [_enclave(folder, name) for name in enclaves]
+        for place in (folder / "public", folder / "enclaves", authority):
+            place.mkdir(parents=True, exist_ok=True)
+        authority.chmod(0o700)
+        signer = _authority(folder, authority)
+        return [_enclave(folder, signer, name, role) for name, role in named]
     except OSError as error:
         raise OutputError("the keystore cannot be written", where=str(folder), why=str(error)) from None
 
@@ -99,35 +106,52 @@ def environment(folder: Path, enclave: str) -> dict[str, str]:
     }
 
 
-def _authority(folder: Path) -> None:
-    cert, key = folder / "public" / "ca.cert.pem", folder / "private" / "ca.key.pem"
-    if not cert.exists():
-        _key(key)
-        _openssl("req", "-x509", "-new", "-key", key, "-sha256", "-days", DAYS, "-subj", "/CN=palpateCA", "-out", cert)
+class _Signer(NamedTuple):
+    cert: Path
+    key: Path
+
+
+def _authority(folder: Path, authority: Path) -> _Signer:
+    signer, public = _Signer(authority / "ca.cert.pem", authority / "ca.key.pem"), folder / "public" / "ca.cert.pem"
+    kept = folder / "private" / "ca.key.pem"  # where keystores had it before, and where `ros2 security` has it
+    if kept.exists() and not signer.key.exists():
+        shutil.copy(public, signer.cert)
+        shutil.move(kept, signer.key)
+        with suppress(OSError):
+            kept.parent.rmdir()
+    if not signer.cert.exists():
+        if public.exists():
+            what = "the authority of this keystore has no key here"
+            raise PalpateError(what, where=str(authority), mend="name its folder: --authority DIR")
+        _key(signer.key)
+        _openssl("req", "-x509", "-new", "-key", signer.key, "-sha256", "-days", DAYS, "-subj", "/CN=palpateCA",
+                 "-out", signer.cert)  # fmt: skip
+    shutil.copy(signer.cert, public)
     governance = folder / "enclaves" / "governance.xml"
     if not governance.exists():
         governance.write_text(_GOVERNANCE)
     if not governance.with_suffix(".p7s").exists():
-        _sign(folder, governance)
+        _sign(signer, governance)
+    return signer
 
 
-def _enclave(folder: Path, name: str) -> Path:
+def _enclave(folder: Path, signer: _Signer, name: str, role: Role) -> Path:
     place = folder / "enclaves" / name.strip("/")
     place.mkdir(parents=True, exist_ok=True)
     cert, key, request = place / "cert.pem", place / "key.pem", place / "request.pem"
-    ca, ca_key = folder / "public" / "ca.cert.pem", folder / "private" / "ca.key.pem"
     if not cert.exists():
         _key(key)
         subject = f"/CN={name.replace('/', chr(92) + '/')}"  # a slash separates the fields of a subject
         _openssl("req", "-new", "-key", key, "-sha256", "-subj", subject, "-out", request)
-        _openssl("x509", "-req", "-in", request, "-CA", ca, "-CAkey", ca_key, "-set_serial", str(_serial()),
-                 "-days", DAYS, "-sha256", "-out", cert)  # fmt: skip
+        _openssl("x509", "-req", "-in", request, "-CA", signer.cert, "-CAkey", signer.key, "-set_serial",
+                 str(_serial()), "-days", DAYS, "-sha256", "-out", cert)  # fmt: skip
         request.unlink()
     permissions = place / "permissions.xml"
-    permissions.write_text(_PERMISSIONS.format(name=name))
-    _sign(folder, permissions)
+    said, heard = ("".join(f"<topic>{topic}</topic>" for topic in names) for names in topics(role))
+    permissions.write_text(_PERMISSIONS.format(name=name, said=said, heard=heard))
+    _sign(signer, permissions)
     for copy in ("identity_ca.cert.pem", "permissions_ca.cert.pem"):
-        shutil.copy(ca, place / copy)
+        shutil.copy(signer.cert, place / copy)
     shutil.copy(folder / "enclaves" / "governance.p7s", place)
     return place
 
@@ -141,9 +165,8 @@ def _key(path: Path) -> None:
     path.chmod(0o600)
 
 
-def _sign(folder: Path, document: Path) -> None:
-    ca, ca_key = folder / "public" / "ca.cert.pem", folder / "private" / "ca.key.pem"
-    _openssl("smime", "-sign", "-text", "-in", document, "-signer", ca, "-inkey", ca_key,
+def _sign(signer: _Signer, document: Path) -> None:
+    _openssl("smime", "-sign", "-text", "-in", document, "-signer", signer.cert, "-inkey", signer.key,
              "-out", document.with_suffix(".p7s"))  # fmt: skip
 
 

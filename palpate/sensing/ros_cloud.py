@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from palpate import dds_security
 from palpate.arrays import Array, so3
 from palpate.errors import CloudError, MissingExtraError, PalpateError
 from palpate.node_thread import NodeThread, remove
@@ -122,6 +123,7 @@ def import_rclpy() -> Any:
         MissingExtraError: ROS 2 is not installed.
     """
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    dds_security.enforce()
     try:
         import rclpy
         from sensor_msgs.msg import PointCloud2  # noqa: F401

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from palpate import dds_security
 from palpate.arrays import Array
 from palpate.errors import MissingExtraError, PalpateError
 from palpate.node_thread import NodeThread, remove
@@ -106,6 +107,7 @@ def _rotation(w: float, x: float, y: float, z: float) -> Array:
 
 def _rclpy() -> Any:
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    dds_security.enforce()
     try:
         import rclpy
         from geometry_msgs.msg import PoseStamped  # noqa: F401

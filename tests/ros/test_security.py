@@ -33,7 +33,7 @@ sys.stdin.read()
 @pytest.fixture(scope="module")
 def store(tmp_path_factory):
     folder = tmp_path_factory.mktemp("keys") / "keystore"
-    keystore.make(folder, ("/palpate/haptics", "/palpate/leader"))
+    keystore.make(folder, ("/palpate/haptics", "/palpate/leader=sim"))
     return folder
 
 
@@ -182,34 +182,48 @@ def ping(tmp_path):
     return run
 
 
-def in_any_partition(store, enclave):
-    """Folder of an enclave whose permissions also allow partitions, as ddsperf uses them and ROS does not."""
-    place, ca, key = store / "enclaves" / enclave, store / "public" / "ca.cert.pem", store / "private" / "ca.key.pem"
+def for_ddsperf(store, enclave, topics="*"):
+    """Folder of an enclave whose permissions allow partitions, as ddsperf uses them, and also these of its topics."""
+    place = store / "enclaves" / enclave
+    authority = store.with_name(f"{store.name}-authority")
     document = place / "permissions.xml"
-    anywhere = "</topics><partitions><partition>*</partition></partitions>"
-    if anywhere not in document.read_text():
-        document.write_text(document.read_text().replace("</topics>", anywhere))
-        done = openssl("smime", "-sign", "-text", "-in", document, "-signer", ca, "-inkey", key,
-                       "-out", place / "permissions.p7s")  # fmt: skip
+    more = f"<topic>{topics}</topic>" if topics else ""
+    text = document.read_text()
+    if "partition" not in text:
+        text = text.replace("</topics>", f"{more}</topics><partitions><partition>*</partition></partitions>")
+        document.write_text(text)
+        done = openssl("smime", "-sign", "-text", "-in", document, "-signer", authority / "ca.cert.pem",
+                       "-inkey", authority / "ca.key.pem", "-out", place / "permissions.p7s")  # fmt: skip
         assert done.returncode == 0, done.stderr
     return place
 
 
 def test_cyclone_dds_admits_only_keys_of_the_authority(ping, store, tmp_path):
     """The documents checked by an independent implementation of DDS Security."""
-    first, second = in_any_partition(store, "palpate/haptics"), in_any_partition(store, "palpate/leader")
+    first, second = for_ddsperf(store, "palpate/haptics"), for_ddsperf(store, "palpate/leader")
     strangers = tmp_path / "strangers"
-    keystore.make(strangers, ("/palpate/leader",))
+    keystore.make(strangers, ("/palpate/leader=sim",))
     (tmp_path / "borrowed").mkdir()
     for file in second.iterdir():
         shutil.copy(file, tmp_path / "borrowed")
     shutil.copy(first / "permissions.p7s", tmp_path / "borrowed")
     refused = {
         "a participant without a key": None,
-        "key of another authority": in_any_partition(strangers, "palpate/leader"),
+        "key of another authority": for_ddsperf(strangers, "palpate/leader"),
         "permissions of another enclave": tmp_path / "borrowed",
     }
     output, *others = ping((first, second), *((first, other) for other in refused.values()))
     assert " mean " in output, "two enclaves of one keystore communicate"
     for what, heard in zip(refused, others, strict=True):
         assert " mean " not in heard, what
+
+
+def test_cyclone_dds_lets_a_key_publish_only_what_its_role_names(ping, tmp_path):
+    """The same role, with and without the topics of ddsperf in its lists: without them it is not heard."""
+    store = tmp_path / "roles"
+    keystore.make(store, ("/a/all", "/b/camera", "/c/camera"))
+    everything = for_ddsperf(store, "a/all")
+    named, not_named = for_ddsperf(store, "b/camera", "DDSPerf*"), for_ddsperf(store, "c/camera", "")
+    heard, unheard = ping((everything, named), (everything, not_named))
+    assert " mean " in heard
+    assert " mean " not in unheard
