@@ -7,6 +7,7 @@ an error of its own, with the name of the file. `docs/security.md` lists the lim
 
 from __future__ import annotations
 
+import bz2
 import io
 import json
 import os
@@ -117,7 +118,23 @@ def gunzip(data: bytes, most: int = MOST_UNPACKED) -> bytes:
         parts.append(part)
         left -= len(part)
         data = unpack.unused_data.lstrip(b"\0")
-    return b"".join(parts)
+    return parts[0] if len(parts) == 1 else b"".join(parts)
+
+
+def bunzip2(data: bytes, most: int = MOST_UNPACKED) -> bytes:
+    """Unpacked bzip2 data, all members. Errors as in `gunzip`; OSError of damaged data."""
+    parts, left = [], most
+    while data:
+        unpack = bz2.BZ2Decompressor()
+        part = unpack.decompress(data, left + 1)
+        if len(part) > left:
+            raise LimitError(f"it unfolds to more than {most:,} bytes")
+        if not unpack.eof:
+            raise EOFError("the packed data end too early")
+        parts.append(part)
+        left -= len(part)
+        data = unpack.unused_data
+    return parts[0] if len(parts) == 1 else b"".join(parts)
 
 
 def gunzip_head(path: str | os.PathLike[str], size: int) -> bytes:
@@ -152,7 +169,7 @@ def zstd_stream(file: BinaryIO, most: int = MOST_UNPACKED) -> BinaryIO:
     import zstandard
 
     unpack = zstandard.ZstdDecompressor(max_window_size=1 << 27)
-    return io.BufferedReader(_Bounded(unpack.stream_reader(file, read_across_frames=True), most))  # type: ignore[return-value]
+    return io.BufferedReader(_Bounded(unpack.stream_reader(file, read_across_frames=True), most))  # type: ignore[return-value, unused-ignore]
 
 
 class _Bounded(io.RawIOBase):
@@ -179,7 +196,7 @@ def unpack(data: bytes, kind: str, size: int, most: int = MOST_UNPACKED) -> byte
     if kind == "zstd":
         return unzstd(data, size, most)
     if kind == "lz4":
-        from lz4.frame import LZ4FrameDecompressor
+        from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped, unused-ignore]
 
         data = LZ4FrameDecompressor().decompress(data, max_length=size + 1)
     elif kind:
@@ -201,7 +218,7 @@ def load_npy(data: bytes | BinaryIO, present: int | None = None) -> npt.NDArray[
     """
     stream = io.BytesIO(data) if isinstance(data, bytes) else data
     have = len(data) if isinstance(data, bytes) else present or 0
-    version = np.lib.format.read_magic(stream)  # type: ignore[no-untyped-call]
+    version = np.lib.format.read_magic(stream)  # type: ignore[no-untyped-call, unused-ignore]
     if version > (2, 0):
         raise ValueError(f"version {version[0]}.{version[1]} of the format; 1.0 and 2.0 are read")
     width = 2 if version == (1, 0) else 4
@@ -211,7 +228,7 @@ def load_npy(data: bytes | BinaryIO, present: int | None = None) -> npt.NDArray[
         raise LimitError(f"its header announces {announced:,} bytes of description")
     again = io.BytesIO(length + stream.read(announced))
     read = np.lib.format.read_array_header_1_0 if width == 2 else np.lib.format.read_array_header_2_0
-    shape, fortran, dtype = read(again)  # type: ignore[no-untyped-call]
+    shape, fortran, dtype = read(again)  # type: ignore[no-untyped-call, unused-ignore]
     if dtype.hasobject:
         raise ValueError("it holds objects of Python; numbers and texts are read")
     require_present(prod(shape), max(dtype.itemsize, 1), have, "values")

@@ -79,10 +79,12 @@ def load_all(text: str, most: int = MOST_VALUES) -> list[Any]:
     loader, documents = Loader(text), []
     loader.most = most
     try:
-        while loader.check_data():
-            documents.append(loader.get_data())
+        while loader.check_data():  # type: ignore[no-untyped-call]
+            documents.append(loader.get_data())  # type: ignore[no-untyped-call]
     except RecursionError:
         raise yaml.YAMLError("brackets or sections are nested too deeply, or a value contains itself") from None
+    except (ValueError, OverflowError, TypeError, AttributeError) as error:  # a number of a million digits, a tag
+        raise yaml.YAMLError(" ".join(str(error).split()) or type(error).__name__) from None
     return documents
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.arrays import Array
+from palpate.mesh.headers import load_by_trimesh
 
 FORMATS = (".obj", ".ply", ".off", ".glb", ".gltf", ".3mf", ".dae")
 """Formats that can hold colours."""
@@ -25,14 +26,16 @@ def colors_of(path: Path, vertices: Array) -> Array | None:
     """
     if path.suffix.lower() not in FORMATS:
         return None
-    import trimesh
     from scipy.spatial import cKDTree
 
     try:
-        loaded = trimesh.load(str(path), force="mesh", process=False)
+        loaded = load_by_trimesh(path)
         colors = _vertex_colors(loaded)
         points = np.asarray(getattr(loaded, "vertices", ()), dtype=np.float64)
-    except Exception:  # trimesh raises many types of exception; the mesh itself was read, so only colours are missing
+    except (
+        Exception,
+        RecursionError,
+    ):  # trimesh raises many types of exception; the mesh itself was read, so only colours are missing
         return None
     if colors is None or len(colors) != len(points) or not np.isfinite(points).all():
         return None

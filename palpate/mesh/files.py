@@ -14,7 +14,7 @@ import numpy.typing as npt
 from palpate import limits
 from palpate.arrays.checks import is_number
 from palpate.errors import MeshError, MissingExtraError, OutputError, PalpateWarning
-from palpate.mesh import volumes, vtk_file
+from palpate.mesh import headers, volumes, vtk_file
 
 _HEADER, _FACET = 84, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _VERTEX = re.compile(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)")
@@ -63,8 +63,8 @@ def read_with_unit(
     if path.suffix.lower() in (".stl", ".stla", ".stlb"):
         return *_stl(path, data), ""
     if path.suffix.lower() in vtk_file.ENDINGS:
-        return *_with_triangles(path, *vtk_file.read(path)), ""
-    return _by_trimesh(path)
+        return *_with_triangles(path, *vtk_file.read(path, data)), ""
+    return _by_trimesh(path, data)
 
 
 def write(path: Path, vertices: npt.NDArray[np.float64], triangles: npt.NDArray[np.integer]) -> None:
@@ -187,9 +187,7 @@ def _ascii_stl(path: Path, data: bytes) -> Soup:
     return vertices, np.arange(len(vertices), dtype=np.int32).reshape(-1, 3)
 
 
-def _by_trimesh(path: Path) -> tuple[npt.NDArray[np.floating], npt.NDArray[np.integer], str]:
-    import trimesh
-
+def _by_trimesh(path: Path, data: bytes) -> tuple[npt.NDArray[np.floating], npt.NDArray[np.integer], str]:
     ending = path.suffix.lower()
     if ending not in _OTHER_FORMATS:
         raise MeshError(
@@ -198,12 +196,12 @@ def _by_trimesh(path: Path) -> tuple[npt.NDArray[np.floating], npt.NDArray[np.in
     if any(importlib.util.find_spec(name) is None for name in _PACKAGES.get(ending, ())):
         raise MissingExtraError(f"the reader of {ending} files", "files")
     try:
-        loaded = trimesh.load(str(path), force="mesh", process=False)
+        loaded = headers.load_by_trimesh(path, data)
         vertices = np.asarray(getattr(loaded, "vertices", np.empty((0, 3))), dtype=np.float64)
         triangles = np.asarray(getattr(loaded, "faces", np.empty((0, 3))), dtype=np.int64)
         vertices, unit = _in_named_unit(vertices, str(getattr(loaded, "units", "")))
-    except Exception as error:  # trimesh raises many types of exception; each means that the file is not readable
-        why = f"{type(error).__name__}: {error}"
+    except (Exception, RecursionError) as error:  # trimesh raises many types; each means that the file is not readable
+        why = f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"
         raise MeshError(
             f"not a readable {path.suffix} file", where=str(path), why=why, mend="export it again"
         ) from None

@@ -6,13 +6,17 @@ superior. A file in the frame RAS is converted.
 
 from __future__ import annotations
 
+import math
+import struct
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from palpate import limits
 from palpate.errors import MeshError, MissingExtraError
 
 ENDINGS = (".nrrd", ".nhdr", ".nii", ".nii.gz")
@@ -167,7 +171,10 @@ def _read(path: Path) -> _Image:
 def _nrrd(path: Path) -> _Image:
     import nrrd
 
-    values, header = nrrd.read(str(path), index_order="F")
+    limits.require_file(path)
+    with path.open("rb") as file:
+        header = nrrd.read_header(file)
+        values = _nrrd_values(path, header, file.read() if "data file" not in header else None)
     directions = np.asarray(header.get("space directions", np.diag(header.get("spacings", np.ones(3)))), dtype=float)
     axes = directions[np.isfinite(directions).all(axis=1)][-3:]  # a list axis of layers has no direction
     if np.shape(axes) != (3, 3):
@@ -179,6 +186,26 @@ def _nrrd(path: Path) -> _Image:
     if space in ("right-anterior-superior", "ras"):
         X = _RAS_TO_LPS @ X
     return _Image(values, X, _slicer_segments(header))
+
+
+def _nrrd_values(path: Path, header: Any, data: bytes | None) -> Volume:
+    """Values of an NRRD file (nx, ny, nz), or with a first axis of layers; its data may lie in another file."""
+    import nrrd
+
+    if any(int(header.get(key, 0)) for key in ("line skip", "lineskip", "byte skip", "byteskip")):
+        raise ValueError("it skips lines or bytes before its data; write it again without")
+    sizes, width = [int(n) for n in header["sizes"]], nrrd.reader._determine_datatype(header).itemsize
+    if min(sizes) < 0:
+        raise ValueError(f"sizes {sizes}")
+    if data is None:
+        data = limits.read_bytes(path.parent / str(header.pop("data file")))
+    unpack = {"gzip": limits.gunzip, "gz": limits.gunzip, "bzip2": limits.bunzip2, "bz2": limits.bunzip2}
+    if header["encoding"] in unpack:
+        limits.require_unpacked(math.prod(sizes) * width)
+        data = unpack[header["encoding"]](data, math.prod(sizes) * width)
+        header["encoding"] = "raw"
+    limits.require_present(math.prod(sizes), 1, len(data), "values")
+    return np.asarray(nrrd.read_data(header, BytesIO(data), index_order="F"))
 
 
 def _slicer_segments(header: Any) -> dict[str, tuple[int, int]]:
@@ -196,7 +223,18 @@ def _slicer_segments(header: Any) -> dict[str, tuple[int, int]]:
 def _nifti(path: Path) -> _Image:
     import nibabel
 
+    size = limits.require_file(path)
+    packed = path.name.lower().endswith(".gz")
+    if packed:
+        begins = [abs(struct.unpack_from(f"{order}f", limits.gunzip_head(path, 352), 108)[0]) for order in "<>"]
+        if not min(begins) <= limits.MEBI:
+            raise limits.LimitError("its values begin more than 1 MiB after its header")
     image: Any = nibabel.load(str(path))
+    count, width = math.prod(int(n) for n in image.shape), int(image.get_data_dtype().itemsize)
+    if packed:
+        limits.require_unpacked(count * max(width, 4 if image.dataobj.slope == 1.0 else 8))
+    else:
+        limits.require_present(count, width, size, "values")
     values = np.asanyarray(image.dataobj)
     while values.ndim > 3 and values.shape[-1] == 1:
         values = values[..., 0]

@@ -9,16 +9,26 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.errors import MeshError, MissingExtraError
+from palpate.mesh import headers
 
 ENDINGS = (".vtk", ".vtp")
 
 
-def read(path: Path) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
+def read(path: Path, data: bytes) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
     """Vertices (n, 3) in the file's unit and triangles (m, 3) of a file with polygons, or of a volume's outside.
+
+    Args:
+        path: the file.
+        data: its bytes.
 
     Raises:
         MeshError: the file is not VTK. MissingExtraError: the extra `vtk` is not installed.
     """
+    try:
+        headers.require(path, data)
+    except ValueError as error:
+        what = f"not a readable {path.suffix} file"
+        raise MeshError(what, where=str(path), why=str(error), mend="export it again") from None
     try:
         from vtkmodules.util.numpy_support import vtk_to_numpy
         from vtkmodules.vtkCommonCore import vtkObject
@@ -41,9 +51,9 @@ def read(path: Path) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.int64]]:
     triangles.PassVertsOff()
     triangles.PassLinesOff()
     triangles.Update()
-    data = triangles.GetOutput()
-    if data.GetPoints() is None:
+    output = triangles.GetOutput()
+    if output.GetPoints() is None:
         return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64)
-    points = np.asarray(numbers(data.GetPoints().GetData()), dtype=np.float64)
-    corners = np.asarray(numbers(data.GetPolys().GetConnectivityArray()), dtype=np.int64)
+    points = np.asarray(numbers(output.GetPoints().GetData()), dtype=np.float64)
+    corners = np.asarray(numbers(output.GetPolys().GetConnectivityArray()), dtype=np.int64)
     return points, corners.reshape(-1, 3)

@@ -199,6 +199,8 @@ def read(path: Path) -> Any:
     """
     try:
         documents = [d for d in load_all(limits.read_text(path), MOST_OF_PLAN) if d]
+        if not isinstance(documents[0], dict):
+            raise yaml.YAMLError(f"it holds a {type(documents[0]).__name__}")
         return documents[0]
     except (OSError, UnicodeDecodeError, yaml.YAMLError, IndexError) as error:
         raise PlanningError("the trajectory cannot be read", where=str(path), why=str(error)) from None

@@ -15,6 +15,7 @@ from palpate.arm import Arm, models_folder
 from palpate.arm.shapes import Visual
 from palpate.arrays import Array
 from palpate.errors import PlanningError
+from palpate.mesh.headers import load_by_trimesh
 from palpate.planning import geometry, shapes
 from palpate.planning.kinematics import Kinematics, pose_of
 from palpate.planning.shapes import Capsule
@@ -268,7 +269,11 @@ def _read(part: ElementTree.Element, link: str, folder: Path | None) -> Any:
     if file is None:
         raise PlanningError(f"the mesh {name} of link {link} is not found", why="motions cannot be checked without it",
                             mend="give its full path in the URDF")  # fmt: skip
-    read: Any = trimesh.load(str(file), force="mesh")
+    try:
+        read: Any = load_by_trimesh(file).process()
+    except Exception as error:  # trimesh raises many types
+        why = " ".join(str(error).split())[:300]
+        raise PlanningError(f"the mesh of link {link} cannot be read", where=str(file), why=why) from None
     read.vertices = np.asarray(read.vertices) * _numbers(mesh, "scale", "1 1 1")
     return read
 

@@ -34,7 +34,9 @@ def read(path: Path, unit: str) -> tuple[npt.NDArray[np.float32], Array, Array]:
         sizes = tuple(int(n) for n in field["sizes"].split())
         origin, spacing = _space(field)
         scale = FILE_UNITS[_unit(field, unit)]
-        values = np.frombuffer(_decoded(field, data), _dtype(field), math.prod(sizes))
+        count, kind = math.prod(sizes), _dtype(field)
+        limits.require_unpacked(count * kind.itemsize)
+        values = np.frombuffer(_decoded(field, data, count * kind.itemsize), kind, count)
     except KeyError as error:
         raise SurfaceError(f"the header lacks {error}", where=str(path), mend="write it again") from None
     except (OSError, ValueError, zlib.error, EOFError) as error:
@@ -85,9 +87,9 @@ def _dtype(field: dict[str, str]) -> np.dtype[np.generic]:
     return np.dtype(("<" if field.get("endian", "little") == "little" else ">") + _TYPES[field["type"]])
 
 
-def _decoded(field: dict[str, str], data: bytes) -> bytes:
+def _decoded(field: dict[str, str], data: bytes, size: int) -> bytes:
     if field["encoding"] == "raw":
         return data
     if field["encoding"] in ("gzip", "gz"):
-        return limits.gunzip(data)
+        return limits.gunzip(data, size)
     raise ValueError(f"encoding {field['encoding']}; raw and gzip are read")

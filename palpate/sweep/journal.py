@@ -20,6 +20,7 @@ from types import TracebackType
 from typing import Any, Self
 from zlib import crc32
 
+from palpate import limits
 from palpate.arrays.plain import plain
 from palpate.errors import JournalError, OutputError, PalpateWarning, SweepError
 from palpate.sweep.grid import Scalar
@@ -111,7 +112,7 @@ class Journal:
             raise
 
     def _take_up(self, mark: Fingerprint) -> None:
-        data = self.path.read_bytes()
+        data = limits.read_bytes(self.path)
         whole = data.rfind(b"\n") + 1
         if not data:
             self._write([plain(mark)])

@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from palpate import limits
 from palpate.arrays import Array
 from palpate.errors import MeshError, MissingExtraError, PalpateWarning
+from palpate.mesh import headers
 from palpate.tissue.old_gmsh import Integers, old_version, read_old
 from palpate.tissue.tetrahedra import TetMesh
 from palpate.values.units import FILE_UNITS
@@ -91,9 +93,10 @@ def save(mesh: TetMesh, path: str | os.PathLike[str], unit: str = "mm") -> None:
 def _read(file: Path) -> Any:
     meshio = _meshio()
     try:
+        headers.require(file, limits.read_bytes(file))
         return meshio.read(str(file))
     except (Exception, SystemExit) as error:  # damaged files make meshio raise many kinds, and exit
-        why = str(error).strip() or type(error).__name__
+        why = " ".join(str(error).split())[:300] or type(error).__name__
         raise MeshError("not a readable file", where=str(file), why=why, mend="export it again") from None
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
+from palpate import limits
 from palpate.arrays import Array
 from palpate.errors import MeshError
 
@@ -19,8 +20,12 @@ _CONVERT = "gmsh FILE -save -format msh22 converts it"
 
 def old_version(path: Path) -> int | None:
     """1 or 2 if the file is such an MSH file, by its first line; None otherwise."""
-    with open(path, "rb") as file:
-        first = next((line.strip() for line in file if line.strip()), b"")
+    try:
+        limits.require_file(path)
+        with open(path, "rb") as file:
+            first = file.read(256).lstrip().partition(b"\n")[0].strip()
+    except OSError:
+        return None  # the reader of the file says why
     return {b"$NOD": 1, b"$Nodes": 2}.get(first)
 
 
@@ -34,7 +39,7 @@ def read_old(path: Path, version: int) -> tuple[Array, Integers, Integers, list[
     Raises:
         MeshError: a section is missing or damaged, or an element names a node that the file does not have.
     """
-    lines = iter(path.read_text(encoding="ascii", errors="replace").splitlines())
+    lines = iter(limits.read_bytes(path).decode("ascii", "replace").splitlines())
     try:
         number, points = _nodes(_section(lines, ("$NOD",) if version == 1 else ("$Nodes",)))
         tets, groups, types = _elements(_section(lines, ("$ELM",) if version == 1 else ("$Elements",)), version)

@@ -7,13 +7,13 @@ light while any browser needs it. It starts light, because a slow browser would 
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from html import escape
 from typing import Any, cast
 
 import viser
 
+from palpate import limits
 from palpate.viewer.controls import set_value
 
 MODES = ("automatic", "full", "light")
@@ -45,7 +45,7 @@ class Browser:
 def read(report: str) -> Browser | None:
     """The browser of a report; None if it is not one, for it comes from the network."""
     try:
-        found = json.loads(report[:_LONGEST])
+        found = limits.load_json(report[:_LONGEST])
         return Browser(
             str(found["renderer"]), bool(found["software"]), bool(found["slow"]),
             float(found["fps"]), int(found["width"]), int(found["height"]),

@@ -66,6 +66,7 @@ def _reader_class() -> Any:
 
         def _open(self) -> None:
             self.undecodable: dict[str, str] = {}
+            assert self.stack is not None
             for reader in self.readers:
                 self.stack.enter_context(reader)
             self.connections = [one for reader in self.readers for one in reader.connections]
@@ -93,6 +94,6 @@ def _bounded() -> None:
     }
     storage_mcap.DECOMPRESSORS.clear()
     storage_mcap.DECOMPRESSORS.update(packed)
-    reader.zstd = SimpleNamespace(  # type: ignore[assignment, misc]
+    reader.zstd = SimpleNamespace(  # type: ignore[attr-defined]
         decompress=limits.unzstd, open=lambda file, mode: limits.zstd_stream(file)
     )

@@ -32,6 +32,7 @@ class Around(BackgroundNode):
         super().__init__(name, session.loop.context.domain, pair)
         from palpate.ros.around.diagnostics import Diagnostics
         from palpate.ros.around.frames import Frames
+        from palpate.ros.around.graph_file import PERIOD, GraphFile
         from palpate.ros.around.markers import Markers
         from palpate.ros.around.swap import Swap
         from palpate.ros.around.tool import Tool
@@ -47,4 +48,5 @@ class Around(BackgroundNode):
 
         self.node.create_timer(1.0 / RATE, show)
         self.node.create_timer(1.0, Diagnostics(self.node, session).publish)
+        self.node.create_timer(PERIOD, GraphFile(self.node, session).look)
         self.spin()
