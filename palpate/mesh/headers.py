@@ -162,6 +162,18 @@ class Beside:
         """Bytes of a file. Errors as in `palpate.limits.read_bytes`."""
         return limits.read_bytes(self._folder / name.strip(), limits.MOST_UNPACKED)
 
+    def __getitem__(self, name: str) -> bytes:
+        """As `get`."""
+        return self.get(name)
+
+    def __contains__(self, name: str) -> bool:
+        """True if there is such a file."""
+        return (self._folder / name.strip()).is_file()
+
+    def keys(self) -> list[str]:
+        """No names: files are asked for by name."""
+        return []
+
     def namespaced(self, namespace: str) -> Beside:
         """The files of a folder below."""
         return Beside(self._folder / namespace)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -14,6 +15,7 @@ import yaml
 from palpate import ros
 from palpate.errors import PalpateError
 
+_PACKAGE = re.compile(r"[a-z][a-z0-9_]*")  # name of a ROS package
 FIND = 3.0
 """Timeout for finding a topic [s]."""
 
@@ -113,6 +115,8 @@ def message_type(name: str) -> Any:
     """
     package, _, kind = name.replace("/msg/", "/").partition("/")
     try:
+        if not _PACKAGE.fullmatch(package) or not kind.isidentifier():  # the name may come from the network
+            raise ValueError
         return getattr(importlib.import_module(f"{package}.msg"), kind)
     except (ImportError, AttributeError, ValueError):
         raise PalpateError(
