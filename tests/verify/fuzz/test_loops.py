@@ -20,7 +20,8 @@ class Law:
     period = 0.001
 
     def __init__(self, wrench, state=None):
-        self.wrench, self.scene = wrench, SimpleNamespace(stability=SimpleNamespace(allowance=5e-4), guidance=())
+        stability, mapping = SimpleNamespace(allowance=5e-4), SimpleNamespace(scale=1.0)
+        self.wrench, self.scene = wrench, SimpleNamespace(stability=stability, mapping=mapping, guidance=())
 
     def handle(self, p, theta):
         X = np.tile(np.eye(4), (len(p), 1, 1))

@@ -26,7 +26,7 @@ _CELL = 0.02  # share of the stored energy by which the load cell, read once a t
 
 def by_hand(loop: Loop, device: Device) -> tuple[float, float, float]:
     """The least work up to any tick of a device's loop, the largest energy stored, and the least work allowed [J]."""
-    p, theta = loop.way.timed(loop.speed, 4.0, device.period)
+    p, theta = loop.way.timed(loop.speed, 4.0, device.period, device.scene.mapping.scale)
     X = device.handle(p, theta)
     rest = np.repeat(X[:1], _REST, axis=0)
     if loop.toggle:

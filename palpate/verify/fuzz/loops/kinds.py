@@ -30,7 +30,7 @@ class Loop:
     """Without the passivity layer, slowly, both ways: still: at rest at each place; moving: on a moving object; soft:
     on tissue. With the layer: felt: at the speed of a hand; session: by a simulated hand on a simulated arm."""
     cycles: int = 1  #: times that the way is run
-    speed: float = 0.05  #: felt, soft: mean speed of the tool on an edge [m/s]
+    speed: float = 0.05  #: felt, soft: mean speed of the hand on an edge [m/s]
     axes: int = 6  #: axes of the wrench that the device renders; 3: no moments
     toggle: str = ""  #: felt: what changes between two cycles: clutch, pedal or list
     clock: str = ""  #: felt: how the loop differs from what it says: slow, late, lost, wrong or delayed
@@ -132,7 +132,10 @@ def torqueless(rng: np.random.Generator) -> list[Loop]:
     """A device without torque whose handle turns, with the layer on."""
     s = draw.site(rng, bodies.SMOOTH)
     _spheres(s)
-    return [replace(one, axes=3, cycles=8) for one in _felt("torqueless", s, [draw.wander(s, 0.4)])]
+    made = _felt("torqueless", s, [draw.wander(s, 0.4)])
+    for one in made:
+        del one.scene["stability"]["moment_cap"]  # without it, a device renders forces only
+    return [replace(one, axes=3, cycles=8) for one in made]
 
 
 def engage(rng: np.random.Generator) -> list[Loop]:
@@ -283,6 +286,7 @@ def _felt(kind: str, s: Site, ways: list[Way]) -> list[Loop]:
         "passivity": str(s.rng.choice(["observer", "observer", "tank"])),
         "force_cap": min(s.scene["stability"]["force_cap"], draw.FORCE),
         "rate_cap": number(max(50.0, 0.03 * felt)),
+        "moment_cap": 1.0,
     }
     scene = s.scene | {"stability": stability, "rates": {"haptic": 1000.0}}
     speed = number(np.exp(s.rng.uniform(np.log(0.02), np.log(0.2))))

@@ -9,6 +9,7 @@ import numpy as np
 from palpate.arrays import Array
 
 _TURN_LENGTH = 0.03  # length that counts as much as a rotation by one radian [m]
+_LEVER = 0.15  # length by which a rotation of the hand counts for its speed and acceleration [m]
 
 
 @dataclass(frozen=True)
@@ -43,16 +44,19 @@ class Way:
             theta.append(self.theta[k] + s * (self.theta[k + 1] - self.theta[k]))
         return np.concatenate(p), np.concatenate(theta)
 
-    def timed(self, speed: float, acceleration: float, period: float) -> tuple[Array, Array]:
+    def timed(self, speed: float, acceleration: float, period: float, scale: float = 1.0) -> tuple[Array, Array]:
         """Positions and rotation vectors, both (n, 3), at each tick: by minimum jerk from corner to corner.
 
         Args:
-            speed: mean speed on an edge [m/s].
-            acceleration: largest acceleration, which lengthens short edges [m/s^2].
+            speed: mean speed of the hand on an edge [m/s].
+            acceleration: its largest acceleration, which lengthens short edges [m/s^2].
             period: time between two ticks [s].
+            scale: motion of the tool per motion of the hand [-].
         """
         p, theta = [self.p[:1]], [self.theta[:1]]
-        for k, length in enumerate(self.lengths):
+        moved = np.linalg.norm(np.diff(self.p, axis=0), axis=1) / scale
+        turned = np.linalg.norm(np.diff(self.theta, axis=0), axis=1)
+        for k, length in enumerate(moved + _LEVER * turned):
             time = max(length / speed, float(np.sqrt(5.78 * length / acceleration)), 2 * period)
             n = int(np.ceil(time / period))
             s = np.arange(1, n + 1)[:, None] / n
