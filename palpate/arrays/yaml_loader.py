@@ -44,6 +44,8 @@ class Loader(_SafeLoader):
     """
 
     most = MOST_VALUES
+    circles = True
+    """False refuses a value that contains itself; the reader of scenes names its line."""
     _count, _aliased = 0, False
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
@@ -57,7 +59,7 @@ class Loader(_SafeLoader):
     def compose_document(self) -> yaml.Node | None:
         """The next document."""
         node = super().compose_document()
-        if node is not None and self._aliased and _unfolded(node, {}) > self.most:
+        if node is not None and self._aliased and _unfolded(node, {}, self.circles) > self.most:
             raise TooLargeError(f"aliases unfold to more than {self.most:,} values")
         return node
 
@@ -77,7 +79,7 @@ def load(text: str, most: int = MOST_VALUES) -> Any:
 def load_all(text: str, most: int = MOST_VALUES) -> list[Any]:
     """Values of all documents in a YAML text. Errors as in `load`."""
     loader, documents = Loader(text), []
-    loader.most = most
+    loader.most, loader.circles = most, False
     try:
         while loader.check_data():  # type: ignore[no-untyped-call]
             documents.append(loader.get_data())  # type: ignore[no-untyped-call]
@@ -98,18 +100,26 @@ def read_yaml(path: Path, most: int = MOST_VALUES) -> Any:
     return load(limits.read_text(path), most)
 
 
-def _unfolded(node: yaml.Node, known: dict[int, int]) -> int:
-    """Number of values below a node, those of aliases each time, long texts by their length."""
-    if id(node) in known:
-        return known[id(node)]  # 1 inside itself: the reader names a value that contains itself
-    known[id(node)] = 1
+def _unfolded(node: yaml.Node, known: dict[int, int], circles: bool) -> int:
+    """Number of values below a node, those of aliases each time, long texts by their length.
+
+    Raises:
+        yaml.YAMLError: a value contains itself, and `circles` is False.
+    """
+    found = known.get(id(node))
+    if found == 0 and not circles:
+        raise yaml.YAMLError("a value contains itself")
+    if found is not None:
+        return found
+    known[id(node)], count = 0, 1
     if isinstance(node, yaml.MappingNode):
-        known[id(node)] += sum(_unfolded(key, known) + _unfolded(value, known) for key, value in node.value)
+        count += sum(_unfolded(key, known, circles) + _unfolded(value, known, circles) for key, value in node.value)
     elif isinstance(node, yaml.SequenceNode):
-        known[id(node)] += sum(_unfolded(value, known) for value in node.value)
+        count += sum(_unfolded(value, known, circles) for value in node.value)
     else:
-        known[id(node)] += len(node.value) // 256
-    return known[id(node)]
+        count += len(node.value) // 256
+    known[id(node)] = count
+    return count
 
 
 Loader.yaml_implicit_resolvers = {
