@@ -82,7 +82,7 @@ def load_all(text: str, most: int = MOST_VALUES) -> list[Any]:
     loader.most, loader.circles = most, False
     try:
         while loader.check_data():  # type: ignore[no-untyped-call]
-            documents.append(loader.get_data())  # type: ignore[no-untyped-call]
+            documents.append(loader.get_data())
     except RecursionError:
         raise yaml.YAMLError("brackets or sections are nested too deeply, or a value contains itself") from None
     except (ValueError, OverflowError, TypeError, AttributeError) as error:  # a number of a million digits, a tag

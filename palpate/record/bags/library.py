@@ -94,6 +94,6 @@ def _bounded() -> None:
     }
     storage_mcap.DECOMPRESSORS.clear()
     storage_mcap.DECOMPRESSORS.update(packed)
-    reader.zstd = SimpleNamespace(  # type: ignore[attr-defined]
+    reader.zstd = SimpleNamespace(  # type: ignore[attr-defined, assignment]
         decompress=limits.unzstd, open=lambda file, mode: limits.zstd_stream(file)
     )
