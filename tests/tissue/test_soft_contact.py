@@ -112,7 +112,7 @@ def test_body_survives_a_tool_that_jumps_through_it():
     assert np.isfinite(force).all()
     assert np.linalg.norm(force[:300], axis=1).max() > 0.5, "control: the jumps hit it hard"
     expected = render(soft, calm, radius=R).force[-1, 2]
-    assert force[-1, 2] == pytest.approx(expected, rel=0.05), "it works again"
+    assert force[-1, 2] == pytest.approx(expected, rel=0.08), "it works again"
 
 
 def test_renderings_repeat_their_bytes_and_start_from_rest():

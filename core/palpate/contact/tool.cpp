@@ -96,15 +96,18 @@ void Tool::rub(Contact& c, const Vec3& p_WS, const scene::Object& object, double
   state.surface = object.surface->id();
   const Material& m = c.material;
   if (m.mu == 0.0 && m.mu_static == 0.0) return state.friction.release();
+  // The stiffness varies under the tool on tissue and at regions. Elsewhere only an edit changes it, and the lag stays.
+  const bool varies = !object.regions.empty() || object.surface->deformable() != nullptr;
+  const double k = c.normal.dot(m.K.cwiseProduct(c.normal)), dt = running_ ? std::max(t - t_, 0.0) : 0.0;
   const Pose X_WO = object.pose(t);
   state.friction.carry(X_WO.R.transpose() * c.carried);
   c.lag = X_WO.R * state.friction.step({.x = X_WO.R.transpose() * (p_WS - X_WO.p),
                                         .normal = X_WO.R.transpose() * c.normal,
                                         .depth = c.depth,
-                                        .k = c.normal.dot(m.K.cwiseProduct(c.normal)),
+                                        .k = varies || !(k > 0.0) ? k : 1.0,
                                         .mu = m.mu,
                                         .mu_static = m.mu_static,
-                                        .dt = running_ ? std::max(t - t_, 0.0) : 0.0});
+                                        .dt = varies || !(k > 0.0) ? dt : dt / k});
   c.delta_x += c.lag;
   c.p_proxy += c.lag;
 }
