@@ -88,7 +88,10 @@ void bind_crtk_options(nb::module_& m) {
               "Another teleoperation is active although own_teleop is set."_doc)
       .def_rw("frame_unsure", &CrtkGates::frame_unsure,
               "The leader may take wrenches in another frame, or does not compensate its own weight."_doc)
-      .def_rw("guarded", &CrtkGates::guarded, "The guardian has latched or is missing."_doc);
+      .def_rw("guarded", &CrtkGates::guarded, "The guardian has latched or is missing."_doc)
+      .def_rw("two_sources", &CrtkGates::two_sources, "Several nodes publish one of the inputs."_doc)
+      .def_rw("no_listener", &CrtkGates::no_listener, "Nobody receives the wrenches."_doc)
+      .def_rw("base_moved", &CrtkGates::base_moved, "An arm reports its pose in another frame than at the start."_doc);
 }
 
 Tuple<Array, std::optional<Vec6>, std::optional<Matrix4>, double> step(CrtkCycle& self, double t, double wall) {

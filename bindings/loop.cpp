@@ -61,6 +61,9 @@ void bind_controls(nb::module_& m) {
               "True: an operator is at the console, with the head in the viewer."_doc)
       .def_rw("hold_all", &Controls::hold_all, "True: everything holds where it is."_doc)
       .def_rw("recover_by_itself", &Controls::recover_by_itself, "True: a fault ends when its cause is gone."_doc)
+      .def_rw(
+          "take_back_requests", &Controls::take_back_requests,
+          "A new number takes the shift of the tool against the hand back, which pauses after faults have left."_doc)
       .def_rw("recover_requests", &Controls::recover_requests, "A new number leaves a fault whose cause is gone."_doc)
       .def_rw("lock_rotation", &Controls::lock_rotation, "True: the tool keeps its orientation while it follows."_doc)
       .def_rw("lock_translation", &Controls::lock_translation,

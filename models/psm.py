@@ -177,6 +177,7 @@ base_frame: psm_base   # B: at the remote centre of motion; the tool points alon
 tip_frame: tip         # T: on the wrist's yaw axis (control point of the real controller), z along the jaws
 home: [0, 0, 0.12, 0, 0, 0]   # rad, rad, m, rad...: the tip {below:g} mm below the remote centre
 remote_centre: true    # the instrument passes the body wall at the base frame
+tool_type: "{number}"    # number with which the arm announces this instrument
 jaw_tip: {jaw_tip:<6g}        # distance from T to the tip of the jaws [m]{jaw_tip_source}
 # Joint-side resolution per encoder count, degrees (insertion: millimetres). Source: sawIntuitiveResearchKit
 # config-generator.py; wrist motors 0.00768574 deg through the tool's coupling ({couplings}).
@@ -209,6 +210,7 @@ def psm_yaml(tool: Tool) -> str:
     return _YAML.format(
         title=tool.title,
         name=tool.name,
+        number=tool.title.rsplit(" ", 1)[1],
         below=1e3 * (0.12 - 0.4318 + 0.4162 + tool.pitch_to_yaw),
         jaw_tip=tool.jaw_tip,
         jaw_tip_source=tool.jaw_tip_source,

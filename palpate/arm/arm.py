@@ -52,6 +52,7 @@ KEYS = {
     "rotor_inertia": "rotor inertia reflected to the joint [kg m^2, kg]; default: none",
     "platform": "true: joint 4 is an MTM's platform, which has its own controller",
     "remote_centre": "true: the base frame is at the remote centre of motion (the body wall)",
+    "tool_type": "number of the instrument, as the arm announces it after a colon on tool_type",
     "jaw_tip": "distance from the tip to the end of the jaws [m]",
     "spheres": "contact spheres in addition to the tip's: [{link: name, at: [x, y, z], radius: m}, ..]",
     "capsules": "the instrument as others touch it: [{link: name, from: [x, y, z], to: [x, y, z], radius: m}, ..]",
@@ -119,6 +120,11 @@ class Arm(_core.Arm):
         arm._drawn, arm.jaw_range = [], (0.0, 0.0)
         arm._describe(data or {}, kind)
         return arm
+
+    @property
+    def tool_type(self) -> str:
+        """Number of the instrument, as an arm announces it; empty if the model names none."""
+        return str(self._data.get("tool_type", ""))
 
     @cached_property
     def visuals(self) -> list[Visual]:

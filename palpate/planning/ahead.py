@@ -10,6 +10,7 @@ from palpate.planning.checker import Checker
 from palpate.planning.problem import Problem
 from palpate.planning.result import Plan
 from palpate.planning.robot import Robot
+from palpate.planning.sound import require_sound
 from palpate.planning.world import World
 
 _NEAR = 2e-3  # distance of the measured joints from the plan's start, beyond which it does not begin [rad, m]
@@ -20,13 +21,14 @@ class Ahead:
 
     Args:
         robot: the instrument.
-        plan: the plan, free in the world of its version.
+        plan: the plan. One that was found in this process is known to be free in the world of its version; one from a
+            file is proved anew.
     """
 
     def __init__(self, robot: Robot, plan: Plan) -> None:
         self._robot, self._plan = robot, plan
         self._trajectory = plan.trajectory
-        self._version = plan.world_version
+        self._version = "" if plan.from_file else plan.world_version
         self._checker: Checker | None = None
         self.until = self._trajectory.duration  #: time along the plan up to which it is proved free [s]
 
@@ -57,13 +59,15 @@ def require_speed(value: float) -> float:
 
 
 def require_arm(problem: Problem, plan: Plan) -> None:
-    """Refuse a plan of another arm.
+    """Refuse a plan of another arm, and one whose file claims what is not so of this arm.
 
     Raises:
-        PlanningError: the plan moves another arm, or has other joints.
+        PlanningError: the plan moves another arm, has other joints, or is not sound (`palpate.planning.sound`).
     """
     if plan.arm != problem.robot.name or len(plan.joint_names) != problem.robot.arm.n:
         raise PlanningError(f"the plan moves {plan.arm}, not {problem.robot.name}", mend="plan for this arm")
+    if plan.from_file:
+        require_sound(problem, plan)
 
 
 def require_start(plan: Plan, q_now: Array) -> None:

@@ -50,18 +50,18 @@ class Execution(Orders):
         world: Callable[[], World] | None = None,
     ) -> None:
         super().__init__(speed)
+        require_arm(problem, plan)
         self._trajectory = plan.trajectory
         self.plan, self._problem, self._world = plan, problem, world or (lambda: problem.world)
         self.time = 0.0  #: time along the plan [s]
         self._pace = _core.Pace(STOP_TIME)
-        require_arm(problem, plan)
         if q_now is not None:
             require_start(plan, np.asarray(q_now))
         self._ahead = Ahead(problem.robot, plan)
         if not self._is_free(self._world()):
-            raise PlanningError(
-                "the scene has changed and the plan is not free in it", why=self.reason, mend="plan again"
-            )
+            changed = plan.world_version != self._world().version
+            what = "the scene has changed and the plan is not free in it" if changed else "the plan is not free"
+            raise PlanningError(what, why=self.reason, mend="plan again")
 
     @property
     def over(self) -> bool:

@@ -63,6 +63,7 @@ class Plan:
     blocker: tuple[str, str] = ("", "")  #: without success: the pair that blocked most motions
     X_WB: Array = field(default_factory=lambda: np.eye(4))
     scene: str = ""  #: file of the scene for which the plan was made, or its name; empty if it has none
+    from_file: bool = False  #: read from a file, which may have been changed: `sound.require_sound` checks it
 
     @cached_property
     def trajectory(self) -> Trajectory:
@@ -163,7 +164,7 @@ def load(path: Path) -> Plan:
             True, "", str(data["arm"]), float(data["time_s"]), float(data["clearance_asked_m"]), int(data["seed"]),
             str(data["planner"]), str(data["scene_version"]), tuple(data["joint_names"]), curves,
             np.array(data["scale"], dtype=float), limits, geometry=str(data["geometry"]),
-            X_WB=np.array(data["X_WB"], dtype=float), scene=str(data.get("scene", "")),
+            X_WB=np.array(data["X_WB"], dtype=float), scene=str(data.get("scene", "")), from_file=True,
         )  # fmt: skip
     except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError) as error:
         if isinstance(error, PlanningError):

@@ -10,6 +10,7 @@ import yaml
 from rich.table import Table
 
 from palpate.arrays.yaml_loader import load
+from palpate.record.withheld import LASTING, SHIFT, WORDS
 from palpate.session.summary import Summary, summarise
 
 if TYPE_CHECKING:
@@ -53,6 +54,7 @@ def rows(summary: Summary) -> list[tuple[str, str, str]]:
         ("time in contact", f"{s.contact_s:.2f} s", f"{share:.0f} % of the {s.duration_s:.2f} s run"),
         ("force capped", f"{s.capped_s:.2f} s", "time in which the safety stage limited the force"),
         ("passivity", f"{s.passivity_s:.2f} s", "time in which passivity control limited the returned energy"),
+        *withheld_rows(s),
         ("energy", energy(s.energy_J), "taken from the hand" if s.energy_J >= 0 else given(s)),
     ]
     lines.append(("top speed", f"{s.peak_speed_m_s:.3f} m/s", "peak speed of the handle"))
@@ -69,6 +71,17 @@ def rows(summary: Summary) -> list[tuple[str, str, str]]:
     elif s.realtime_factor > 0:
         lines.append(("speed", f"{s.realtime_factor:.1f} x", "simulated time over the time it took (lockstep)"))
     return lines
+
+
+def withheld_rows(s: Summary) -> list[tuple[str, str, str]]:
+    """Rows on what withheld a force for longer than half a second, and on the shift that pauses have left."""
+    found = [
+        ("force withheld", f"{one['peak_N']:.2f} N", f"at most, by {WORDS[name]}, for {one['time_s']:.2f} s")
+        for name, one in s.withheld.items() if one["time_s"] >= LASTING
+    ]  # fmt: skip
+    if s.shift_m >= SHIFT:
+        found.append(("shift", f"{1e3 * s.shift_m:.1f} mm", "of the tool against the hand, by pauses after faults"))
+    return found
 
 
 def given(s: Summary) -> str:

@@ -34,6 +34,7 @@ class CrtkArm:
 
         self.name, self._here, self._verb = name, here, verb
         self.q: Array | None = None  #: newest valid joint positions (n,) [rad, m]
+        self.joint_names: tuple[str, ...] = ()  #: names of the joints as the arm reports them; may be empty
         self.received = 0  #: number of valid joint positions so far
         self._state: Any = None
         self._message = JointState()
@@ -99,7 +100,7 @@ class CrtkArm:
     def _measured(self, message: Any) -> None:
         stamp = message.header.stamp
         if stamp.sec or stamp.nanosec:  # a zero stamp marks invalid values
-            self.q = np.array(message.position, dtype=float)
+            self.q, self.joint_names = np.array(message.position, dtype=float), tuple(message.name)
             self.received += 1
 
     def _keep_state(self, message: Any) -> None:

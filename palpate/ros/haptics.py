@@ -8,7 +8,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -83,8 +83,12 @@ class HapticLoop:
             watch = cycle.watch
             topic = f"/{self.names.leader}/measured_cp"
             measured = jitter.measure(self.native, self.context, topic, watch.stale_after)
-            watch.stale_after, self.advice = jitter.tolerance(measured, watch.stale_after)
+            watch.stale_after, advice = jitter.tolerance(measured, watch.stale_after)
             cycle.watch = watch
+            self.stale_after = watch.stale_after  #: largest age of a state that is trusted [s]
+            offset = jitter.offset_words(measured.offset, watch.stale_after) if measured else ""
+            self.told_offset = measured.offset if offset else 0.0  #: offset of the leader's clock that was told [s]
+            self.advice = [words for words in (advice, offset) if words]
             options = self.native.HapticNodeOptions(
                 self.names, cycle, writer, self.guardian.name, self.guardian.beat_fd
             )
@@ -105,8 +109,6 @@ class HapticLoop:
         return names
 
     def _cycle(self, rig: Rig, devices: Devices, limits: Limits) -> _core.CrtkOptions:
-        if "virtual" not in devices.follower and devices.teleop != "none":
-            _require_aligned(rig)
         options = rig.options()
         options.rate = limits.rate or options.rate
         stability = options.stability
@@ -188,20 +190,26 @@ class HapticLoop:
         return None
 
 
-def _require_aligned(rig: Rig) -> None:
-    """Check that the bases are aligned: an external teleoperation uses p_B += scale (p_L - p_L0), without rotation.
+def as_teleoperated(rig: Rig, devices: Devices) -> tuple[Rig, str]:
+    """The scene as a running teleoperation maps it, and a sentence for the user; empty if nothing changes.
 
-    Raises:
-        PalpateError: the scene's bases are rotated against each other, so the force would have a wrong direction.
+    An external teleoperation copies motions from one measured_cp to the other without a rotation:
+    p_B += scale (p_L - p_L0). What it maps the leader's axes to are thus the axes of the follower's base, wherever the
+    scene has the leader stand, and the force on the hand must be turned in the same way.
     """
+    if devices.follower == "virtual" or devices.teleop == "none":
+        return rig, ""
     R_BL = rig.arms.X_WB[:3, :3].T @ rig.arms.X_WL[:3, :3]
     turn = np.degrees(np.arccos(np.clip((np.trace(R_BL) - 1.0) / 2.0, -1.0, 1.0)))
-    if turn > 0.1:
-        raise PalpateError(
-            f"the bases of leader and follower are turned against each other by {turn:.1f} deg in the scene",
-            why="a running teleoperation copies the motion from one measured_cp to the other without a rotation",
-            mend="give arms.leader.base and arms.follower.base the same rpy_deg, or use --teleop none",
-        )
+    if turn < 0.1:
+        return rig, ""
+    X_WL = rig.arms.X_WL.copy()
+    X_WL[:3, :3] = rig.arms.X_WB[:3, :3]
+    words = (
+        f"{devices.teleop} copies motions from one measured_cp to the other: the base of {devices.leader} counts as "
+        f"turned like that of {devices.follower}, by {turn:.1f} deg from the scene's"
+    )
+    return replace(rig, arms=replace(rig.arms, X_WL=X_WL)), words
 
 
 class HapticSession(LiveSession):
@@ -233,13 +241,13 @@ class HapticSession(LiveSession):
     ) -> None:
         if out is not None:
             require_writable(Path(out))
-        rig = build(scene)
         self.devices, self.limits = devices or Devices(), limits or Limits()
+        rig, turned = as_teleoperated(build(scene), self.devices)
         self._seen = SeenFaults()
         self.seen = self._seen.seen  #: faults by the name of their bit
         self.reports = ForceReports()  #: what holds the force back, told once and counted
         self.loop = HapticLoop(rig, self.devices, self.limits, dict(context or {}))
-        advice = [self.loop.advice, NO_TIMEOUT if (context or {}).get("network") else ""]
+        advice = [*self.loop.advice, turned, NO_TIMEOUT if (context or {}).get("network") else ""]
         self.events = [words for words in advice if words]  #: events of the node, newest last
         super().__init__(rig, self.loop, self.limits.rate or scene.rates.haptic, scene.seed, out)
 
@@ -279,11 +287,40 @@ class HapticSession(LiveSession):
         return self._interrupted
 
     def check_node(self) -> None:
-        """Take the events of the node. Raises PalpateError if the guardian process has died; the force is zero."""
+        """Take the events of the node, and what its ticks say about the force.
+
+        Raises:
+            PalpateError: the guardian process has died; the force is zero.
+        """
         self.events += self.loop.node.take_events()
+        self._look_at_clock()
+        t = float(self.latest()["t"])
+        self.events += [f"t = {t:.1f} s: {words}" for words in self.reports.sentences()]
         self.events += [note for note in self.notes if note not in self.events]
         if not self.loop.guardian.alive:
             raise PalpateError("the guardian process has died: the session ends, the force is zero")
+
+    def take_back(self) -> str:
+        """Take the shift of the tool against the hand back, which pauses after faults have left; returns a sentence.
+
+        The tool moves at 20 mm/s while it follows the hand and touches nothing.
+        """
+        shift = np.nan_to_num(self.latest()["p_shift_W"])
+        controls = self.loop.controls
+        controls.take_back_requests += 1
+        self.loop.controls = controls
+        words = f"the tool returns by {1e3 * float(np.linalg.norm(shift)):.1f} mm while it touches nothing"
+        self.events.append(words)
+        return words
+
+    def _look_at_clock(self) -> None:
+        """Tell a new offset of the leader's clock."""
+        offset = float(self.timing["leader_clock_s"])
+        if abs(offset - self.loop.told_offset) < jitter.NAMED:
+            return
+        self.loop.told_offset = offset
+        words = jitter.offset_words(offset, self.loop.stale_after)
+        self.events.append(words or "the leader's clock agrees with this machine's again")
 
     def words(self, status: int) -> list[str]:
         """Conditions of a status that forbid a force, the gravest first; empty if a force is allowed."""

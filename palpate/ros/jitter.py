@@ -1,4 +1,8 @@
-"""Tolerances for a leader's states, chosen at the start of a session from how regularly they arrive."""
+"""Tolerances for a leader's states, chosen at the start of a session from how regularly they arrive.
+
+The offset of the leader's clock and the jitter of its states are measured apart: a clock that is wrong is a fault, and
+no tolerance grows because of it.
+"""
 
 from __future__ import annotations
 
@@ -9,11 +13,14 @@ from typing import Any
 import numpy as np
 
 from palpate.arrays import Array
+from palpate.ros import causes
 
 SECONDS = 1.0
 """Duration of the measurement [s]; half of it for a regular stream."""
 FIND = 3.2
 """Longest wait for the first state [s]: a publisher of Fast DDS announces itself every 3 s."""
+NAMED = 5e-3
+"""Smallest offset of a clock that is told [s]."""
 MARGIN = 2.0
 """Tolerance over the longest gap that was measured [-]."""
 LARGEST = 0.06
@@ -28,7 +35,9 @@ class Jitter:
     rate: float
     """Mean rate [Hz]."""
     gap: float
-    """Longest time between two arrivals, or age of a stamp [s]."""
+    """Longest time between two arrivals, or between the ages of two stamps [s]."""
+    offset: float = 0.0
+    """Offset of the sender's clock; negative: behind, or a constant delay [s]."""
 
 
 def measure(native: Any, context: Any, topic: str, least: float) -> Jitter | None:
@@ -61,11 +70,13 @@ def jitter(rows: Array, now: float) -> Jitter:
         rows: arrival on the monotonic clock and age of the stamp of each state (n, 2) [s], n >= 1.
         now: end of the record on the monotonic clock [s].
     """
-    arrivals, ages = rows[:, 0], np.abs(rows[:, 1])
+    arrivals, ages = rows[:, 0], rows[:, 1]
     gaps = np.diff(np.append(arrivals, max(now, arrivals[-1])))
-    fresh = ages[ages < LARGEST]  # a clock that is wrong, or a stamp of zero, is a fault and no jitter
-    longest = max(float(gaps.max()), float(fresh.max(initial=0.0)))
-    return Jitter(len(rows), len(rows) / max(float(now - arrivals[0]), 1e-9), longest)
+    usual = float(np.quantile(ages, 0.1))  # a few stamps of zero, or of another source, do not count
+    later = ages - usual
+    late = later[np.abs(later) < LARGEST]
+    longest = max(float(gaps.max()), float(late.max(initial=0.0)))
+    return Jitter(len(rows), len(rows) / max(float(now - arrivals[0]), 1e-9), longest, -usual)
 
 
 def tolerance(measured: Jitter | None, least: float) -> tuple[float, str]:
@@ -88,3 +99,18 @@ def tolerance(measured: Jitter | None, least: float) -> tuple[float, str]:
             "Mend: end other programs, or allow SCHED_FIFO (docs/ros2-network.md)"
         )
     return chosen, f"{words}a silence of {1e3 * chosen:.0f} ms takes the force away, instead of {1e3 * least:.0f} ms"
+
+
+def offset_words(offset: float, most: float) -> str:
+    """A sentence on the offset of the leader's clock; empty if it is small.
+
+    Args:
+        offset: positive: ahead of this machine's clock [s].
+        most: largest age of a stamp that is trusted [s].
+    """
+    if abs(offset) < NAMED:
+        return ""
+    late = "" if offset > 0.0 else " (or its states take as long to arrive)"
+    what = f"the leader's clock {causes.offset(offset)}{late}"
+    held = "no force" if abs(offset) > most else "within what is allowed"
+    return f"{what}: {held} ({causes.duration(most)}). Mend: synchronise both machines (chrony, NTP)"

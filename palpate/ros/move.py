@@ -54,7 +54,7 @@ class Mover(Moving):
         if rate is not None and not SLOWEST <= rate <= FASTEST:
             raise PalpateError(f"--rate {rate:g}: must be {SLOWEST:g} to {FASTEST:g} Hz", mend="e.g. --rate 200")
         Execution(problem, plan, speed=speed)  # refuses stale plans before the network is asked
-        super().__init__(here, CrtkArm(here, arm), plan, on_change)
+        super().__init__(here, CrtkArm(here, arm), problem, plan, on_change)
         self._rate = float(np.clip(self._arm.rate(), SLOWEST, _USUAL)) if rate is None else rate
         self._require_ready()
         self.execution = self.orders = Execution(problem, plan, self._arm.q, speed)

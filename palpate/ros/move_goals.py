@@ -10,7 +10,6 @@ import numpy as np
 
 from palpate.arrays import Array
 from palpate.errors import PlanningError
-from palpate.planning.ahead import require_start
 from palpate.planning.checker import Checker
 from palpate.planning.execute import Execution
 from palpate.planning.orders import Orders, Phase
@@ -66,11 +65,10 @@ class GoalMover(Moving):
         self._checker = Checker(problem.robot, self._world())
         self._clearance = _require_clearance(plan, clearance)
         self._rows = waypoints(self._checker, plan, self._clearance)
-        super().__init__(here, CrtkArm(here, arm, "move_jp"), plan, on_change)
+        super().__init__(here, CrtkArm(here, arm, "move_jp"), problem, plan, on_change)
         self._moves = Moves(here, self._arm)
         self._moves.find()
         self._require_ready()
-        require_start(plan, self._q)
         self._ratio = 0.0
         self.moved.by = "move_jp"
         self._listen()

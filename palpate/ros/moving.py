@@ -12,11 +12,14 @@ import numpy as np
 
 from palpate.arrays import Array
 from palpate.errors import PalpateError, PlanningError
+from palpate.planning.ahead import require_start
 from palpate.planning.orders import Orders, Phase
 from palpate.ros import topic
 from palpate.ros.crtk_arm import CrtkArm
+from palpate.ros.same_arm import SameArm, require_name
 
 if TYPE_CHECKING:
+    from palpate.planning.problem import Problem
     from palpate.planning.result import Plan
 
 _SILENT = 0.25  # time without a measurement, after which an arm is silent [s]
@@ -53,19 +56,27 @@ class Moving(ABC):
     Args:
         here: a node, whose ~/pause, ~/resume, ~/stop (std_msgs/Empty) and ~/speed (std_msgs/Float64) change the motion.
         arm: the arm.
+        problem: the problem in its present world.
         plan: the plan.
         on_change: called with each change of the phase, in words.
 
     Raises:
-        PalpateError: the arm is silent, disabled, not homed or busy. Nothing was sent then.
+        PlanningError: the arm is not the plan's. PalpateError: the arm is silent, disabled, not homed or busy. Nothing
+            was sent then.
     """
 
     orders: Orders
 
-    def __init__(self, here: Any, arm: CrtkArm, plan: Plan, on_change: Callable[[str], None]) -> None:
+    def __init__(self, here: Any, arm: CrtkArm, problem: Problem, plan: Plan, on_change: Callable[[str], None]) -> None:
         self._here, self._arm, self._plan, self._on_change = here, arm, plan, on_change
+        require_name(plan, arm.name)
+        same = SameArm(here, arm)
         arm.find()
         self._require_ready()
+        require_start(plan, self._q)
+        note = same.require(problem, plan)
+        if note:
+            on_change(note)
         self._tolerance = max(plan.clearance_asked, _TIGHT)
         self._quiet, self._seen, self._stopped_at = 0.0, arm.received, 0.0
         self._phase = Phase.MOVING

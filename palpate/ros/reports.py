@@ -1,43 +1,55 @@
-"""Reports about the force: each cause is told at once, and its repetitions are counted and told together."""
+"""Reports about the force: each cause is told at once with its value, and what withholds a force for half a second.
+
+A cause is told at the begin of each of its episodes. A source that flickers is counted after a few of them, and its
+repetitions are told once a minute.
+"""
 
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass
+from collections import deque
+from dataclasses import dataclass, field
 
 import numpy as np
 
+from palpate.record import withheld
 from palpate.record.ticks import STATUS, Ticks
+from palpate.ros import causes
 from palpate.session.faults import NO_FAULTS
 
 WINDOW = 60.0
 """Interval of the reports of a cause that repeats [s]."""
-LASTING = 0.5
-"""Duration of a fault that is reported even if its cause was reported within the window [s]."""
+SEVERAL = 4
+"""Number of reports of a cause within `WINDOW`, after which its repetitions are counted."""
+LASTING = withheld.LASTING
+"""Duration of a fault that is reported even if its repetitions are counted [s]."""
 PAUSE = 2.0
 """Interval of the reports of lasting faults of one cause [s]."""
 CALM = 1.0
-"""Time without any condition after which the force is reported as free [s]."""
+"""Time without any condition after which an episode ends, and the force is reported as free [s]."""
+TAKE_BACK = "tap the clutch pedal, or call the service ~/take_back; clutching chooses a new relation"
 _GATES = ("not_enabled", "no_operator", "not_following", "clutched")  # states of operation, changed by people
 _SETTLING = STATUS["settling"][0]
 
 
 @dataclass
 class _Cause:
+    name: str
     bit: int
-    words: str
-    new: int = 0  # occurrences that are not yet reported
+    words: str = ""  # of the newest occurrence, with its value
+    new: int = 0  # episodes that are not yet reported
     since: float | None = None  # begin of the present occurrence [s]
-    quiet_until: float = -np.inf  # no report before this time [s]
+    last: float = -np.inf  # last tick with the bit [s]
+    told: deque[float] = field(default_factory=lambda: deque(maxlen=SEVERAL))  # times of the last reports [s]
     lasting_after: float = -np.inf  # no report of a lasting fault before this time [s]
 
 
 class ForceReports:
-    """Turns the status of all ticks into few sentences; ticks come from one thread, questions from another."""
+    """Turns the ticks into few sentences; ticks come from one thread, questions from another."""
 
     def __init__(self) -> None:
         ordinary = NO_FAULTS | {*_GATES, "settling"}
-        self._causes = [_Cause(bit, words) for name, (bit, words) in STATUS.items() if name not in ordinary]
+        self._causes = [_Cause(name, bit) for name, (bit, _) in STATUS.items() if name not in ordinary]
         self._any = sum(cause.bit for cause in self._causes) | sum(STATUS[gate][0] for gate in _GATES) | _SETTLING
         self._gates: list[str] = []
         self._told_gates: list[str] | None = None
@@ -45,6 +57,9 @@ class ForceReports:
         self._t = 0.0
         self._told_free = True
         self._last = 0
+        self._less: dict[str, float] = {}  # what withholds a force: begin [s]
+        self._less_words, self._told_less = "", frozenset[str]()
+        self._shift, self._told_shift = np.zeros(3), 0.0
         self._lock = threading.Lock()
 
     def take(self, ticks: Ticks) -> None:
@@ -55,17 +70,13 @@ class ForceReports:
         before = np.append(self._last, status[:-1])
         with self._lock:
             for cause in self._causes:
-                begins = np.flatnonzero(status & ~before & cause.bit)
-                cause.new += len(begins)
-                if len(begins):
-                    cause.since = float(t[begins[-1]])
-                if not status[-1] & cause.bit:
-                    cause.since = None
+                self._occur(cause, np.flatnonzero(status & ~before & cause.bit), status, ticks)
             held = np.flatnonzero(status & self._any)
             if len(held):
                 self._held_at = float(t[held[-1]])
             self._gates = [STATUS[gate][1] for gate in _GATES if status[-1] & STATUS[gate][0]]
             self._last, self._t = int(status[-1]), float(t[-1])
+            self._weigh(ticks)
 
     def sentences(self) -> list[str]:
         """What is new since the last call, by the clock of the ticks."""
@@ -75,6 +86,7 @@ class ForceReports:
                 out += self._gates
                 self._told_free = self._told_free and not self._gates
                 self._told_gates = self._gates
+            out += [words for words in (self._about_less(), self._about_shift()) if words]
             if out:
                 self._told_free = False
             elif not self._told_free and self._t - self._held_at >= CALM:
@@ -82,11 +94,59 @@ class ForceReports:
                 out = ["free to push"]
             return out
 
+    def _occur(self, cause: _Cause, begins: np.ndarray, status: np.ndarray, ticks: Ticks) -> None:
+        t = ticks["t"]
+        if len(begins):
+            first = float(t[begins[0]])
+            if first - cause.last >= CALM:
+                cause.new += 1
+                cause.words = _words(cause, ticks[begins[0]])
+            cause.since = float(t[begins[-1]])
+        if not status[-1] & cause.bit:
+            cause.since = None
+        present = np.flatnonzero(status & cause.bit)
+        if len(present):
+            cause.last = float(t[present[-1]])
+
+    def _weigh(self, ticks: Ticks) -> None:
+        """Find the elements that withhold a force, and since when."""
+        asked, F = np.nan_to_num(ticks["F_asked"]).mean(axis=0), np.nan_to_num(ticks["F_withheld"]).mean(axis=0)
+        found = withheld.parts(F, float(asked[0]))
+        self._less = {name: self._less.get(name, float(ticks["t"][0])) for name in found}
+        lasting = [name for name, since in self._less.items() if self._t - since >= LASTING]
+        self._less_words = withheld.sentence(asked, F, self._last) if lasting else ""
+        if lasting:
+            self._held_at = self._t
+        self._shift = np.nan_to_num(ticks["p_shift_W"][-1])
+
+    def _about_less(self) -> str:
+        lasting = frozenset(name for name, since in self._less.items() if self._t - since >= LASTING)
+        new = lasting - self._told_less
+        self._told_less = lasting
+        return self._less_words if new else ""
+
+    def _about_shift(self) -> str:
+        size = float(np.linalg.norm(self._shift))
+        if abs(size - self._told_shift) < withheld.SHIFT:
+            return ""
+        before, self._told_shift = self._told_shift, size
+        if size < withheld.SHIFT:
+            return "the tool is where the hand was at the start again: no shift is left"
+        return withheld.shift_sentence(self._shift, TAKE_BACK) if size > before else ""
+
     def _about(self, cause: _Cause) -> str:
         t = self._t
         lasts = cause.since is not None and t - cause.since >= LASTING and t >= cause.lasting_after
-        if not (cause.new and (t >= cause.quiet_until or lasts)):
+        crowded = len(cause.told) == SEVERAL and t < cause.told[0] + WINDOW
+        if not cause.new or (crowded and not lasts):
             return ""
         repeated = f" ({cause.new} times in the last {WINDOW:g} s)" if cause.new > 1 else ""
-        cause.new, cause.quiet_until, cause.lasting_after = 0, t + WINDOW, t + PAUSE
+        cause.new, cause.lasting_after = 0, t + PAUSE
+        cause.told.extend([t] * (SEVERAL if crowded or len(cause.told) == SEVERAL else 1))
         return cause.words + repeated
+
+
+def _words(cause: _Cause, tick: Ticks) -> str:
+    number, value, other = (float(x) for x in tick["cause"])
+    known = number > 0.0 and 1 << int(number) == cause.bit
+    return causes.sentence(cause.name, value if known else float("nan"), other)

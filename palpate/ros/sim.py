@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Sequence
 from typing import Any
@@ -11,15 +12,17 @@ from palpate.ros import build
 from palpate.simulators import dvrk
 
 FASTEST = 1000.0
-"""Highest rate of the measured states [Hz]; the simulated servos run at 1500 Hz."""
+"""Highest rate of the measured states [Hz], which is the default: haptics needs it. The servos run at 1500 Hz."""
+_SEARCH = 1.0  # time in which running programs are found [s]
 
 
 def start(
     arms: Sequence[str],
     *,
-    rate: float = 100.0,
+    rate: float = FASTEST,
     network: bool = False,
     head_sensor: bool = False,
+    force: bool = False,
     on_progress: build.Progress = lambda _: None,
 ) -> Any:
     """Start the robot, which runs outside the interpreter until its `stop()`.
@@ -29,11 +32,12 @@ def start(
         rate: rate of the measured states [Hz].
         network: communicate with other machines; otherwise only within this one.
         head_sensor: a head sensor reports the operator's presence; otherwise the coag pedal does.
+        force: start even if another program has these arms already.
         on_progress: called with a line on each compilation at first use.
 
     Raises:
         ArmError: no arm has this name.
-        PalpateError: the rate is out of range.
+        PalpateError: the rate is out of range, or another program publishes one of these arms.
         RosMissingError: ROS 2 is not installed, or Palpate's part does not compile.
     """
     if not 1.0 <= rate <= FASTEST:
@@ -42,7 +46,37 @@ def start(
         )
     robot, twin = dvrk.system(arms, head_sensor=head_sensor), dvrk.system(arms)
     native = build.load(on_progress)
+    if not force:
+        require_free(arms, network)
     return native.Robot(native.Context(network=network), robot, twin, rate)
+
+
+def require_free(arms: Sequence[str], network: bool = False) -> None:
+    """Refuse names that another program publishes: two arms of one name would both obey, and nobody knows which speaks.
+
+    Raises:
+        PalpateError: the message names the topic and the program.
+    """
+    from palpate.ros import topic
+
+    names = [*(f"/{arm}/{part}" for arm in arms for part in ("measured_cp", "measured_js", "operating_state")),
+             "/console/operator_present"]  # fmt: skip
+    with topic.node(network, f"palpate_sim_search_{os.getpid()}") as here:
+        end = time.monotonic() + _SEARCH
+        while time.monotonic() < end:
+            topic.spin(here, 0.05)
+            taken = [name for name in names if here.count_publishers(name)]
+            if taken:
+                nodes = sorted({_full_name(one) for name in taken for one in here.get_publishers_info_by_topic(name)})
+                raise PalpateError(
+                    f"{', '.join(taken[:3])}{' ...' if len(taken) > 3 else ''} exist already, of {', '.join(nodes)}",
+                    why="a second arm of this name would obey the same commands, and its states would mix with theirs",
+                    mend="end that program, give another ROS_DOMAIN_ID, or insist with --force",
+                )
+
+
+def _full_name(end: Any) -> str:
+    return f"{end.node_namespace.rstrip('/')}/{end.node_name}"
 
 
 class Meter:

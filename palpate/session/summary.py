@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from palpate.record.ticks import STATUS, Ticks
+from palpate.record.withheld import Withheld
 from palpate.renamed import RenamedMethod
 
 _FAST = STATUS["too_fast"][0]
@@ -33,6 +34,8 @@ class Summary:
     passivity_s: float  # time during which the passivity controller reduced the force
     peak_speed_m_s: float  # maximum speed of the handle
     fast_s: float  # time during which the hand felt noticeable uncompensated inertia (status too_fast)
+    withheld: dict[str, dict[str, float]]  # by element: peak_N, mean_N, time_s of the force that it withheld
+    shift_m: float  # shift of the tool against the hand by pauses after faults, at the end
     energy_J: float  # energy absorbed by the rendered force; negative: the force generated energy
     energy_min_J: float  # minimum of energy_J during the run
     energy_lent_J: float  # energy stored in fixtures when switched on, not put in by the hand
@@ -62,6 +65,7 @@ class Totals:
 
     def __init__(self, rate: float) -> None:
         self._dt = 1.0 / rate
+        self._withheld = Withheld(self._dt)
         self._ticks = self._touching = self._capped = self._passivity = self._fast = 0
         self._peak = self._sum = self._depth = self._energy = self._lowest = self._lent = self._speed = 0.0
         self._cycle_us = np.empty(_MOST_TIMES, np.float32)
@@ -86,6 +90,7 @@ class Totals:
         self._lent = float(ticks["energy_lent"][-1])
         self._lowest = min(self._lowest, float(ticks["energy_port"].min()))
         self._speed = max(self._speed, float(np.linalg.norm(ticks["v_LH"], axis=1).max()))
+        self._withheld.add(ticks)
         self._keep(ticks["cycle_us"].astype(np.float32))
 
     def _keep(self, cycle_us: np.ndarray[Any, np.dtype[np.float32]]) -> None:
@@ -129,6 +134,8 @@ class Totals:
             contact_s=round(self._touching * self._dt, 9),
             capped_s=round(self._capped * self._dt, 9),
             passivity_s=round(self._passivity * self._dt, 9),
+            withheld=self._withheld.figures(),
+            shift_m=self._withheld.shift,
             peak_speed_m_s=self._speed,
             fast_s=round(self._fast * self._dt, 9),
             energy_J=self._energy,

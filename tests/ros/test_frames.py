@@ -11,7 +11,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from palpate.cli import main
+from palpate.ros.haptics import Devices, as_teleoperated
+from palpate.scene.rig import build
+from palpate.scene.scene import Scene
 from palpate.verify.bench import ros_stand as bench
 
 NORMAL = np.array([0.0, 1.0, 0.0])  # normal of the wall in the frame of measured_cp
@@ -67,14 +69,20 @@ def test_flag_is_published_before_each_force(stand):
     assert flags[0, 0] < pushes[0], "the flag comes before the force"
 
 
-def test_rotated_bases_are_rejected(built, tmp_path, capsys):
-    """An external teleoperation does not know the scene, so motion and force would have different directions."""
+@pytest.mark.parametrize("turn", [135.0, 45.0, 3.7])
+def test_running_teleoperation_decides_what_the_leaders_axes_are(turn, tmp_path):
+    """It adds the same numbers in both frames of measured_cp, wherever the scene has the leader stand. A force of the
+    scene then has the direction in which the hand must move to lead the tool against it."""
     scene = tmp_path / "wall.yaml"
     scene.write_text(
         "objects: [{name: wall, box: {size: [0.2, 0.2, 0.05]}, stiffness: 300, damping: 2}]\n"
-        "arms: {leader: {base: {xyz: [-0.2145, 0.45, 0.1788], rpy_deg: [0, 0, 90]}}}\n"
+        f"arms: {{leader: {{base: {{xyz: [-0.2145, 0.45, 0.1788], rpy_deg: [0, 0, {turn}]}}}}}}\n"
     )
-    assert main(["ros", "haptics", str(scene), "--out", str(tmp_path)]) == 2
-    error = " ".join(capsys.readouterr().err.split())
-    assert "turned against each other by 90.0 deg" in error
-    assert "rpy_deg, or use --teleop none" in error
+    rig = build(Scene.load(scene))
+    mapped, words = as_teleoperated(rig, Devices())
+    assert f"by {turn:.1f} deg" in words
+    motion_B = np.array([0.3, -0.5, 0.8])  # the teleoperation: the same numbers in L and B
+    np.testing.assert_allclose(mapped.arms.X_WL[:3, :3] @ motion_B, rig.arms.X_WB[:3, :3] @ motion_B, atol=1e-12)
+    np.testing.assert_array_equal(mapped.options().X_WL, mapped.arms.X_WL)
+    for devices in (Devices(teleop="none"), Devices(follower="virtual")):
+        assert as_teleoperated(rig, devices) == (rig, "")

@@ -6,9 +6,10 @@ import time
 import numpy as np
 import pytest
 
+from palpate.record import withheld
 from palpate.record.ticks import STATUS, TICK
-from palpate.ros import reports
-from palpate.ros.jitter import LARGEST, Jitter, jitter, tolerance
+from palpate.ros import causes, reports
+from palpate.ros.jitter import LARGEST, Jitter, jitter, offset_words, tolerance
 from palpate.ros.reports import ForceReports
 from palpate.verify.bench import ros_stand as bench
 
@@ -22,15 +23,28 @@ class Run:
 
     def __init__(self):
         self.reports, self.told, self.t = ForceReports(), [], 0.0
+        self.asked, self.who, self.shift = 0.0, None, 0.0
 
-    def add(self, seconds, *names):
-        """Ticks with these bits for a duration [s]."""
+    def force(self, seconds, who=None, newtons=1.09, shift=0.0):
+        """Ticks in which the law asks for a force [N], and the element with number `who` withholds it."""
+        self.asked, self.who, self.shift = newtons, who, shift
+        self.add(seconds)
+        self.asked, self.who, self.shift = 0.0, None, 0.0
+
+    def add(self, seconds, *names, cause=None):
+        """Ticks with these bits for a duration [s]; cause: name of a bit with its value."""
         left = round(seconds * RATE)
         while left > 0:
             n = min(left, 25)
             ticks = np.zeros(n, TICK)
             ticks["t"] = self.t + np.arange(1, n + 1) / RATE
             ticks["status"] = sum(STATUS[name][0] for name in names)
+            ticks["F_asked"][:, :2] = self.asked
+            ticks["p_shift_W"][:, 1] = self.shift
+            if self.who is not None:
+                ticks["F_withheld"][:, self.who] = self.asked
+            if cause:
+                ticks["cause"][:, :2] = STATUS[cause[0]][0].bit_length() - 1, cause[1]
             self.reports.take(ticks)
             self.t, left = float(ticks["t"][-1]), left - n
             self.told += [(self.t, words) for words in self.reports.sentences()]
@@ -42,11 +56,11 @@ class Run:
             self.add(5.86)
 
 
-def test_source_that_flickers_is_told_once_a_minute_with_its_count():
+def test_source_that_flickers_is_told_a_few_times_and_then_once_a_minute_with_its_count():
     run = Run()
     run.flicker(31)
     assert [words for _, words in run.told] == [
-        SILENT, FREE, f"{SILENT} (10 times in the last 60 s)", FREE,
+        *[SILENT, FREE] * reports.SEVERAL, f"{SILENT} (7 times in the last 60 s)", FREE,
         f"{SILENT} (10 times in the last 60 s)", FREE, f"{SILENT} (10 times in the last 60 s)", FREE,
     ]  # fmt: skip
     assert run.told[0][0] <= 0.1, "the first one is told at once"
@@ -54,7 +68,7 @@ def test_source_that_flickers_is_told_once_a_minute_with_its_count():
 
 def test_lasting_fault_is_told_among_flickers():
     run = Run()
-    run.flicker(2)
+    run.flicker(reports.SEVERAL + 1)
     begin = run.t
     run.add(2.0, "leader_stale")
     (told,) = [t for t, words in run.told if t > begin and words.startswith(SILENT)]
@@ -90,8 +104,69 @@ def test_jitter_is_the_longest_gap_or_age():
     assert jitter(rows(regular), 0.998).rate == pytest.approx(500, rel=0.01)
     assert jitter(rows(regular), 1.1).gap == pytest.approx(0.102), "silent at the end"
     assert jitter(rows(regular + 0.02 * (regular > 0.5)), 1.018).gap == pytest.approx(0.022)
-    assert jitter(rows(regular, 0.025), 0.998).gap == pytest.approx(0.025), "late by a queue"
+    late = rows(regular)
+    late[100:150, 1] += 0.025
+    assert jitter(late, 0.998).gap == pytest.approx(0.025), "late by a queue"
     assert jitter(rows(regular, 1.7e9), 0.998).gap == pytest.approx(2e-3), "a stamp of zero is no jitter"
+
+
+@pytest.mark.parametrize("offset", [-0.05, -0.012, 0.012, 0.02, 3600.0])
+def test_offset_of_the_clock_is_no_jitter_and_widens_nothing(offset):
+    regular = np.arange(500) * 2e-3
+    found = jitter(rows(regular, 2e-4 - offset), 0.998)
+    assert found.gap == pytest.approx(2e-3)
+    assert found.offset == pytest.approx(offset, abs=3e-4)
+    assert tolerance(found, 0.03) == (0.03, "")
+    words = offset_words(found.offset, 0.03)
+    assert ("ahead" if offset > 0 else "behind") in words
+    assert ("no force" in words) == (abs(offset) > 0.03)
+    assert causes.offset(offset) in words
+
+
+def test_small_offset_is_not_told():
+    assert offset_words(0.002, 0.03) == offset_words(-0.002, 0.03) == ""
+
+
+WITHHELD = {"passivity": 2, "force_cap": 3, "gate": 6}
+
+
+@pytest.mark.parametrize("who", WITHHELD)
+def test_who_withholds_a_force_for_half_a_second_is_told_in_newtons(who):
+    run = Run()
+    run.force(0.4, WITHHELD[who], 0.4)
+    assert not run.told, "short losses are ordinary"
+    run.force(1.0)
+    run.force(0.8, WITHHELD[who], 1.09)
+    (told,) = [words for _, words in run.told]
+    assert "0.00 of 1.09 N are felt (law 1.09, guidance 0.00 N)" in told
+    assert f"{withheld.WORDS[who]} withholds 1.09 N" in told
+    assert run.told[0][0] == pytest.approx(1.4 + reports.LASTING, abs=0.15)
+    run.force(5.0, WITHHELD[who], 1.09)
+    assert len(run.told) == 1
+    run.force(2.0)
+    assert run.told[-1][1] == FREE
+
+
+def test_value_of_a_cause_is_told_in_each_episode():
+    run = Run()
+    for norm in (1.2, 0.0, 0.5):
+        run.add(0.1, "not_rotation", cause=("not_rotation", norm))
+        run.add(3.0)
+    told = [words for _, words in run.told if words != FREE]
+    assert [words.partition(":")[0] for words in told] == [
+        "a quaternion had the norm 1.2 instead of 1", "a quaternion was zero",
+        "a quaternion had the norm 0.5 instead of 1",
+    ]  # fmt: skip
+
+
+def test_shift_is_told_with_how_to_take_it_back():
+    run = Run()
+    run.force(1.0, shift=0.004)
+    (told,) = [words for _, words in run.told if words != FREE]
+    assert "shifted the tool by 4.0 mm" in told
+    assert "clutch" in told
+    run.force(1.0, shift=0.0)
+    assert "no shift is left" in run.told[-1][1] or "no shift is left" in run.told[-2][1]
 
 
 @pytest.mark.parametrize(

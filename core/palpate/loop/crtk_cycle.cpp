@@ -1,6 +1,7 @@
 #include "palpate/loop/crtk_cycle.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -17,13 +18,9 @@ namespace {
 constexpr double kSettled = 0.5;       // [s] time after which a follower has reached the goal that it holds
 constexpr double kHeldLag = 0.002;     // [m] then: largest distance from this goal, beyond which others moved it
 constexpr double kHeldTurn = 0.05;     // [rad] then: largest rotation from this goal
-constexpr double kTwistCutoff = 40.0;  // [Hz] of the low-pass for velocities differenced from poses
+constexpr double kTwistCutoff = 40.0;  // [Hz] of the low-pass for the velocity of the instrument that others see
 /// Bits that are states of operation, not faults.
-constexpr unsigned kGates = kNoOperator | kNotEnabled | kNotFollowing | kClutched;
-
-bool fits(const Twist& V, const WatchOptions& most) noexcept {
-  return V.v.norm() <= 2.0 * most.v_max && V.w.norm() <= 2.0 * most.w_max;  // false for NaN
-}
+constexpr std::uint64_t kGates = kNoOperator | kNotEnabled | kNotFollowing | kClutched;
 
 /// The point on the way from `from` to `to` that is at most `step` away from `from`.
 Vec3 towards(const Vec3& from, const Vec3& to, double step) noexcept {
@@ -66,9 +63,9 @@ CrtkCycle::CrtkCycle(const CrtkOptions& options, std::optional<arm::Arm> followe
       arm_(std::move(follower)),
       haptics_(options_),
       leader_(options.watch),
-      twist_(options.watch),
       follower_(options.watch),
-      joints_(options.watch) {
+      joints_(options.watch),
+      velocity_(options.watch) {
   if (arm_) {
     zero_ = JointVector::Zero(arm_->n());
     q_step_ = arm_->v_max() / options_.rate;
@@ -83,22 +80,11 @@ void CrtkCycle::leader_pose(double stamp, const Vec3& p_LH, const Eigen::Vector4
   const Pose last = in_.handle.X_LH;
   const bool known = leader_.received();
   if (!leader_.stamp(stamp, now) || !leader_.pose(p_LH, quat_LH, in_.handle.X_LH)) return;
-  if (const double dt = leader_.interval(); known && dt > 0.0) {
-    const Vec3 turn = rotation_vector(in_.handle.X_LH.R * last.R.transpose());
-    const double share = low_pass_coefficient(kTwistCutoff, dt);
-    V_differenced_.v += share * ((in_.handle.X_LH.p - last.p) / dt - V_differenced_.v);
-    V_differenced_.w += share * (turn / dt - V_differenced_.w);
-  }
+  if (const double dt = leader_.interval(); known && dt > 0.0) velocity_.moved(last, in_.handle.X_LH, dt, now);
 }
 
 void CrtkCycle::leader_twist(double stamp, const Twist& V_LH, ClockTime now) noexcept {
-  if (!twist_.stamp(stamp, now)) return;
-  twist_received_ = true;
-  if (!fits(V_LH, options_.watch)) {
-    twist_.refuse(kNotFinite);
-    return;
-  }
-  in_.handle.V_LH = V_LH;
+  velocity_.reported(stamp, V_LH, now);
 }
 
 void CrtkCycle::leader_joints(double stamp, const double* q, std::size_t n) noexcept {
@@ -112,7 +98,7 @@ void CrtkCycle::gripper(double stamp, const double* angle, std::size_t n) noexce
   if (n == 1 && std::abs(angle[0]) < 10.0) {
     in_.handle.gripper = angle[0];
   } else {
-    refused_ |= kNotFinite;
+    refuse(kNotFinite);
   }
 }
 
@@ -121,7 +107,7 @@ void CrtkCycle::jaw(double stamp, const double* angle, std::size_t n) noexcept {
   if (n == 1 && std::abs(angle[0]) < 10.0) {
     in_.tool.jaw = angle[0];
   } else {
-    refused_ |= kNotFinite;
+    refuse(kNotFinite);
   }
 }
 
@@ -142,7 +128,7 @@ void CrtkCycle::follower_joints(double stamp, const double* q, std::size_t n, Cl
 
 void CrtkCycle::set_scale(double scale) noexcept {
   if (!(scale > 0.0 && scale <= 10.0)) {
-    refused_ |= kNotFinite;
+    refuse(kNotFinite);
   } else if (scale != haptics_.mapping().options().scale) {
     haptics_.rescale(scale);
   }
@@ -151,7 +137,7 @@ void CrtkCycle::set_scale(double scale) noexcept {
 const CrtkOutput& CrtkCycle::step(ClockTime now) noexcept {
   const double dt = stepped_ ? std::max(now.t - last_.t, 0.0) : 0.0;
   out_.tick = Tick{};
-  const unsigned status = check_conditions(now);
+  const std::uint64_t status = check_conditions(now);
   last_ = now;
   stepped_ = true;
   if (in_.scene == nullptr) return out_;
@@ -175,7 +161,7 @@ const CrtkOutput& CrtkCycle::step(ClockTime now) noexcept {
   meet(trusted);
   const HapticsOutput& felt = haptics_.step(in_);
   F_ = limit_rate(felt.rendered.F_H_L, felt.mapped.engaged, dt);
-  haptics_.finish(in_, F_, out_.tick);
+  haptics_.finish(in_, F_ - felt.rendered.on_hand.damping(in_.handle.V_LH.v), out_.tick);  // finish() adds it
   const unsigned reached = follow(felt);
   in_.controls = people;
 
@@ -203,10 +189,15 @@ void CrtkCycle::reset_wrench() noexcept {
 
 // Everything that forbids a force now, as bits of Status. Bits outside kGates are faults: after a fault the force stays
 // zero until no fault has occurred for the time `settle`.
-unsigned CrtkCycle::check_conditions(ClockTime now) noexcept {
-  // If the stream of twists has fallen silent, its last value is not the present velocity.
-  twist_known_ = twist_received_ && !twist_.stale(now);
-  unsigned fault = take_message_faults(now) | motion_faults(now) | gate_faults();
+std::uint64_t CrtkCycle::check_conditions(ClockTime now) noexcept {
+  std::uint64_t fault = take_message_faults(now) | motion_faults(now) | gate_faults();
+  if (gates_.two_sources) fault = gate_faults();  // which of the sources sent what is not known
+  if (const Cause& cause = faults_.cause; (cause.bit & fault) != 0) {
+    out_.tick.cause[0] = std::countr_zero(cause.bit);
+    out_.tick.cause[1] = cause.value;
+    out_.tick.cause[2] = cause.other;
+  }
+  faults_ = {};
   if (fault != 0) {
     fault_at_ = now.t;
     needs_reset_ = true;
@@ -217,30 +208,49 @@ unsigned CrtkCycle::check_conditions(ClockTime now) noexcept {
 }
 
 // Faults of the messages since the last step, which are cleared: damaged or missing messages, or too few of them.
-unsigned CrtkCycle::take_message_faults(ClockTime now) noexcept {
-  const bool slow = leader_.period() * options_.rate > options_.max_period_ratio;
-  return std::exchange(refused_, 0u) | leader_.take_faults() | twist_.take_faults() | follower_.take_faults() |
-         joints_.take_faults() | (slow ? kSlow : 0u) | (leader_.stale(now) ? kLeaderStale : 0u) |
-         (!options_.virtual_follower && follower_.stale(now) ? kFollowerStale : 0u);
+std::uint64_t CrtkCycle::take_message_faults(ClockTime now) noexcept {
+  add(leader_.take_faults());
+  add(velocity_.take_faults());
+  add(follower_.take_faults());
+  add(joints_.take_faults());
+  if (leader_.period() * options_.rate > options_.max_period_ratio) {
+    refuse(kSlow, 1.0 / leader_.period(), options_.rate / options_.max_period_ratio);
+  }
+  if (leader_.stale(now)) refuse(kLeaderStale, leader_.silence(now), options_.watch.stale_after);
+  if (!options_.virtual_follower && follower_.stale(now)) {
+    refuse(kFollowerStale, follower_.silence(now), options_.watch.stale_after);
+  }
+  return faults_.bits;
 }
 
 // Faults of time and motion: a cycle that has paused, or a follower that is too far from its goal.
-unsigned CrtkCycle::motion_faults(ClockTime now) const noexcept {
-  const bool stalled = stepped_ && now.t - last_.t > options_.watch.stale_after;
-  const bool lags = options_.own_teleop && !options_.virtual_follower && in_.tool.valid && out_.move &&
-                    (out_.X_BT_goal.p - X_BT_.p).norm() > options_.max_lag;
-  return (stalled ? kStalled : 0u) | (lags ? kLagging : 0u);
+std::uint64_t CrtkCycle::motion_faults(ClockTime now) noexcept {
+  const double passed = now.t - last_.t, lag = (out_.X_BT_goal.p - X_BT_.p).norm();
+  if (stepped_ && passed > options_.watch.stale_after) refuse(kStalled, passed, options_.watch.stale_after);
+  if (options_.own_teleop && !options_.virtual_follower && in_.tool.valid && out_.move && lag > options_.max_lag) {
+    refuse(kLagging, lag, options_.max_lag);
+  }
+  return faults_.bits;
 }
 
+// Keeps the cause of the first fault of this tick.
+void CrtkCycle::add(const Faults& more) noexcept {
+  if (faults_.bits == 0) faults_.cause = more.cause;
+  faults_.bits |= more.bits;
+}
+
+void CrtkCycle::refuse(std::uint64_t bit, double value, double other) noexcept { add({bit, {bit, value, other}}); }
+
 // Faults that the console and the ROS graph report.
-unsigned CrtkCycle::gate_faults() const noexcept {
+std::uint64_t CrtkCycle::gate_faults() const noexcept {
   const CrtkGates& g = gates_;
   return (g.second_writer ? kSecondWriter : 0u) | (g.other_teleop ? kOtherTeleop : 0u) | (g.guarded ? kGuarded : 0u) |
-         (g.frame_unsure ? kFrameUnsure : 0u);
+         (g.frame_unsure ? kFrameUnsure : 0u) | (g.two_sources ? +kTwoSources : 0u) |
+         (g.no_listener ? +kNoListener : 0u) | (g.base_moved ? +kBaseMoved : 0u);
 }
 
 // Conditions in kGates: nothing is wrong, but the operator or the arms do not allow a force now.
-unsigned CrtkCycle::closed_gates() const noexcept {
+std::uint64_t CrtkCycle::closed_gates() const noexcept {
   const CrtkGates& g = gates_;
   const bool enabled = !options_.needs_state || (g.leader_enabled && (options_.virtual_follower || g.follower_enabled));
   const bool nobody = options_.own_teleop && options_.needs_operator && !g.operator_present;
@@ -250,8 +260,7 @@ unsigned CrtkCycle::closed_gates() const noexcept {
 
 // Updates the pose of the tool, the velocity of the handle and the spheres.
 void CrtkCycle::locate() noexcept {
-  if (!twist_known_) in_.handle.V_LH = V_differenced_;
-  if (!in_.handle.valid) in_.handle.V_LH = {};
+  in_.handle.V_LH = in_.handle.valid ? velocity_.value(last_) : Twist{};
   if (arm_) arm_->update(q_follower_, zero_);
   if (options_.virtual_follower && arm_) X_BT_ = arm_->tip();
   in_.tool.X_WT = options_.X_WB * X_BT_;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "palpate/arm/arm.hpp"
+#include "palpate/loop/crtk_velocity.hpp"
 #include "palpate/loop/crtk_watch.hpp"
 #include "palpate/loop/haptics.hpp"
 #include "palpate/loop/instruments.hpp"
@@ -42,6 +43,9 @@ struct CrtkGates {
   bool other_teleop = false;                              ///< own_teleop: another teleoperation is on as well
   bool frame_unsure = false;  ///< the arm may read wrenches in another frame, or not compensate its own weight
   bool guarded = false;       ///< the guardian has latched, or is missing
+  bool two_sources = false;   ///< several nodes publish one of the inputs: their messages must not be passed on
+  bool no_listener = false;   ///< nobody receives the wrenches
+  bool base_moved = false;    ///< an arm reports its pose in another frame than at the start
 };
 
 /// Result of a step.
@@ -88,8 +92,8 @@ class CrtkCycle {
   /// the cycle runs. Throws std::invalid_argument without a model of the follower, or naming an invalid value.
   void join(std::shared_ptr<Board> board, int index, std::vector<ToolCapsule> capsules, contact::InstrumentLaw law);
 
-  /// Reports a fault of the device, as bits of Status: it counts at the next step, like a damaged message.
-  void report(unsigned faults) noexcept { refused_ |= faults; }
+  /// Reports a fault of the device, as a bit of Status: it counts at the next step, like a damaged message.
+  void report(std::uint64_t fault) noexcept { refuse(fault); }
 
   /// One tick, at any interval from the last one. The result is valid until the next step.
   const CrtkOutput& step(ClockTime now) noexcept;
@@ -102,11 +106,13 @@ class CrtkCycle {
   [[nodiscard]] const CrtkOptions& options() const noexcept { return options_; }
 
  private:
-  unsigned check_conditions(ClockTime now) noexcept;
-  unsigned take_message_faults(ClockTime now) noexcept;
-  [[nodiscard]] unsigned motion_faults(ClockTime now) const noexcept;
-  [[nodiscard]] unsigned gate_faults() const noexcept;
-  [[nodiscard]] unsigned closed_gates() const noexcept;
+  std::uint64_t check_conditions(ClockTime now) noexcept;
+  std::uint64_t take_message_faults(ClockTime now) noexcept;
+  std::uint64_t motion_faults(ClockTime now) noexcept;
+  [[nodiscard]] std::uint64_t gate_faults() const noexcept;
+  [[nodiscard]] std::uint64_t closed_gates() const noexcept;
+  void refuse(std::uint64_t bit, double value = 0.0, double other = 0.0) noexcept;
+  void add(const Faults& more) noexcept;
   void locate() noexcept;
   void place_spheres(bool joints_known) noexcept;
   void meet(bool trusted) noexcept;
@@ -119,15 +125,14 @@ class CrtkCycle {
   CrtkOptions options_;
   std::optional<arm::Arm> arm_;  ///< the follower's model
   Haptics haptics_;
-  Watch leader_, twist_, follower_, joints_;
+  Watch leader_, follower_, joints_;
+  HandVelocity velocity_;
   CrtkGates gates_;
   HapticsInput in_;
-  Pose X_BT_;            ///< measured pose of the tool
-  Twist V_differenced_;  ///< velocity from successive poses, for a leader that reports no twist
-  bool twist_known_ = false, twist_received_ = false;
+  Pose X_BT_;  ///< measured pose of the tool
   JointVector q_follower_, q_step_, zero_;
-  unsigned refused_ = 0;  ///< bits of Status of messages rejected since the last step
-  ClockTime last_;        ///< time of the last step
+  Faults faults_;   ///< of messages and motions since the last step
+  ClockTime last_;  ///< time of the last step
   double fault_at_ = 0.0;
   bool stepped_ = false, needs_reset_ = false, last_nonzero_ = false;  ///< last_nonzero_: the last command was not zero
   Wrench F_;                                                           ///< last rendered wrench on the hand, in L

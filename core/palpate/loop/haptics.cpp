@@ -19,6 +19,13 @@ double period(double rate) {
   return 1.0 / rate;
 }
 
+/// True if people let the hand move without the tool. All other pauses are faults.
+bool asks_for_pause(const HapticsInput& in) noexcept {
+  const Controls& c = in.controls;
+  return c.clutch || c.camera || c.hold_all || !c.following || !c.operator_present || !c.power || !c.home ||
+         !in.homed || in.execute || in.X_WT_planned != nullptr;
+}
+
 bool touches_soft_body(const ContactSet& contacts) noexcept {
   return std::any_of(contacts.contact.begin(), contacts.contact.begin() + contacts.size,
                      [](const Contact& c) { return c.stored >= 0.0; });
@@ -45,7 +52,7 @@ const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
   out_.mapped = mapping_.step({options_.X_WL * handle.X_LH, handle.V_LH, handle.gripper, tool.X_WT, tool.jaw, following,
                                in.controls.clutch, tool.reached, in.t, handle.X_LH.p,
                                tool_force_.F_T_W.f + out_.guided.on_tool.F.f, out_.guided.correction,
-                               in.controls.lock_rotation, in.controls.lock_translation});
+                               in.controls.lock_rotation, in.controls.lock_translation, asks_for_pause(in)});
   if (in.X_WT_planned != nullptr) out_.mapped.X_WT_goal = *in.X_WT_planned;
   mark(Stage::mapping);
   guide(in);
@@ -90,8 +97,12 @@ SessionState Haptics::advance(const HapticsInput& in) noexcept {
   return session_.step(now);
 }
 
-// Takes the motion scale and the orientation of the leader base, if they have changed.
+// Takes the motion scale, the orientation of the leader base and requests, if they have changed.
 void Haptics::take_mapping(const Controls& controls) noexcept {
+  if (controls.take_back_requests != take_back_seen_) {
+    take_back_seen_ = controls.take_back_requests;
+    mapping_.take_back();
+  }
   if (controls.scale != scale_) {
     scale_ = controls.scale;
     mapping_.rescale(scale_ > 0.0 ? scale_ : options_.mapping.scale);

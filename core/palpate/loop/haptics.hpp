@@ -131,6 +131,7 @@ class Haptics {
   stability::Energy book(const HapticsInput& in, const Wrench& F_H_L) noexcept;
   void record(const HapticsInput& in, Tick& tick) const noexcept;
   void record_guidance(Tick& tick) const noexcept;
+  void record_withheld(const HapticsInput& in, const Wrench& F_H_L, Tick& tick) const noexcept;
   void record_touches(double stiffness_scale, Tick& tick) const noexcept;
   void record_stability(const HapticsInput& in, const Wrench& F_H_L, const stability::Energy& energy,
                         Tick& tick) const noexcept;
@@ -138,6 +139,7 @@ class Haptics {
   HapticsOptions options_;
   SessionMachine session_;
   int recover_seen_ = 0;                               ///< recover_requests when the last fault began
+  int take_back_seen_ = 0;                             ///< Controls::take_back_requests of the last tick
   Mat3 R_WL0_;                                         ///< orientation of the leader base by the options
   double scale_ = 0.0;                                 ///< Controls::scale of the last tick
   Eigen::Vector4d quat_WL_ = Eigen::Vector4d::Zero();  ///< Controls::quat_WL of the last tick

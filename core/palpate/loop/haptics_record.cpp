@@ -76,6 +76,7 @@ void Haptics::record(const HapticsInput& in, Tick& tick) const noexcept {
   tick.tau_jaw = out_.tau_jaw;
   tick.tau_gripper = out_.tau_gripper;
   copy(out_.mapped.X_WT_goal.p, tick.p_WT_goal);
+  copy(mapping_.shift(), tick.p_shift_W);
   copy(X_WT.p, tick.p_WT);
   copy(X_WT.R, tick.quat_WT);
   copy(X_WT.p, tick.p_WP);
@@ -125,8 +126,40 @@ void Haptics::record_touches(double stiffness_scale, Tick& tick) const noexcept 
   }
 }
 
+// Records who withholds how much of the force that is asked of the hand: the losses of magnitude along the chain, which
+// add up to the difference between the asked and the rendered force. A loss is negative where an element holds a force
+// that is no longer asked for.
+void Haptics::record_withheld(const HapticsInput& in, const Wrench& F_H_L, Tick& tick) const noexcept {
+  const stability::Output& rendered = out_.rendered;
+  const Vec3& v_LH = in.handle.V_LH.v;
+  const double asked = finite(out_.commanded.total(v_LH)).f.norm(), felt = F_H_L.f.norm();
+  tick.F_asked[0] = asked;
+  tick.F_asked[1] = finite(mapping_.wrench_on_hand(tool_force_.F_T_W)).f.norm();
+  tick.F_asked[2] = finite(mapping_.damped_wrench_on_hand(out_.guided.on_tool).total(v_LH)).f.norm();
+  if (!feels(in) || !in.handle.valid || !in.tool.valid) {
+    tick.F_withheld[kWithholders - 1] = asked - felt;
+    return;
+  }
+  const Vec3 after_passivity = finite(rendered.F_capped).f;
+  const Vec3 after_low_pass = after_passivity + rendered.F_passivity.f;
+  const double capped = std::min(after_passivity.norm(), options_.stability.force_cap);
+  const std::array<double, kWithholders> left = {(after_low_pass + rendered.F_low_pass.f).norm(),
+                                                 after_low_pass.norm(),
+                                                 after_passivity.norm(),
+                                                 capped,
+                                                 rendered.F_H_L.f.norm(),
+                                                 felt,
+                                                 felt};
+  double before = asked;
+  for (std::size_t k = 0; k < left.size(); ++k) {
+    tick.F_withheld[k] = before - left[k];
+    before = left[k];
+  }
+}
+
 void Haptics::record_stability(const HapticsInput& in, const Wrench& F_H_L, const stability::Energy& energy,
                                Tick& tick) const noexcept {
+  record_withheld(in, F_H_L, tick);
   copy(F_H_L.f, tick.F_H_L);
   copy(F_H_L.t, tick.t_H_L);
   copy(in.handle.X_LH.R.transpose() * F_H_L.f, tick.F_H_H);

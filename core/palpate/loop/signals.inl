@@ -9,6 +9,7 @@
 // clang-format off
 SIGNAL(loop, double, t, "s", "", "time of the tick", true)
 SIGNAL(stability, Bits, status, "bits", "", "what the safety layer did", true)
+SIGNAL(loop, Reals<3>, cause, "1", "", "newest fault of a device on a network: number of its status bit, two values", true)
 SIGNAL(leader, Reals<7>, q, "rad", "", "leader joints, measured", true)
 SIGNAL(leader, Reals<7>, v, "rad/s", "", "leader joint velocities, estimated", true)
 SIGNAL(torque, Reals<7>, tau, "N m", "", "commanded joint torque, the sum of its terms", true)
@@ -31,6 +32,8 @@ SIGNAL(mapping, double, jaw_goal, "rad", "", "jaw angle from the mapping of the 
 SIGNAL(force, double, tau_jaw, "N m", "", "torque of the contacts on the jaws, positive when it opens them", true)
 SIGNAL(stability, double, tau_gripper, "N m", "", "torque commanded on the operator's fingers, positive when it opens them", true)
 SIGNAL(mapping, Reals<3>, p_WT_goal, "m", "W", "tool goal from the mapping, corrected by hard fixtures", true)
+SIGNAL(mapping, Reals<3>, p_shift_W, "m", "W",
+       "shift of the tool against the hand by pauses after faults, which nobody asked for", true)
 SIGNAL(follower, Reals<3>, p_WT, "m", "W", "tool tip x, measured", true)
 SIGNAL(follower, Reals<4>, quat_WT, "1", "W", "tool orientation, w x y z", true)
 SIGNAL(contact, Reals<3>, p_WP, "m", "W", "proxy x_d; the tool tip when nothing is touched", true)
@@ -59,6 +62,10 @@ SIGNAL(guidance, Reals<3>, p_correction_W, "m", "W", "of the tool goal, by hard 
 SIGNAL(stability, Reals<3>, F_H_L, "N", "L", "commanded on the hand, spatial frame", true)
 SIGNAL(stability, Reals<3>, t_H_L, "N m", "L", "moment commanded on the hand, spatial frame", true)
 SIGNAL(stability, Reals<3>, F_H_H, "N", "H", "commanded on the hand, body frame", true)
+SIGNAL(stability, Reals<3>, F_asked, "N", "",
+       "force asked of the hand: in all, of contacts, of guidance; before the stage", true)
+SIGNAL(stability, Reals<kWithholders>, F_withheld, "N", "",
+       "part of it withheld by coupling, low-pass, passivity, force cap, rate cap, device, closed gate", true)
 SIGNAL(hand, Reals<3>, F_cell_L, "N", "L", "load cell: force of the arm on the hand (simulated)", true)
 SIGNAL(hand, Reals<3>, p_hand_L, "m", "L", "where the hand wants to be", true)
 SIGNAL(stability, double, energy_port, "J", "",

@@ -13,6 +13,10 @@ namespace palpate::loop {
 /// Largest number of contacts that a tick records one by one.
 inline constexpr int kTouches = 16;
 
+/// Number of those that withhold a force, in the order of the signal `F_withheld`. The device: the ramp after a pause
+/// of a device on a network, or the limits of the drives.
+inline constexpr int kWithholders = 7;
+
 /// Types of a signal. Every element has eight bytes, so that numpy can read a tick as a row without padding.
 template <std::size_t n>
 using Reals = double[n];

@@ -9,7 +9,8 @@
 namespace palpate::mapping {
 namespace {
 
-constexpr double kLongestStep = 3.0;  // [periods] time that one step accounts for at most
+constexpr double kReturnSpeed = 0.02;  // [m/s] of the tool while a shift is taken back
+constexpr double kLongestStep = 3.0;   // [periods] time that one step accounts for at most
 
 /// Reduces the rotation angle of q by `angle` [rad], but not below zero.
 Eigen::Quaterniond towards_identity(const Eigen::Quaterniond& q, double angle) {
@@ -51,6 +52,7 @@ ToolGoal Mapping::step(const Input& in) noexcept {
   const bool other_locks = in.lock_rotation != lock_rotation_ || in.lock_translation != lock_translation_;
   lock_rotation_ = in.lock_rotation;
   lock_translation_ = in.lock_translation;
+  pause_asked_ = pause_asked_ || other_locks || (!engaged && in.pause_asked);
   if (engaged && (!engaged_ || other_locks)) {
     anchor(in);
   }
@@ -66,6 +68,7 @@ ToolGoal Mapping::step(const Input& in) noexcept {
   } else {
     p_WT0_ += recentring_.step(
         {in.p_LH, options_.scale * in.V_LH.v.norm(), R_WL_, in.F_T_W, in.correction_W, in.reached}, dt);
+    if (in.F_T_W.isZero(0.0)) return_by_shift(dt);  // against a force it would be the mapping that pushes
   }
   if (!lock_translation_) goal_.p = p_WT0_ + options_.scale * (in.X_WH.p - p_WH0_);
   if (!lock_rotation_) {
@@ -105,7 +108,23 @@ double Mapping::elapsed(double t) noexcept {
   return std::clamp(passed, 0.0, kLongestStep * dt_);
 }
 
+void Mapping::return_by_shift(double dt) noexcept {
+  if (!taking_back_) return;
+  const double left = shift_.norm(), step = kReturnSpeed * dt;
+  const Vec3 back = left > step ? Vec3(step / left * shift_) : shift_;
+  p_WT0_ -= back;
+  shift_ -= back;
+  taking_back_ = left > step;
+}
+
 void Mapping::anchor(const Input& in) noexcept {
+  if (anchor_count_ == 0 || pause_asked_) {
+    shift_.setZero();
+    taking_back_ = false;
+  } else {
+    shift_ += goal_.p - (p_WT0_ + options_.scale * (in.X_WH.p - p_WH0_));
+  }
+  pause_asked_ = false;
   p_WH0_ = in.X_WH.p;
   p_WT0_ = goal_.p;
   R_off_ = Eigen::Quaterniond(Mat3(in.X_WH.R.transpose() * goal_.R)).normalized();

@@ -41,6 +41,7 @@ struct Input {
   Vec3 F_T_W = Vec3::Zero();                             ///< newest force on the tool, of contacts and fixtures [N]
   Vec3 correction_W = Vec3::Zero();                      ///< displacement of the last goal by hard fixtures [m]
   bool lock_rotation = false, lock_translation = false;  ///< the tool keeps its orientation, its position
+  bool pause_asked = false;                              ///< people ask for a pause, e.g. by the clutch pedal
 };
 
 /// Relative, scaled position and absolute orientation (Fig 4):
@@ -51,6 +52,10 @@ struct Input {
 /// goal therefore continues from the held goal, without a jump. For small workspaces a `Recentring` moves p_WT0. While
 /// the clutch is pressed or teleoperation is off, the tool holds the last goal, or its present pose if it did not reach
 /// that goal.
+///
+/// A pause that nobody asked for shifts the tool against the hand by what the hand moved meanwhile. shift() adds up
+/// such pauses; take_back() lets the tool return slowly while it touches nothing. A pause that people ask for chooses a
+/// new relation of both: the shift is zero after it.
 class Mapping {
  public:
   /// R_WL: orientation of the leader base L in W. dt: period of the cycle [s]. Throws std::invalid_argument with the
@@ -69,12 +74,18 @@ class Mapping {
   void rescale(double scale) noexcept {
     options_.scale = scale;
     engaged_ = false;
+    pause_asked_ = true;
   }
   /// Sets another orientation of the leader base L in W, valid from the next step on, without a jump of the goal.
   void turn(const Mat3& R_WL) noexcept {
     R_WL_ = R_WL;
     engaged_ = false;
+    pause_asked_ = true;
   }
+  /// Position of the tool minus where it would be without pauses that nobody asked for, in W [m].
+  [[nodiscard]] const Vec3& shift() const noexcept { return shift_; }
+  /// Lets the tool return by the shift, from the next step on.
+  void take_back() noexcept { taking_back_ = true; }
   /// True if the handle at X_WH has the orientation of the tool at X_WT, within align_tolerance.
   [[nodiscard]] bool aligned(const Pose& X_WH, const Pose& X_WT) const noexcept;
   /// Force on the hand in L that renders a force on the tool in W: F_H_L = force_scale R_LW F_T_W [N].
@@ -110,6 +121,7 @@ class Mapping {
 
  private:
   void anchor(const Input& in) noexcept;
+  void return_by_shift(double dt) noexcept;
   [[nodiscard]] double elapsed(double t) noexcept;
 
   Options options_;
@@ -119,8 +131,11 @@ class Mapping {
   double t_ = std::numeric_limits<double>::quiet_NaN();
   bool started_ = false, engaged_ = false;
   bool lock_rotation_ = false, lock_translation_ = false;
-  bool jaw_held_ = false;  ///< ratchet: the pinch has not yet closed to the angle of the jaw
+  bool jaw_held_ = false;     ///< ratchet: the pinch has not yet closed to the angle of the jaw
+  bool pause_asked_ = false;  ///< people asked for the present pause
+  bool taking_back_ = false;
   int anchor_count_ = 0;
+  Vec3 shift_ = Vec3::Zero();
   Vec3 p_WH0_ = Vec3::Zero(), p_WT0_ = Vec3::Zero();
   Eigen::Quaterniond R_off_ = Eigen::Quaterniond::Identity();
   Pose goal_;

@@ -69,6 +69,7 @@ struct Controls {
   bool hold_all = false;          ///< everything shall hold where it is
   bool recover_by_itself = true;  ///< a fault is left as soon as its cause is gone
   int recover_requests = 0;       ///< a new number leaves a fault whose cause is gone
+  int take_back_requests = 0;     ///< a new number takes the shift of the tool against the hand back (Mapping)
   bool lock_rotation = false;     ///< the tool keeps its orientation while it follows
   bool lock_translation = false;  ///< the tool keeps its position while it follows, and the hand feels no force
   double scale = 0.0;             ///< tool motion per hand motion; 0: as in the options [-]

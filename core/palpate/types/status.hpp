@@ -33,7 +33,7 @@ enum Status : unsigned {
   kNoOperator = 1u << 17,    ///< no operator is at the console
   kNotEnabled = 1u << 18,    ///< an arm is not enabled or not homed
   kFrameUnsure = 1u << 15,   ///< the arm may interpret wrenches in another frame, or may not compensate its weight
-  kBadStamp = 1u << 19,      ///< a time stamp was zero, which means invalid, or far from the clock of this machine
+  kBadStamp = 1u << 19,      ///< a time stamp was zero, which means invalid, or not finite
   kClockJumped = 1u << 23,   ///< the clock of this machine or of a device jumped
   kJumped = 1u << 24,        ///< a measured pose moved faster than a hand can
   kSecondWriter = 1u << 25,  ///< another node commands the same arm
@@ -49,6 +49,18 @@ enum Status : unsigned {
 enum SoftStatus : std::uint64_t {
   kSoftFrozen = 1ull << 32,  ///< a soft body diverged: its force goes to zero and returns by a ramp
   kSoftLate = 1ull << 33,    ///< the thread of a soft body is late: its surface stands still meanwhile
+};
+
+/// Further bits of the recorded signal `status`: of devices on a network (loop/crtk_cycle.hpp). All are faults.
+enum DeviceStatus : std::uint64_t {
+  kTwoSources = 1ull << 34,       ///< several nodes publish one of the inputs
+  kNoListener = 1ull << 35,       ///< nobody receives the wrenches
+  kClockOffset = 1ull << 36,      ///< stamps are far from this machine's clock, or states take as long to arrive
+  kNotRotation = 1ull << 37,      ///< a quaternion does not have the norm 1
+  kTooFar = 1ull << 38,           ///< a position is farther away than any arm reaches
+  kStreamsDisagree = 1ull << 39,  ///< the reported velocity is not that of the reported poses
+  kBaseMoved = 1ull << 40,        ///< the frame in which an arm reports its pose is another one than at the start
+  kAlternating = 1ull << 41,      ///< poses jump to and fro
 };
 
 /// Name and description of one status bit, for records and reports.

@@ -38,7 +38,10 @@ class Options(Protocol):
 
 
 def run_pairs(command: Options, scene: Scene) -> int:
-    """Render every pair of a scene on its arms until the duration, Ctrl-C or SIGTERM; returns the exit code.
+    """Render every pair of a scene on its arms until the duration, Ctrl-C or SIGTERM.
+
+    Returns:
+        The exit code: 1 if a node failed.
 
     Raises:
         PalpateError: a pair has no names of its arms.
@@ -69,7 +72,7 @@ def run_pairs(command: Options, scene: Scene) -> int:
             stack.enter_context(Around(session, pair=name, draws_objects=name == next(iter(scene.pairs))))
         with signals.deferred(pairs.stopped):
             pairs.start()
-            _watch(pairs, command.duration, console)
+            failed = _watch(pairs, command.duration, console)
         summaries = pairs.close(pairs.stopped.is_set())
     each = scene.each_pair()
     summaries = {name: outcome.with_report(summary, each[name]) for name, summary in summaries.items()}
@@ -78,7 +81,7 @@ def run_pairs(command: Options, scene: Scene) -> int:
         console.print(summary_table(summary))
         outcome.print_details(console, summary, scene.record.report)
     write_json(command.json, {"pairs": summaries})
-    return 0
+    return 1 if failed else 0
 
 
 def wanted(scene: Scene, pair: str) -> list[str]:
@@ -92,8 +95,12 @@ def wanted(scene: Scene, pair: str) -> list[str]:
     return [pair] if pair else list(scene.pairs)
 
 
-def _watch(pairs: HapticPairs, duration: float | None, console: Console) -> None:
-    """Print the events of all nodes until the end; a node that fails ends alone, and the others go on."""
+def _watch(pairs: HapticPairs, duration: float | None, console: Console) -> set[str]:
+    """Print the events of all nodes until the end; a node that fails ends alone, and the others go on.
+
+    Returns:
+        Names of the pairs whose node failed.
+    """
     end = time.monotonic() + (float("inf") if duration is None else duration)
     printed, failed = dict.fromkeys(pairs.sessions, 0), set[str]()
     while time.monotonic() < end and not pairs.stopped.wait(_PERIOD) and len(failed) < len(pairs.sessions):
@@ -109,3 +116,5 @@ def _watch(pairs: HapticPairs, duration: float | None, console: Console) -> None
             for words in session.events[printed[name] :]:
                 say(console, f"{name}: {words}", "*", "cyan")
             printed[name] = len(session.events)
+            console.file.flush()
+    return failed

@@ -136,7 +136,7 @@ class Command:
 class HapticLine(LiveLine):
     """The live line: rate, latency, force, and the conditions that forbid a force; events are printed line by line.
 
-    Without a terminal, a line is printed for each new condition. A cause that repeats is counted, once a minute.
+    New conditions are events. A cause that repeats is counted, once a minute.
     """
 
     def __init__(self, console: Console, session: HapticSession) -> None:
@@ -148,8 +148,11 @@ class HapticLine(LiveLine):
         """Show the newest state."""
         self.rest()
         timing = self._session.timing
-        told = self._session.reports.sentences()
-        words = told if self._live is None else self._session.words(int(state.tick["status"]))[:2]
+        if self._live is None:
+            return
+        from palpate.record import withheld
+
+        words = [*self._session.words(int(state.tick["status"]))[:2], *withheld.in_words(state.tick)]
         line = Text.assemble(
             (f"{state.t:7.1f} s", "bold"),
             ("  leader ", "dim"),
@@ -160,10 +163,7 @@ class HapticLine(LiveLine):
             (f"{state.force:5.2f} N", "red" if state.contacts else ""),
             f"  {'; '.join(words) or 'free to push'}",
         )
-        if self._live is not None:
-            self._live.update(line)
-        elif told:
-            self._console.print(line, soft_wrap=True)
+        self._live.update(line)
 
     def rest(self) -> None:
         """Print the events since the last call."""

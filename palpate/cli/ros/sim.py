@@ -19,16 +19,18 @@ class Command:
 
     examples:
       palpate ros sim
-      palpate ros sim --arms MTMR PSM1 --rate 1000
-      ros2 topic pub --once /MTMR/state_command crtk_msgs/msg/StringStamped "{string: home}"
+      palpate ros sim --arms MTMR PSM1 --rate 500
+      palpate ros topic pub /MTMR/state_command crtk_msgs/msg/StringStamped "{string: home}"
 
     The MTMs have dynamics: they move under servo_cf, and fall without gravity compensation. Ctrl-C ends the simulation.
     """
 
     arms: tuple[str, ...] = ("MTMR", "MTML", "PSM1", "PSM2", "PSM3", "ECM")
     """Arms among MTMR, MTML, PSM1, PSM2, PSM3, ECM; the pairs MTMR_PSM1 and MTML_PSM2 get a teleoperation."""
-    rate: Annotated[float, arg(metavar="HZ")] = 100.0
-    """Rate of the measured states, 1 to 1000 [Hz]."""
+    rate: Annotated[float, arg(metavar="HZ")] = 1000.0
+    """Rate of the measured states, 1 to 1000 [Hz]. A real dVRK has 100 Hz unless it is started with -p 0.001."""
+    force: bool = False
+    """Start even if another program has arms of these names; both then obey the same commands."""
     network: bool = False
     """Communicate with other machines; otherwise only within this one."""
     head_sensor: bool = False
@@ -46,6 +48,7 @@ class Command:
             rate=self.rate,
             network=self.network,
             head_sensor=self.head_sensor,
+            force=self.force,
             on_progress=lambda text: say(console, text),
         )
         reach = "open to the network" if self.network else "this machine alone"

@@ -1,4 +1,4 @@
-"""Diagnostics for rqt_robot_monitor: rates, latency, energy, caps, and the conditions that forbid a force."""
+"""Diagnostics for rqt_robot_monitor: rates, latency, energy, caps, and what forbids or withholds a force."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from palpate.record import withheld
 from palpate.record.ticks import STATUS
+from palpate.ros import causes
 from palpate.ros.around.convert import latched
 
 if TYPE_CHECKING:
@@ -55,16 +57,21 @@ class Diagnostics:
         bits, timing = int(np.nan_to_num(tick["status"])), session.timing
         on = [name for name, (bit, _) in STATUS.items() if bits & bit]
         faults = [name for name in on if name not in (*_CAPS, *_WAITING)]
-        words = session.words(bits) or ["free to push"]
+        words = [*session.words(bits), *withheld.in_words(tick)] or ["free to push"]
+        asked, less = np.nan_to_num(tick["F_asked"]), np.nan_to_num(tick["F_withheld"])
         values = {
             "leader rate [Hz]": f"{timing['leader_rate']:.1f}",
             "age of its state when it came [us]": f"{timing['leader_age_us']:.0f}",
+            "clock of the leader": causes.offset(timing["leader_clock_s"]),
             "answer p50 / p99 / longest [us]": " / ".join(f"{timing['answer_us'][k]:.0f}" for k in _PERCENTILES),
             "cycle p50 / p99 / longest [us]": " / ".join(f"{timing['cycle_us'][k]:.1f}" for k in _PERCENTILES),
             "messages taken / left out": f"{timing['leader_messages']} / {timing['leader_left_out']}",
             "wrenches sent": f"{timing['published']}",
             "guardian took over": f"{timing['guardian_took_over']}",
             "force [N]": f"{np.linalg.norm(tick['F_H_L']):.3f}",
+            "force asked, of contacts, of guidance [N]": " / ".join(f"{F:.3f}" for F in asked),
+            **{f"force withheld by {name} [N]": f"{F:.3f}" for name, F in zip(withheld.NAMES, less, strict=True)},
+            "shift of the tool against the hand [mm]": f"{1e3 * float(np.linalg.norm(tick['p_shift_W'])):.2f}",
             "force cap [N]": f"{session.loop.force_cap:g}",
             "penetration [mm]": f"{1e3 * float(tick['depth']):.2f}",
             "energy taken from the hand [mJ]": f"{1e3 * float(tick['energy_port']):.3f}",

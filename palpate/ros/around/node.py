@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from palpate.ros.background import BackgroundNode
 
@@ -40,6 +40,7 @@ class Around(BackgroundNode):
         frames, markers = Frames(self.node, session, pair, draws_objects), Markers(self.node, session)
         Swap(self.node, session, on_swap=markers.draw_objects)
         self.tool = Tool(self.node, session)
+        self._offer_take_back(session)
 
         def show() -> None:
             tick = session.latest()
@@ -50,3 +51,13 @@ class Around(BackgroundNode):
         self.node.create_timer(1.0, Diagnostics(self.node, session).publish)
         self.node.create_timer(PERIOD, GraphFile(self.node, session).look)
         self.spin()
+
+    def _offer_take_back(self, session: HapticSession) -> None:
+        """The service ~/take_back (std_srvs/Trigger)."""
+        from std_srvs.srv import Trigger
+
+        def take_back(_: Any, answer: Any) -> Any:
+            answer.success, answer.message = True, session.take_back()
+            return answer
+
+        self.node.create_service(Trigger, "~/take_back", take_back)

@@ -36,6 +36,7 @@ nb::dict timing(const HapticNode& self) {
   const Stream leader = self.leader();
   d["leader_rate"] = leader.rate;
   d["leader_age_us"] = 1e6 * leader.age;
+  d["leader_clock_s"] = leader.clock_offset;
   d["leader_messages"] = leader.taken;
   d["leader_left_out"] = leader.left_out;
   return d;

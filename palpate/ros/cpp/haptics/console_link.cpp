@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <chrono>
+#include <geometry_msgs/msg/pose_stamped.hpp>
+#include <limits>
 
 namespace palpate::ros {
 namespace {
@@ -12,7 +14,8 @@ constexpr auto kPollInterval = std::chrono::milliseconds(50);  // interval of th
 constexpr int kReportPolls = 20;                               // polls during which a state report is awaited
 constexpr int kNamelessPolls = 20;  // polls until a publisher without a node name counts as foreign
 
-bool pressed(const sensor_msgs::msg::Joy& joy) { return !joy.buttons.empty() && joy.buttons[0] != 0; }
+constexpr double kAnyAge = std::numeric_limits<double>::infinity();  // of latched messages
+constexpr int kTap = 2;  // buttons[0] of a Joy after a quick tap of a pedal, which is up again
 
 std_msgs::msg::Bool bool_message(bool on) {
   std_msgs::msg::Bool message;
@@ -23,6 +26,18 @@ std_msgs::msg::Bool bool_message(bool on) {
 /// True if the name of a teleoperation contains the arm: MTMR_PSM1 and MTML_MTMR_ECM contain MTMR.
 bool names_arm(const std::string& teleop, const std::string& arm) {
   return ("_" + teleop + "_").find("_" + arm + "_") != std::string::npos;
+}
+
+/// "two nodes publish TOPIC: A and B"; empty for one publisher or none.
+std::string several(const std::string& topic, const std::vector<Endpoint>& ends) {
+  if (ends.size() < 2) return {};
+  std::string words = ends.size() == 2 ? "two" : ends.size() == 3 ? "three" : std::to_string(ends.size());
+  words += " nodes publish " + topic + ": ";
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    const bool named = ends[i].node.find("NODE_NAME_UNKNOWN") == std::string::npos;
+    words += (i == 0 ? "" : i + 1 < ends.size() ? ", " : " and ") + (named ? ends[i].node : "one without a name");
+  }
+  return words;
 }
 
 /// Names of all topics in the graph; empty if the query fails.
@@ -69,28 +84,47 @@ ConsoleLink::ConsoleLink(std::shared_ptr<Context> context, const HapticNames& na
                    [this](const std_msgs::msg::Bool& message) {
                      if (!message.data) restore(gravity_, true, "switched off the gravity compensation");
                    }),
-      leader_(node_, names.of_leader("operating_state"),
-              [this](const auto& message) { state(kLeader, names_.leader, message); }),
-      operator_(node_, "/" + names.console + "/operator_present",
-                [this](const sensor_msgs::msg::Joy& message) { pedal(kOperator, pressed(message), true); }),
-      clutch_(node_, "/" + names.console + "/clutch",
-              [this](const sensor_msgs::msg::Joy& message) { pedal(kClutch, pressed(message), false); }),
-      camera_(node_, "/" + names.console + "/camera",
-              [this](const sensor_msgs::msg::Joy& message) { pedal(kCamera, pressed(message), false); }),
+      leader_(
+          node_, names.of_leader("operating_state"),
+          [this](const auto& message) { state(kLeader, names_.leader, message); }, kAnyAge, 1, Sources::one),
+      operator_(
+          node_, "/" + names.console + "/operator_present",
+          [this](const Joy& message) { joy(kOperator, message, true); }, kAnyAge, 1, Sources::one),
+      clutch_(
+          node_, "/" + names.console + "/clutch", [this](const Joy& message) { joy(kClutch, message, false); }, kAnyAge,
+          1, Sources::one),
+      camera_(
+          node_, "/" + names.console + "/camera", [this](const Joy& message) { joy(kCamera, message, false); }, kAnyAge,
+          1, Sources::one),
       spinner_(node_) {
   set(kNoFrameSubscriber, needs_frame_);  // until a subscriber is found
   if (!names.follower.empty()) {
-    follower_.emplace(node_, names.of_follower("operating_state"),
-                      [this](const auto& message) { state(kFollower, names_.follower, message); });
+    follower_.emplace(
+        node_, names.of_follower("operating_state"),
+        [this](const auto& message) { state(kFollower, names_.follower, message); }, kAnyAge, 1, Sources::one);
   }
   if (names.own_teleop()) {
     set(kFollowing, true);
     set(kOther, true);  // until the search finds no other teleoperation
   } else {
-    following_.emplace(node_, "/" + names.teleop + "/following",
-                       [this](const std_msgs::msg::Bool& message) { follow(message.data); });
-    scale_sub_.emplace(node_, "/" + names.teleop + "/scale",
-                       [this](const std_msgs::msg::Float64& message) { scale_ = message.data; });
+    following_.emplace(
+        node_, "/" + names.teleop + "/following", [this](const std_msgs::msg::Bool& message) { follow(message.data); },
+        kAnyAge, 1, Sources::one);
+    scale_sub_.emplace(
+        node_, "/" + names.teleop + "/scale", [this](const std_msgs::msg::Float64& message) { scale_ = message.data; },
+        kAnyAge, 1, Sources::one);
+    states_.insert(states_.end(), {&*following_, &*scale_sub_});
+  }
+  states_.insert(states_.end(), {&leader_, &operator_, &clutch_, &camera_});
+  if (follower_) states_.push_back(&*follower_);
+  for (const LatchingSearch* state : states_) inputs_.emplace(state->topic(), "");
+  for (const std::string& topic : names.measured()) inputs_.emplace(topic, "");
+  for (const std::string& arm : {names.leader, names.follower}) {
+    if (arm.empty()) continue;
+    const std::string topic = "/" + arm + "/set_base_frame";
+    base_subs_.push_back(std::make_unique<Subscription<geometry_msgs::msg::PoseStamped>>(
+        node_, topic,
+        [this, arm, topic](const geometry_msgs::msg::PoseStamped&, const Info&) { base_frame(arm, topic); }));
   }
   poller_ = std::thread([this] { poll_graph(); });
 }
@@ -116,6 +150,8 @@ loop::CrtkGates ConsoleLink::gates() noexcept {
   gates.follower_enabled = (g & kFollower) != 0;
   gates.second_writer = (g & kWriter) != 0;
   gates.other_teleop = (g & kOther) != 0;
+  gates.two_sources = (g & kSources) != 0 || contested();
+  gates.base_moved = (g & kBase) != 0;
   gates.frame_unsure = frame_changed_.exchange(false, std::memory_order_relaxed) || (g & kNoFrameSubscriber) != 0;
   return gates;
 }
@@ -140,6 +176,31 @@ bool ConsoleLink::set(Gate gate, bool on) noexcept {
 void ConsoleLink::follow(bool on) {
   if (on) make_ready();
   set(kFollowing, on);
+}
+
+void ConsoleLink::joy(Gate gate, const Joy& message, bool allows) {
+  const int button = message.buttons.empty() ? 0 : message.buttons[0];
+  if (button == kTap && gate == kClutch) ++taps_;
+  pedal(gate, button != 0 && button != kTap, allows);
+}
+
+// The scene places the arm by the frame of measured_cp, which is another one now. Nothing tells when it is back.
+void ConsoleLink::base_frame(const std::string& arm, const std::string& topic) {
+  if (!set(kBase, true)) return;
+  std::string who;
+  for (const Endpoint& end : node_.publishers(topic)) who += (who.empty() ? "" : ", ") + end.node;
+  report((who.empty() ? "somebody" : who) + " set another base frame of " + arm + " (set_base_frame): measured_cp is " +
+         "not in the frame of the scene any more, no force. Mend: restart this node, with the scene's base for it");
+}
+
+// True if a state has several publishers now. They are not listened to, so what they said meanwhile is not known.
+bool ConsoleLink::contested() const noexcept {
+  for (const LatchingSearch* state : states_) {
+    if (state->publishers() < 2) continue;
+    contested_since_.store(true, std::memory_order_relaxed);
+    return true;
+  }
+  return false;
 }
 
 // `allows`: the position of the pedal that allows a force; true means down.
@@ -178,30 +239,77 @@ void ConsoleLink::poll_graph() {
   while (!stop_) {
     lock.unlock();
     try {
-      absolute_sub_.find_latching_publisher(), gravity_sub_.find_latching_publisher(),
-          leader_.find_latching_publisher(), operator_.find_latching_publisher(), clutch_.find_latching_publisher(),
-          camera_.find_latching_publisher();
-      if (follower_) follower_->find_latching_publisher();
-      if (following_) following_->find_latching_publisher();
-      if (scale_sub_) scale_sub_->find_latching_publisher();
-      if (const std::size_t listeners = absolute_.listeners() + gravity_.listeners(); listeners != listeners_) {
-        if (listeners > listeners_) make_ready();  // a new arm has subscribed
-        listeners_ = listeners;
-      }
-      if (needs_frame_ && set(kNoFrameSubscriber, absolute_.listeners() == 0)) {
-        report(absolute_.listeners() > 0 ? names_.leader + " takes " + absolute_.topic()
-                                         : "nobody listens to " + absolute_.topic() +
-                                               ": no force. Mend: start the arm, or --any-state for a device that has "
-                                               "no such topic and takes wrenches in the frame of measured_cp");
-      }
-      find_writers();
-      if (names_.own_teleop()) find_teleops();
+      look();
     } catch (const std::exception& error) {
       report(error.what());
     }
     lock.lock();
     woken_.wait_for(lock, kPollInterval, [this] { return stop_; });
   }
+}
+
+void ConsoleLink::look() {
+  absolute_sub_.find_latching_publisher(), gravity_sub_.find_latching_publisher();
+  for (LatchingSearch* state : states_) state->find_latching_publisher();
+  if (const std::size_t listeners = absolute_.listeners() + gravity_.listeners(); listeners != listeners_) {
+    if (listeners > listeners_) make_ready();  // a new arm has subscribed
+    listeners_ = listeners;
+  }
+  if (needs_frame_ && set(kNoFrameSubscriber, absolute_.listeners() == 0)) {
+    report(absolute_.listeners() > 0
+               ? names_.leader + " takes " + absolute_.topic()
+               : "nobody listens to " + absolute_.topic() +
+                     ": no force. Mend: start the arm, or --any-state for a device that has no such topic and takes "
+                     "wrenches in the frame of measured_cp");
+  }
+  find_sources();
+  find_listeners();
+  find_writers();
+  if (names_.own_teleop()) find_teleops();
+}
+
+// Looks for inputs with several publishers. While a state has several, it counts as unknown; then it is asked again.
+void ConsoleLink::find_sources() {
+  bool found = false;
+  for (auto& [topic, before] : inputs_) {
+    const std::vector<Endpoint> ends = node_.publishers(topic);
+    std::string words = several(topic, ends);
+    found = found || !words.empty();
+    if (words == before) continue;
+    if (!words.empty()) {
+      report(words + ": no force until one is left");
+    } else {
+      report(topic + " has one publisher again" + (ends.empty() ? "" : ": " + ends[0].node));
+    }
+    before = std::move(words);
+  }
+  set(kSources, found);
+  const bool contest = contested();
+  if (contest || contested_since_.exchange(false)) {
+    for (const Gate gate : {kOperator, kLeader, kFollower}) set(gate, false);
+    if (!names_.own_teleop()) set(kFollowing, false);
+    contested_before_ = true;
+  }
+  if (!contest && std::exchange(contested_before_, false)) {
+    for (LatchingSearch* state : states_) state->forget();
+  }
+}
+
+// An arm whose subscription was replaced between two polls has lost its last wrench: the force begins at zero again.
+void ConsoleLink::find_listeners() {
+  std::vector<Gid> now;
+  for (const Endpoint& end : node_.subscribers(names_.wrench())) now.push_back(end.gid);
+  const auto stays = [&](const Gid& one) { return std::find(now.begin(), now.end(), one) != now.end(); };
+  if (!now.empty() && !receivers_.empty() && std::none_of(receivers_.begin(), receivers_.end(), stays)) {
+    frame_changed_ = true;
+    report("another subscription receives " + names_.wrench() + " now: the force begins at zero");
+  }
+  if (now.empty() != receivers_.empty() || !searched_) {
+    report(now.empty() ? "nobody listens to " + names_.wrench() + ": no force"
+                       : names_.wrench() + " has a listener: the force begins at zero");
+  }
+  searched_ = true;
+  receivers_ = std::move(now);
 }
 
 // Looks for other publishers on the topics that this node commands. The arm obeys the newest message, so it would

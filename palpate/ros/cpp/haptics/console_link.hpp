@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <crtk_msgs/msg/operating_state.hpp>
 #include <list>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <sensor_msgs/msg/joy.hpp>
@@ -40,6 +41,9 @@ class ConsoleLink {
   /// Motion scale of the external teleoperation [-]; zero until a message with the scale has arrived.
   [[nodiscard]] double scale() const noexcept { return scale_.load(std::memory_order_relaxed); }
 
+  /// Number of quick taps of the clutch pedal so far: each takes the shift of the tool against the hand back [-].
+  [[nodiscard]] int taps() const noexcept { return taps_.load(std::memory_order_relaxed); }
+
   /// Messages for the user since the last call, oldest first.
   [[nodiscard]] std::vector<std::string> take_events();
   /// Adds a message for the user; at most 100 are kept. From any thread.
@@ -55,8 +59,11 @@ class ConsoleLink {
     kWriter = 32u,
     kOther = 64u,
     kCamera = 128u,
-    kNoFrameSubscriber = 256u  ///< no subscriber for the topic that sets the wrench frame
+    kNoFrameSubscriber = 256u,  ///< no subscriber for the topic that sets the wrench frame
+    kSources = 512u,            ///< an input has several publishers
+    kBase = 1024u               ///< somebody has set another base frame of an arm
   };
+  using Joy = sensor_msgs::msg::Joy;
   /// Another teleoperation component that uses the same leader.
   struct Teleop {
     Teleop(Node& node, const std::string& name, ConsoleLink& console);
@@ -74,10 +81,16 @@ class ConsoleLink {
   bool set(Gate gate, bool on) noexcept;
   void follow(bool on);
   void state(Gate gate, const std::string& arm, const crtk_msgs::msg::OperatingState& message);
+  void joy(Gate gate, const Joy& message, bool allows);
+  void base_frame(const std::string& arm, const std::string& topic);
+  [[nodiscard]] bool contested() const noexcept;
   void pedal(Gate gate, bool down, bool allows);
   void make_ready();
   void restore(Publisher<std_msgs::msg::Bool>& to, bool right, const char* words);
   void poll_graph();
+  void look();
+  void find_sources();
+  void find_listeners();
   void find_writers();
   void find_teleops();
 
@@ -88,6 +101,7 @@ class ConsoleLink {
   std::atomic<bool> frame_changed_{false};
   std::atomic<unsigned> gates_{0};
   std::atomic<double> scale_{0.0};
+  std::atomic<int> taps_{0};
   std::mutex mutex_, publishing_;  // guard events_ and stop_; the publishers
   std::vector<std::string> events_;
 
@@ -96,9 +110,16 @@ class ConsoleLink {
   LatchedSubscriber<std_msgs::msg::Bool> absolute_sub_, gravity_sub_;
   LatchedSubscriber<crtk_msgs::msg::OperatingState> leader_;
   std::optional<LatchedSubscriber<crtk_msgs::msg::OperatingState>> follower_;
-  LatchedSubscriber<sensor_msgs::msg::Joy> operator_, clutch_, camera_;
+  LatchedSubscriber<Joy> operator_, clutch_, camera_;
   std::optional<LatchedSubscriber<std_msgs::msg::Bool>> following_;
   std::optional<LatchedSubscriber<std_msgs::msg::Float64>> scale_sub_;
+  std::vector<std::unique_ptr<Entity>> base_subs_;  ///< set_base_frame of the arms
+  std::vector<LatchingSearch*> states_;             ///< subscriptions of states, of which each has one publisher
+  std::map<std::string, std::string> inputs_;       ///< words about several publishers of each input, by its topic
+  std::vector<Gid> receivers_;                      ///< subscriptions of the wrenches in the last poll
+  bool searched_ = false;                           ///< the graph was polled once
+  bool contested_before_ = false;                   ///< a state had several publishers, in the last poll or since
+  mutable std::atomic<bool> contested_since_{false};
   std::list<Teleop> others_;
   std::size_t listeners_ = 0;
   int polls_ = 0;

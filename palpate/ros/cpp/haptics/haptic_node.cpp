@@ -89,6 +89,7 @@ void HapticNode::subscribe_all() {
   };
   if (!names.follower.empty()) {
     subscribe.operator()<Pose>(names.of_follower("measured_cp"), [](HapticNode& self, const Pose& m) {
+      if (!self.follower_frame_.check(m.header.frame_id)) self.cycle_.report(kBaseMoved);
       self.cycle_.follower_pose(stamp_of(m), vector(m.pose.position), quaternion(m.pose.orientation),
                                 self.clock_time());
     });
@@ -109,11 +110,22 @@ void HapticNode::subscribe_all() {
     self.cycle_.leader_twist(stamp_of(m), {vector(m.twist.linear), vector(m.twist.angular)}, self.clock_time());
   });
   subscribe.operator()<Pose>(names.of_leader("measured_cp"), [](HapticNode& self, const Pose& m) {
+    if (!self.leader_frame_.check(m.header.frame_id)) self.cycle_.report(kBaseMoved);
     self.stamp_ = stamp_of(m);
     self.came_ = now_ns();
     self.cycle_.leader_pose(self.stamp_, vector(m.pose.position), quaternion(m.pose.orientation), self.clock_time());
     self.fresh_ = true;
   });
+}
+
+std::vector<std::string> HapticNode::take_events() {
+  std::vector<std::string> events = console_.take_events();
+  const HapticNames& names = options_.names;
+  for (std::string words :
+       {leader_frame_.words(names.of_leader("measured_cp")), follower_frame_.words(names.of_follower("measured_cp"))}) {
+    if (!words.empty()) events.push_back(std::move(words));
+  }
+  return events;
 }
 
 void HapticNode::join(std::shared_ptr<loop::Board> board, int index, std::vector<loop::ToolCapsule> capsules,
@@ -202,6 +214,7 @@ void HapticNode::step(std::int64_t begin) noexcept {
 void HapticNode::take() noexcept {
   Controls controls = front_.take_controls();
   if (stopping_) controls.following = false;
+  controls.take_back_requests += console_.taps();
   cycle_.set_controls(controls);
   if (front_.take_scene(clock_time().t)) cycle_.forget_contacts();
   cycle_.set_scene(front_.scene());
@@ -221,6 +234,8 @@ void HapticNode::gate() noexcept {
   const bool guardian_unheard =
       beat_->listeners == 0 && wrench_.listeners() > 0;  // the guardian's zero wrenches would not arrive
   gates.guarded = gates.guarded || guardian_unheard || now_ns() - beat_->guardian > kGuardianAway;
+  gates.no_listener = wrench_.listeners() == 0;
+  for (const auto& subscription : subscriptions_) gates.two_sources |= subscription->publishers() > 1;
   cycle_.set_gates(gates);
 }
 
@@ -257,6 +272,7 @@ void HapticNode::update_stream_figures() noexcept {
   const loop::Watch& leader = cycle_.leader();
   leader_rate_.store(leader.period() > 0.0 ? 1.0 / leader.period() : 0.0, std::memory_order_relaxed);
   leader_age_.store(leader.age(), std::memory_order_relaxed);
+  leader_clock_.store(leader.clock_offset(), std::memory_order_relaxed);
   leader_taken_.store(leader.accepted(), std::memory_order_relaxed);
   leader_left_out_.store(leader.ignored(), std::memory_order_relaxed);
 }

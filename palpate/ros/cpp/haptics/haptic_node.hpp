@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "haptics/console_link.hpp"
+#include "haptics/frame_name.hpp"
 #include "haptics/heartbeat.hpp"
 #include "haptics/names.hpp"
 #include "palpate/loop/crtk_cycle.hpp"
@@ -38,6 +39,7 @@ struct HapticNodeOptions {
 struct Stream {
   double rate = 0.0;                      ///< [Hz]
   double age = 0.0;                       ///< age of the last message at its arrival, from its stamp [s]
+  double clock_offset = 0.0;              ///< of the sender's clock; negative: behind, or a delay [s]
   std::uint64_t taken = 0, left_out = 0;  ///< messages used; messages rejected [-]
 };
 
@@ -63,12 +65,14 @@ class HapticNode {
   [[nodiscard]] loop::Front& front() noexcept { return front_; }
   [[nodiscard]] const loop::Front& front() const noexcept { return front_; }
   /// Messages for the user since the last call, oldest first.
-  [[nodiscard]] std::vector<std::string> take_events() { return console_.take_events(); }
+  [[nodiscard]] std::vector<std::string> take_events();
 
   [[nodiscard]] const loop::Histogram& cycle_time() const noexcept { return cycle_time_; }
   /// Time from the stamp of the leader's state until the wrench is handed to ROS.
   [[nodiscard]] const loop::Histogram& answer_time() const noexcept { return answer_time_; }
-  [[nodiscard]] Stream leader() const noexcept { return {leader_rate_, leader_age_, leader_taken_, leader_left_out_}; }
+  [[nodiscard]] Stream leader() const noexcept {
+    return {leader_rate_, leader_age_, leader_clock_, leader_taken_, leader_left_out_};
+  }
   [[nodiscard]] std::uint64_t published() const noexcept { return published_; }
   /// Number of takeovers by the guardian [-].
   [[nodiscard]] std::uint32_t guarded() const noexcept { return beat_->taken; }
@@ -97,6 +101,7 @@ class HapticNode {
   std::optional<Publisher<Pose>> goal_;
   std::optional<Publisher<Joints>> jaw_;
   std::vector<std::unique_ptr<Entity>> subscriptions_;
+  FrameName leader_frame_, follower_frame_;
   geometry_msgs::msg::WrenchStamped wrench_message_;
   Pose goal_message_;
   Joints jaw_message_;
@@ -110,7 +115,7 @@ class HapticNode {
   std::atomic<bool> stopping_{false}, force_is_zero_{false};
 
   loop::Histogram cycle_time_, answer_time_;
-  std::atomic<double> leader_rate_{0.0}, leader_age_{0.0};
+  std::atomic<double> leader_rate_{0.0}, leader_age_{0.0}, leader_clock_{0.0};
   std::atomic<std::uint64_t> leader_taken_{0}, leader_left_out_{0}, published_{0};
   std::string scheduler_ = "not started";
   std::unique_ptr<Spinner> spinner_;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <string>
+#include <vector>
 
 namespace palpate::ros {
 
@@ -23,6 +24,16 @@ struct HapticNames {
   [[nodiscard]] bool own_teleop() const { return teleop.empty(); }
   [[nodiscard]] std::string of_leader(const std::string& topic) const { return "/" + leader + "/" + topic; }
   [[nodiscard]] std::string of_follower(const std::string& topic) const { return "/" + follower + "/" + topic; }
+  /// Topics of measurements that this node reads.
+  [[nodiscard]] std::vector<std::string> measured() const {
+    std::vector<std::string> topics;
+    for (const char* topic : {"measured_cp", "measured_cv", "measured_js", "gripper/measured_js"}) {
+      topics.push_back(of_leader(topic));
+    }
+    if (follower.empty()) return topics;
+    for (const char* topic : {"measured_cp", "measured_js", "jaw/measured_js"}) topics.push_back(of_follower(topic));
+    return topics;
+  }
   /// Topic of the wrenches: the leader's own topic only if no external teleoperation publishes on it.
   [[nodiscard]] std::string wrench() const {
     return own_teleop() ? of_leader("body/servo_cf") : "/" + teleop + "/following/mtm/body/servo_cf";

@@ -46,6 +46,8 @@ class Entity {
   }
   /// Takes all new messages and calls back.
   virtual void take() {}
+  /// Number of matched publishers of a subscription, without a wait [-]; 0 for other entities, or if the query fails.
+  [[nodiscard]] virtual std::size_t publishers() const noexcept { return 0; }
 
  protected:
   /// Implements set_receiver() for an entity with an rcl arrival callback: `set(call, self)` sets or removes the

@@ -52,8 +52,7 @@ class Subscription final : public Entity {
     if (rcl_subscription_fini(&subscription_, node_.get()) != RCL_RET_OK) rcl_reset_error();
   }
 
-  /// Number of matched publishers [-]; 0 if the query fails.
-  [[nodiscard]] std::size_t publishers() const noexcept {
+  [[nodiscard]] std::size_t publishers() const noexcept override {
     std::size_t count = 0;
     if (rcl_subscription_get_publisher_count(&subscription_, &count) != RCL_RET_OK) rcl_reset_error();
     return count;
