@@ -235,6 +235,38 @@ def test_a_stale_plan_is_refused_and_nothing_is_sent(robot, planned, until, caps
     assert "scene has changed" in capsys.readouterr().err
 
 
+def test_another_arm_is_refused_and_nothing_is_sent(robot, planned, until, capsys):
+    code = main(["ros", "move", str(planned / "plan.yaml"), "--arm", "PSM2"])
+    assert code == 2
+    assert "the plan was proved for PSM1, not for PSM2" in capsys.readouterr().err
+
+
+def test_base_that_the_arm_reports_elsewhere_is_refused(robot, planned, until, capsys, node):
+    """Setup joints or somebody's set_base_frame have moved it: the obstacles are elsewhere for this arm."""
+    from geometry_msgs.msg import PoseStamped
+
+    moved = PoseStamped()
+    moved.pose.position.x, moved.pose.orientation.w = 0.085, 1.0
+    robot.publish("/PSM1/set_base_frame", moved)
+    try:
+        assert refused(robot, planned, until)
+        assert "reports its base" in capsys.readouterr().err
+    finally:
+        moved.pose.position.x = 0.0
+        robot.publish("/PSM1/set_base_frame", moved)
+
+
+def test_another_instrument_is_refused(robot, planned, until, capsys):
+    from std_msgs.msg import String
+
+    robot.publish("/PSM1/set_tool_type", String(data="PROGRASP_FORCEPS:400093"))
+    try:
+        assert refused(robot, planned, until)
+        assert "holds PROGRASP_FORCEPS:400093" in capsys.readouterr().err
+    finally:
+        robot.publish("/PSM1/set_tool_type", String(data="LARGE_NEEDLE_DRIVER:400006[12]"))
+
+
 def test_a_disabled_arm_is_refused_and_nothing_is_sent(robot, planned, until, capsys):
     robot.publish("/PSM1/state_command", string="disable")
     until(lambda: robot.state("PSM1") == "DISABLED", "disabled")
