@@ -79,11 +79,14 @@ class Master:
 
     def publish(self):
         step = 0.05 * self.period  # the hand moves at 5 cm/s at most
-        self.depth += float(np.clip(self.goal - self.depth, -step, step))
+        moved = float(np.clip(self.goal - self.depth, -step, step))
+        self.depth += moved
         stamp = self.node.get_clock().now().to_msg()
         pose, twist = PoseStamped(), TwistStamped()
         pose.header.stamp = twist.header.stamp = stamp
         p = self.at + self.depth * self.down
+        v = moved / self.period * self.down
+        twist.twist.linear.x, twist.twist.linear.y, twist.twist.linear.z = map(float, v)
         pose.pose.position.x, pose.pose.position.y, pose.pose.position.z = map(float, p)
         o = pose.pose.orientation
         o.x, o.y, o.z, o.w = map(float, self.turn)

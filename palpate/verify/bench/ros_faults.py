@@ -39,10 +39,10 @@ class MessageFault:
 MESSAGES = {
     "silence": MessageFault({"silent": True}, STALE, "the leader is silent"),
     "not a number": MessageFault({"not_finite": True}, 0.0, "a number was not finite"),
-    "no rotation": MessageFault({"no_rotation": True}, 0.0, "a number was not finite"),
-    "stamps of zero": MessageFault({"zero_stamp": True}, 0.0, "a stamp was zero"),
-    "clock ahead": MessageFault({"clock": 1.0}, 0.0, "far from this machine's clock"),
-    "clock behind": MessageFault({"clock": -1.0}, 0.0, "far from this machine's clock"),
+    "no rotation": MessageFault({"no_rotation": True}, 0.0, "a quaternion was zero"),
+    "stamps of zero": MessageFault({"zero_stamp": True}, 0.0, "a stamp was 0"),
+    "clock ahead": MessageFault({"clock": 1.0}, 0.0, "ahead"),
+    "clock behind": MessageFault({"clock": -1.0}, 0.0, "behind"),
     "delay of 100 ms": MessageFault({"delay": 0.1}, STALE, "the leader is silent"),
 }
 
