@@ -10,6 +10,9 @@ from contextlib import suppress
 from typing import Any
 
 
+_LOOK = 0.2  # longest wait until the thread looks whether it is to end [s]
+
+
 class NodeThread:
     """Runs the callbacks of a node from `start` until `stop`.
 
@@ -46,7 +49,7 @@ class NodeThread:
 
         with suppress(ExternalShutdownException):
             while not self._ending.is_set():
-                self._executor.spin_once()
+                self._executor.spin_once(timeout_sec=_LOOK)  # a wake-up may be lost
 
 
 def remove(node: Any, context: Any) -> None:

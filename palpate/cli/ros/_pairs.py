@@ -75,7 +75,8 @@ def run_pairs(command: Options, scene: Scene) -> int:
             failed = _watch(pairs, command.duration, console)
         summaries = pairs.close(pairs.stopped.is_set())
     each = scene.each_pair()
-    summaries = {name: outcome.with_report(summary, each[name]) for name, summary in summaries.items()}
+    if not any(summary.interrupted for summary in summaries.values()):  # Ctrl-C ends at once; palpate report writes it
+        summaries = {name: outcome.with_report(summary, each[name]) for name, summary in summaries.items()}
     for name, summary in summaries.items():
         say(console, name, "pair", "bold")
         console.print(summary_table(summary))
