@@ -9,7 +9,6 @@ import threading
 from contextlib import suppress
 from typing import Any
 
-
 _LOOK = 0.2  # longest wait until the thread looks whether it is to end [s]
 
 
