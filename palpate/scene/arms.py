@@ -41,13 +41,16 @@ def place(scene: Scene, surfaces: list[PlacedSurface], path: HandPlan, R_picture
 
     Raises:
         SceneError: a start pose or a point of the path is out of reach; the message names the arm, pose and distance.
+        ArmError: the simulated leader has a joint without inertia or without a drive limit.
     """
+    leader = _arm(scene, "leader")
+    if scene.arms.leader.driver is None:
+        leader.leader_options()  # what no place can mend, such as a joint that moves no mass, comes first
     follower = _arm(scene, "follower")
     X_WB = _follower_base(scene, follower, surfaces, path)
     q_follower0 = _follower_start(scene, follower, X_WB, path)
     X_WT = X_WB @ follower.fk(q_follower0)
 
-    leader = _arm(scene, "leader")
     X_WL, q_leader0 = _leader(scene, surfaces, leader, X_WT, R_picture)
     leader.set_gravity(X_WL[:3, :3].T @ _GRAVITY)
     arms = Arms(leader, follower, X_WL, X_WB, q_leader0, q_follower0)
@@ -191,8 +194,18 @@ def _reach(
         f"{math.degrees(turned):.1f} degrees out of reach",
         where=scene.where(*place),
         why=f"its base stands at ({base}) m in W",
-        mend=f"move the base, or leave out arms.{side}.base: the arm is then placed automatically",
+        mend=_mend_reach(scene, side),
     )
+
+
+def _mend_reach(scene: Scene, side: str) -> str:
+    """What lets an arm reach its path: only what has not been done already."""
+    if getattr(scene.arms, side).base is not None:
+        return f"move the base, or leave out arms.{side}.base: the arm is then placed automatically"
+    ways = [f"give arms.{side}.base", f"begin elsewhere (arms.{side}.start, or home in its model file)"]
+    if side == "leader" and scene.mapping.scale < 1.0:
+        ways.insert(0, f"let the hand move less: mapping.scale 1 instead of {scene.mapping.scale:g}")
+    return f"the arm was placed automatically; {', or '.join(ways)}"
 
 
 def _ik(arm: Arm, X_0T: Array, q0: Array) -> tuple[Array, tuple[float, float]]:

@@ -1,5 +1,7 @@
 """User-defined arms: a model file for a URDF, its defaults, and error messages with remedies."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -8,6 +10,8 @@ from hypothesis import strategies as st
 import palpate
 from palpate.arm import models_folder
 from palpate.errors import ArmError, SceneError
+from palpate.scene.rig import build
+from palpate.scene.scene import Scene
 
 JOINT = """<joint name="{name}" type="{kind}"><parent link="{parent}"/><child link="{child}"/><origin xyz="0 0 {z}"/>
 <axis xyz="0 1 0"/>{limit}</joint>"""
@@ -157,3 +161,28 @@ def test_gravity_follows_the_mounting_of_a_leader():
     upper = arm.gravity(arm.home) - expected  # part of the driven arms, smaller than that of the platform
     assert np.linalg.norm(upper) < np.linalg.norm(expected)
     assert np.linalg.norm(arm.gravity(arm.home) - palpate.Arm.model("delta").gravity(arm.home)) > 0.05
+
+
+REACH = "objects: [{sphere: {radius: 0.02}}]\narms: {leader: {model: %s}}\nmapping: {scale: %g}\n"
+
+
+def test_what_no_base_can_mend_is_told_before_the_reach(tmp_path):
+    """A URDF without <inertial>, as the public ones of desktop devices: its reach does not matter yet."""
+    urdf = (models_folder() / "six_axis.urdf").read_text()
+    (tmp_path / "bare.urdf").write_text(re.sub(r"<inertial>.*?</inertial>", "", urdf, flags=re.DOTALL))
+    (tmp_path / "bare.yaml").write_text("urdf: bare.urdf\n")
+    with pytest.raises(ArmError, match="moves no mass"):
+        build(Scene.parse(REACH % (tmp_path / "bare.yaml", 0.01)))
+
+
+def test_remedy_for_a_leader_out_of_reach_is_what_was_not_done_yet():
+    with pytest.raises(SceneError) as refused:
+        build(Scene.parse(REACH % ("six_axis", 0.01)))
+    words = str(refused.value)
+    assert "leader six_axis cannot reach" in words
+    assert "mapping.scale 1 instead of 0.01" in words
+    assert "home in its model file" in words
+    assert "leave out arms.leader.base" not in words
+    placed = (REACH % ("six_axis", 0.01)).replace("six_axis}", "six_axis, base: {xyz: [0.3, 0, 0]}}")
+    with pytest.raises(SceneError, match=r"leave out arms\.leader\.base|cannot give its handle"):
+        build(Scene.parse(placed))
