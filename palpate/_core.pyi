@@ -2605,7 +2605,7 @@ def cartesian(
     cartesian_place.
     """
 
-TICK_BYTES: int = 3672
+TICK_BYTES: int = 3800
 
 def signals() -> list[tuple[str, int, int, str, str, str, bool, str]]:
     """
@@ -2682,6 +2682,15 @@ class Controls:
 
     @recover_by_itself.setter
     def recover_by_itself(self, arg: bool, /) -> None: ...
+
+    @property
+    def take_back_requests(self) -> int:
+        """
+        A new number takes the shift of the tool against the hand back, which pauses after faults have left.
+        """
+
+    @take_back_requests.setter
+    def take_back_requests(self, arg: int, /) -> None: ...
 
     @property
     def recover_requests(self) -> int:
@@ -3609,6 +3618,27 @@ class CrtkGates:
 
     @guarded.setter
     def guarded(self, arg: bool, /) -> None: ...
+
+    @property
+    def two_sources(self) -> bool:
+        """Several nodes publish one of the inputs."""
+
+    @two_sources.setter
+    def two_sources(self, arg: bool, /) -> None: ...
+
+    @property
+    def no_listener(self) -> bool:
+        """Nobody receives the wrenches."""
+
+    @no_listener.setter
+    def no_listener(self, arg: bool, /) -> None: ...
+
+    @property
+    def base_moved(self) -> bool:
+        """An arm reports its pose in another frame than at the start."""
+
+    @base_moved.setter
+    def base_moved(self, arg: bool, /) -> None: ...
 
 class CrtkCycle:
     """

@@ -16,7 +16,9 @@ from palpate.ros.same_arm import require_name
 from palpate.scene import Scene
 
 SCENE = """
-objects: [{name: block, box: {size: [0.02, 0.02, 0.02]}, pose: {xyz: [0.09, 0, 0]}}]
+objects:
+  - {name: left, box: {size: [0.02, 0.02, 0.02]}, pose: {xyz: [0.083, 0, 0.04]}}
+  - {name: right, box: {size: [0.02, 0.02, 0.02]}, pose: {xyz: [-0.083, 0, 0.04]}}
 arms:
   leader: {base: {xyz: [0.345, 0.243, 0.219], rpy_deg: [0, 0, -20]}}
   follower: {base: {xyz: [0, 0, 0.12]}}
