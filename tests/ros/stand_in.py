@@ -111,7 +111,8 @@ class StandIn:
         end = time.monotonic() + seconds
         while not min([F for t, F in self.wrenches if t > time.monotonic() - 0.3], default=0.0) > least:
             assert time.monotonic() < end, f"no force: {self.wrenches[-3:]} at {self.p}"
-            if not self.force() > least + 0.1 and self.wrenches:
+            answers = sum(t > time.monotonic() - 0.1 for t, _ in self.wrenches[-50:])  # few on a starved machine
+            if not self.force() > least + 0.1 and answers > 8:
                 self.p = self.p - [0.0, 0.0002, 0.0]
             time.sleep(0.01)
 
