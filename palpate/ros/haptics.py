@@ -87,7 +87,9 @@ class HapticLoop:
             cycle.watch = watch
             self.stale_after = watch.stale_after  #: largest age of a state that is trusted [s]
             offset = jitter.offset_words(measured.offset, watch.stale_after) if measured else ""
-            self.told_offset = measured.offset if offset else 0.0  #: offset of the leader's clock that was told [s]
+            self.told_offset = (
+                measured.offset if measured and offset else 0.0
+            )  #: offset of the leader's clock that was told [s]
             self.advice = [words for words in (advice, offset) if words]
             options = self.native.HapticNodeOptions(
                 self.names, cycle, writer, self.guardian.name, self.guardian.beat_fd
