@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.arrays import Array
-from palpate.arrays.rigid import displaced, displacement, inverse, log, rigid
+from palpate.arrays.rigid import displaced, displacement, inverse, log, rigid, transform
 from palpate.arrays.so3 import cross_matrix
 
 _STEPS, _SMALL = 30, 1e-10  # Gauss-Newton: largest number of steps, step that ends it [m, rad]
@@ -25,9 +25,10 @@ class Chain:
     A: Array
     C: Array
     weights: Array
+    on_arm: bool  #: True if A_i is the base in the tool (camera on the arm), False if it is the tool in the base
 
     def __getitem__(self, rows: list[int]) -> Chain:
-        return Chain(self.A[rows], self.C[rows], self.weights)
+        return Chain(self.A[rows], self.C[rows], self.weights, self.on_arm)
 
     def residuals(self, X: Array, Z: Array) -> Array:
         """Displacements (N, 6) from the predicted to the measured C_i [m, rad]."""
@@ -65,6 +66,15 @@ class Chain:
         J[:, :3, 6:9] = J[:, 3:, 9:] = -R_CZ
         J[:, :3, 9:] = R_CZ @ np.stack([cross_matrix(arm) for arm in arms])
         return np.asarray(J * self.weights[:, None])
+
+    def turned_tool(self, Z: Array) -> Array:
+        """Displacements (N, 6, 3) of C_i by a rotation error of the arm, which turns the board about the tool."""
+        centres = inverse(Z)[:3, 3] if self.on_arm else transform(inverse(Z), self.A[:, :3, 3])
+        arms = self.C[:, :3, 3] - centres
+        turned = np.zeros((len(self.A), 6, 3))
+        turned[:, :3] = -np.stack([cross_matrix(arm) for arm in arms])
+        turned[:, 3:] = np.eye(3)
+        return turned
 
 
 def _rotation(M: Array) -> Array:

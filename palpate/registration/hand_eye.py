@@ -10,14 +10,18 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.arrays import Array
-from palpate.arrays.rigid import inverse, rigid
+from palpate.arrays.rigid import displaced, inverse, rigid
 from palpate.errors import RegistrationError
 from palpate.registration import checks, predict
 from palpate.registration.closed_chain import Chain, missing_axis
+from palpate.registration.components import Components
 from palpate.registration.deletion import Linearised, deletions
 from palpate.registration.quaternion_order import reordered
 
 _USUAL = (0.3e-3, np.radians(0.2))  # errors of a board seen by a camera, used as first weights [m, rad]
+_ROUNDS = 2  # linearisations with estimated errors
+LEAST = 4  # fewest views: three leave six degrees of freedom for three unknown errors
+FEW = 48  # degrees of freedom below which the unknown errors make the covariance clearly larger: under ten views
 _MISFIT = 40.0  # median residual, in usual errors of a view, above which the poses do not belong together
 
 Mount = Literal["arm", "beside"]
@@ -38,6 +42,7 @@ class HandEye:
     tre: Array  #: (K,) predicted rms error at each target [m]
     targets: tuple[predict.Target, ...]
     residuals: Array  #: (N,) position residual of each view [m]
+    freedom: int  #: measured numbers less the twelve unknowns; few make the covariance large
     outliers: tuple[int, ...]  #: views excluded as wrong
 
 
@@ -57,10 +62,10 @@ def handeye(
         targets: points (K, 3) in the camera's frame where the error is predicted [m].
 
     Raises:
-        RegistrationError: fewer than three poses, rotations about one axis only, matrices that are not rigid, or poses
+        RegistrationError: fewer than four poses, rotations about one axis only, matrices that are not rigid, or poses
             that do not belong together.
     """
-    X_BE, X_CK = checks.poses("arm", arm), checks.poses("camera", camera)
+    X_BE, X_CK = (checks.poses(name, X, LEAST) for name, X in (("arm", arm), ("camera", camera)))
     if len(X_BE) != len(X_CK):
         raise RegistrationError(f"{len(X_BE)} poses of the arm and {len(X_CK)} views", mend="give one view per pose")
     if mount not in ("arm", "beside"):
@@ -69,36 +74,39 @@ def handeye(
     _check_axes(X_BE)
     chain = _chain(X_BE, X_CK, mount)
     _check_together(X_BE, X_CK, mount)
-    wrong = deletions(len(X_BE), 4, lambda rows: _linearised(chain[rows]), known=False)
+
+    def linearised(rows: list[int]) -> Linearised:
+        return _components(chain[rows], *chain[rows].closed_form()).linearised()
+
+    wrong = deletions(len(X_BE), LEAST, linearised, known=False)
     kept = [k for k in range(len(X_BE)) if k not in wrong]
     _check_axes(X_BE[kept])
     return _solved(chain, kept, wrong, goals)
 
 
 def _chain(X_BE: Array, X_CK: Array, mount: Mount) -> Chain:
-    return Chain(inverse(X_BE) if mount == "arm" else X_BE, X_CK, np.repeat(1.0 / np.array(_USUAL), 3))
+    return Chain(inverse(X_BE) if mount == "arm" else X_BE, X_CK, np.repeat(1.0 / np.array(_USUAL), 3),
+                 on_arm=mount == "arm")  # fmt: skip
 
 
-def _linearised(chain: Chain) -> Linearised:
-    X, Z, J = chain.refined()
-    return Linearised(chain.residuals(X, Z) * chain.weights, J)
+def _components(chain: Chain, X: Array, Z: Array) -> Components:
+    """The fit about X and Z. Rotation errors of the arm turn the board about the tool, those of a view about itself."""
+    r = chain.residuals(X, Z) * chain.weights
+    return Components(r, chain.derivatives(X, Z), chain.weights[:, None] * chain.turned_tool(Z) / chain.weights[3:])
 
 
 def _solved(chain: Chain, kept: list[int], wrong: list[int], goals: Array) -> HandEye:
-    """Solve with weights from the residuals of a first solution."""
-    share = np.sqrt(1.0 - 12.0 / (6.0 * len(kept)))  # of the errors that residuals show
-    for _ in range(2):
-        X, Z, J = chain[kept].refined()
-        r = chain[kept].residuals(X, Z)
-        sigma = np.array([np.sqrt(np.square(part).mean()) for part in (r[:, :3], r[:, 3:])]) / share
-        chain = Chain(chain.A, chain.C, np.repeat(1.0 / np.maximum(sigma, 1e-12), 3))
-    J = chain[kept].derivatives(X, Z)
-    C = np.linalg.inv(np.einsum("nip,niq->pq", J, J))
-    found = tuple(predict.target(Z, C[6:, 6:], p) for p in goals)
+    X, Z, _ = chain[kept].refined()
+    for _ in range(_ROUNDS):
+        fits = _components(chain[kept], X, Z).fits()
+        X, Z = displaced(X, fits.solution[:6]), displaced(Z, fits.solution[6:])
+    C_X, C_Z = fits.covariance(slice(0, 6)), fits.covariance(slice(6, 12))
+    sigma = np.array(fits.sigma()) * _USUAL
+    found = tuple(predict.target(Z, C_Z, p) for p in goals)
     lengths = np.linalg.norm(chain.residuals(X, Z).reshape(-1, 2, 3), axis=2)
     rms = np.sqrt(np.square(lengths[kept]).mean(axis=0))
     return HandEye(
-        X=Z, board=X, covariance=C[6:, 6:], board_covariance=C[:6, :6],
+        X=Z, board=X, covariance=C_Z, board_covariance=C_X, freedom=fits.freedom,
         fre=float(rms[0]), rotation_fre=float(rms[1]),
         fle=float(np.sqrt(3.0) * sigma[0]), rotation_fle=float(np.sqrt(3.0) * sigma[1]),
         tre=np.array([one.tre for one in found]), targets=found, residuals=lengths[:, 0], outliers=tuple(wrong),

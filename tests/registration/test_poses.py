@@ -50,6 +50,28 @@ def test_hand_eye_equation_of_tsai_and_lenz_holds():
     assert pytest.approx(X @ B, abs=1e-8) == A @ X
 
 
+def noisy_arm(rng, X_BE, position, turn):
+    """The poses that an arm reports whose tool is wrong by rms errors [m], [deg], about the tool's own origin."""
+    sigma = np.repeat([position, np.radians(turn)], 3) / np.sqrt(3)
+    return np.stack([rigid.displaced(X, sigma * rng.normal(size=6)) for X in X_BE])
+
+
+def test_hand_eye_covers_the_truth_with_few_views_and_errors_of_the_arm():
+    """The ellipsoid of 95 % holds the truth as often as stated; ordinary errors of an arm are no wrong views."""
+    rng, held, ends, alarms = np.random.default_rng(11), [], [], 0
+    for n, mount, turn in [(4, "arm", 0.0), (5, "beside", 0.25), (9, "arm", 0.25)] * 60:
+        X_BE, X_CK, camera, _ = views(rng, mount, n, 0.25e-3, 0.15)
+        found = registration.handeye(noisy_arm(rng, X_BE, 0.2e-3 if turn else 0.0, turn), X_CK, mount)
+        xi = rigid.displacement(found.X, camera)
+        held.append(xi @ np.linalg.solve(found.covariance, xi) < 12.59)  # chi-square of six, 95 %
+        ends.append(abs(xi[0]) < 1.96 * np.sqrt(found.covariance[0, 0]))
+        alarms += bool(found.outliers)
+    assert found.freedom == 6 * (n - len(found.outliers)) - 12
+    assert np.mean(held) > 0.90  # 180 trials of 0.95: less in one of a thousand
+    assert np.mean(ends) > 0.90
+    assert alarms <= 3
+
+
 def test_wrong_view_is_named():
     X_BE, X_CK, *_ = views(np.random.default_rng(2), "arm")
     X_CK[4, :3, 3] += 5e-3
@@ -69,7 +91,7 @@ def parallel(X):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda A, C: (A[:2], C[:2]), "at least 3"),
+        (lambda A, C: (A[:2], C[:2]), "at least 4"),
         (lambda A, C: (A, C[:-1]), "one view per pose"),
         (lambda A, C: (parallel(A), C), r"add two poses turned by 30 deg or more about \("),
         (lambda A, C: (A, np.linalg.inv(C)), "poses of the camera are inverted"),

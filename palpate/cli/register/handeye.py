@@ -35,7 +35,7 @@ class Command(_common.Register):
         """Calibrate, print, write."""
         import numpy as np
 
-        from palpate.registration import files, handeye
+        from palpate.registration import files, hand_eye, handeye
 
         console = self.begin()
         names, goals = _common.targets(self.target)
@@ -44,6 +44,11 @@ class Command(_common.Register):
         )
         values = _common.values_of("handeye", found, names)
         sigma = np.sqrt(np.diag(found.covariance))
+        if found.freedom < hand_eye.FEW:
+            values["warnings"] = [
+                f"{len(found.residuals) - len(found.outliers)} views hardly show their own errors: the predicted error "
+                "includes that they are unknown; 10 views or more make it smaller"
+            ]
         lines = [
             f"X, the camera in the {'tool' if self.mount == 'arm' else 'base'} frame:",
             *_common.lines_of_pose(values["X"]),
@@ -51,6 +56,8 @@ class Command(_common.Register):
             f"{np.degrees(np.linalg.norm(sigma[3:])):.3f} deg rms",
             f"{len(found.residuals)} views, residual {1e3 * found.fre:.3f} mm and "
             f"{np.degrees(found.rotation_fre):.3f} deg rms",
+            f"errors of one view and of the arm, estimated: {1e3 * found.fle:.3f} mm and "
+            f"{np.degrees(found.rotation_fle):.3f} deg rms, {found.freedom} degrees of freedom",
             *_common.lines_of_wrong("view", found),
         ]  # fmt: skip
         self.finish(console, lines, values, (self.arm, self.camera))
