@@ -44,11 +44,11 @@ class Command(_common.Register):
         )
         values = _common.values_of("handeye", found, names)
         sigma = np.sqrt(np.diag(found.covariance))
-        if found.freedom < hand_eye.FEW:
-            values["warnings"] = [
-                f"{len(found.residuals) - len(found.outliers)} views hardly show their own errors: the predicted error "
-                "includes that they are unknown; 10 views or more make it smaller"
-            ]
+        few = (
+            f"{len(found.residuals) - len(found.outliers)} views hardly show their own errors: the predicted error "
+            "includes that they are unknown; 10 views or more make it smaller"
+        )
+        values["warnings"] = [few] if found.freedom < hand_eye.FEW else []
         lines = [
             f"X, the camera in the {'tool' if self.mount == 'arm' else 'base'} frame:",
             *_common.lines_of_pose(values["X"]),
