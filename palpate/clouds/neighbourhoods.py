@@ -9,8 +9,8 @@ import numpy as np
 
 from palpate.arrays import Array
 
-_SIZES = (12, 32, 96, 256)  # neighbours at most; larger sets are needed where the noise exceeds the spacing
-_FLAT = 0.3  # ratio of the standard deviations across and along a plane below which a neighbourhood shows the plane
+_SIZES = (16, 48, 128, 320, 800)  # neighbours at most; larger sets are needed where the noise exceeds the spacing
+_FLAT = 0.4  # ratio of the standard deviations across and along a plane below which a neighbourhood shows the plane
 _SAMPLES = 400  # points whose neighbourhoods are measured
 
 
@@ -20,34 +20,49 @@ class Sampling:
 
     spacing: float  #: distance between neighbours on the surface, the median over the cloud [m]
     noise: float  #: standard deviation of the points across the surface, the median over the cloud [m]
+    neighbours: int = _SIZES[0]  #: number of neighbours among which the surface is a plane
 
 
 def sampling(points: Array) -> Sampling:
     """Spacing and noise of a cloud of points (N, 3) [m], from the planes through the neighbours of some points.
 
     A neighbourhood grows until it is flat, because the nearest points of a noisy cloud are a ball and not a disc; where
-    none is, the flattest counts.
+    none is, the largest counts.
     """
     from scipy.spatial import cKDTree
 
     tree = cKDTree(points)
     rng = np.random.default_rng(0)
     chosen = points[rng.permutation(len(points))[:_SAMPLES]]
-    best, found = np.inf, Sampling(0.0, 0.0)
+    found = Sampling(0.0, 0.0, min(_SIZES[0], len(points)))
     for size in _SIZES:
         k = min(size, len(points))
         _, index = tree.query(chosen, k=k, workers=-1)
-        values = _variances(points[index])
+        values = _variances(_disc(points[index]))
+        held, freedom = max(k // 2, 3), max(k // 2 - 3, 1)
         across, along = np.sqrt(values[:, 0]), np.sqrt(values[:, 1])
         flatness = float(np.median(across / np.maximum(along, 1e-300)))
-        if (
-            flatness < best
-        ):  # a disc of radius r has the variance r^2 / 4 along each axis; its area pi r^2 holds k points
-            spacing = np.median(np.sqrt(4.0 * np.pi * along * np.sqrt(values[:, 2]) / k))
-            best, found = flatness, Sampling(float(spacing), float(np.median(across)))
+        # a disc of radius r has the variance r^2 / 4 along each axis
+        spacing = np.median(np.sqrt(4.0 * np.pi * along * np.sqrt(values[:, 2]) / held))
+        middle = (1.0 - 2.0 / (9.0 * freedom)) ** 1.5  # root of the median of chi-square over its mean
+        found = Sampling(float(spacing), float(np.median(across) / middle), k)
         if k == len(points) or flatness < _FLAT:
             break
     return found
+
+
+def _disc(near: Array) -> Array:
+    """The half (N, k // 2, 3) of the neighbours (N, k, 3) that is nearest along the surface.
+
+    The nearest neighbours fill a ball, which cuts the noise off near its rim, but not within 0.7 of its radius.
+    """
+    centred = near - near.mean(axis=1, keepdims=True)
+    normals = np.linalg.eigh(np.einsum("nki,nkj->nij", centred, centred))[1][:, :, 0]
+    from_first = near - near[:, :1]
+    across = np.einsum("nki,ni->nk", from_first, normals)
+    aside = np.square(from_first).sum(axis=2) - across**2
+    chosen = np.argsort(aside, axis=1)[:, : max(near.shape[1] // 2, 3)]
+    return np.asarray(np.take_along_axis(near, chosen[:, :, None], axis=1))
 
 
 def _variances(near: Array) -> Array:

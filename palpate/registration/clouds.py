@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.arrays import Array
-
-_NEIGHBOURS = 12
+from palpate.clouds.neighbourhoods import Sampling, sampling
+from palpate.registration.fit import Indices
 
 
 @dataclass(frozen=True)
@@ -28,34 +28,37 @@ class Cloud:
         return cKDTree(self.points)
 
     @cached_property
-    def _local(self) -> tuple[Array, Array, Array]:
-        """Variances (N, 3) and axes (N, 3, 3) of the neighbourhood of each point, and its radius (N,)."""
-        distances, index = self.tree.query(self.points, k=min(_NEIGHBOURS, len(self.points)))
-        near = self.points[index]
-        centred = near - near.mean(axis=1, keepdims=True)
-        values, axes = np.linalg.eigh(np.einsum("nki,nkj->nij", centred, centred) / (near.shape[1] - 3))
-        return np.maximum(values, 0.0), axes, distances[:, -1]
+    def sampling(self) -> Sampling:
+        """Spacing, noise, and the neighbours that show the surface."""
+        return sampling(self.points)
 
-    @property
+    @cached_property
     def normals(self) -> Array:
         """Unit normals (N, 3) of the planes through the neighbours, with arbitrary sign."""
-        return self._local[1][:, :, 0]
+        _, index = self.tree.query(self.points, k=self.sampling.neighbours)
+        near = self.points[index]
+        centred = near - near.mean(axis=1, keepdims=True)
+        return np.asarray(np.linalg.eigh(np.einsum("nki,nkj->nij", centred, centred))[1][:, :, 0])
 
     @property
     def noise(self) -> float:
         """Standard deviation of the points about their local planes, the median over the cloud [m]."""
-        return float(np.sqrt(np.median(self._local[0][:, 0])))
+        return self.sampling.noise
 
     @property
     def spacing(self) -> float:
         """Median distance between neighbours [m]."""
-        return float(np.median(self._local[2]) / np.sqrt(_NEIGHBOURS / np.pi))
+        return self.sampling.spacing
+
+    def rows(self, n: int) -> Indices:
+        """About n rows, evenly from a random order that is always the same."""
+        if len(self.points) <= n:
+            return np.arange(len(self.points))
+        return np.random.default_rng(0).permutation(len(self.points))[:n]
 
     def thinned(self, n: int) -> Array:
-        """About n points, chosen evenly by index from a random order that is always the same."""
-        if len(self.points) <= n:
-            return self.points
-        return np.asarray(self.points[np.random.default_rng(0).permutation(len(self.points))[:n]])
+        """The points of `rows`."""
+        return np.asarray(self.points[self.rows(n)])
 
 
 def sampled(vertices: Array, triangles: npt.NDArray[np.integer], n: int, seed: int = 0) -> Array:

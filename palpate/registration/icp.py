@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
+from numpy.typing import NDArray
 
 from palpate.arrays import Array
-from palpate.arrays.rigid import exp, rigid
+from palpate.arrays.rigid import displaced, exp, rigid, transform
 from palpate.arrays.so3 import about, onto
 from palpate.registration.clouds import Cloud
+from palpate.registration.fit import Indices
 
+_FEWEST = 20  # explained points from which a step is computed
 _ANCHORS, _SPINS = 60, 12  # starts without a rough pose: places on the surface, and turns about their normals
 
 
@@ -43,6 +48,42 @@ def iterate(X: Array, moving: Array, fixed: Cloud, floor: float, steps: int) -> 
         moved = c + xi[:, :3] + (R @ (X[:, :3, 3] - c)[..., None])[..., 0]
         X = rigid(R @ X[:, :3, :3], moved)
     return X, costs(X, moving, fixed, floor)
+
+
+@dataclass(frozen=True)
+class Residuals:
+    """Distances of moved points from a surface."""
+
+    r: Array  #: (N,) along the normal [m]
+    J: Array  #: (N, 6) derivatives by the displacement of the pose
+    distance: Array  #: (N,) to the nearest point of the surface [m]
+    nearest: Indices  #: (N,) that point
+    explained: NDArray[np.bool_]  #: (N,) within three standard deviations of the surface
+
+
+def residuals(X: Array, moving: Array, fixed: Cloud, sigma: float) -> Residuals:
+    """Distances of the points (N, 3) moved by X (4, 4) from the surface, of the standard deviation `sigma` [m]."""
+    moved = transform(X, moving)
+    d, nearest = fixed.tree.query(moved)
+    n = fixed.normals[nearest]
+    r = ((fixed.points[nearest] - moved) * n).sum(axis=1)
+    lateral = np.sqrt(np.maximum(d**2 - r**2, 0.0))
+    good = (np.abs(r) < 3.0 * sigma) & (lateral < 4.0 * fixed.spacing + 3.0 * sigma)
+    return Residuals(r, np.hstack([n, np.cross(moved - X[:3, 3], n)]), d, nearest, good)
+
+
+def least_squares(X: Array, moving: Array, fixed: Cloud, sigma: float, steps: int) -> Array:
+    """The pose (4, 4) after point-to-plane steps with equal weights for all explained points.
+
+    The weights of `iterate` find the minimum, but more than double the variance of the answer.
+    """
+    for _ in range(steps):
+        found = residuals(X, moving, fixed, sigma)
+        J, r = found.J[found.explained], found.r[found.explained]
+        if len(J) < _FEWEST:
+            break
+        X = displaced(X, np.linalg.lstsq(J, r, rcond=1e-9)[0])
+    return X
 
 
 def costs(X: Array, moving: Array, fixed: Cloud, floor: float) -> Array:

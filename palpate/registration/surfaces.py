@@ -54,7 +54,8 @@ def surface(
     """The pose that lays a partial cloud onto a surface, and whether it can be trusted.
 
     Many starts are refined at once by robust point-to-plane steps on few points; the best distinct minima are refined
-    with more points, and the best of these by small_gicp with all, and by robust steps that leave the outliers out.
+    with more points, and the best of these by small_gicp, by robust steps that leave the outliers out, and by least
+    squares of the explained points, at most 4000 of the cloud's. The covariance is that of these points.
 
     Args:
         moving: cloud (N, 3) [m].
@@ -86,7 +87,8 @@ def surface(
     X, cost, order = _minima(starts, m, f, floor)
     best = _refined(X[order[0]], m, f, 4.0 * floor)
     best = icp.iterate(best[None], m.thinned(_FINE), f, sigma, _LAST)[0][0]  # outliers pull small_gicp's answer
-    verdict = trust.judge(best, m, f, sigma, overlap)
+    best = icp.least_squares(best, m.thinned(_FINE), f, sigma, _LAST)
+    verdict = trust.judge(best, m, f, sigma, overlap, _FINE)
     ratio, rival = np.inf, None
     if len(order) > 1:
         rival = X[order[1]]

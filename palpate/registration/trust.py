@@ -8,6 +8,7 @@ import numpy as np
 
 from palpate.arrays import Array
 from palpate.arrays.rigid import point_jacobian, transform
+from palpate.registration import icp
 from palpate.registration.clouds import Cloud
 from palpate.registration.fit import Indices
 
@@ -15,7 +16,9 @@ LARGEST_SCALE = 1.35  # spread of the residuals over the noise of the clouds
 LARGEST_PATCH = 2.0  # rms of patch means over their standard deviation, which is 1 in a right answer
 LARGEST_ERROR = 3.0  # predicted rms error of the cloud's points over the noise
 SMALLEST_RIVAL = 1.15  # cost of the second best minimum over the best
-_SHARED = 2.0  # factor of the variance: neighbours share the errors of a normal (palpate study registration)
+_NEAREST = (
+    2.5  # factor of the surface's own variance: the nearest of noisy points is one whose error shortens residuals
+)
 _PATCH = 30  # points of a patch
 
 
@@ -33,50 +36,62 @@ class Verdict:
     doubts: tuple[str, ...]
 
 
-def judge(X: Array, m: Cloud, f: Cloud, sigma: float, overlap: float) -> Verdict:
+def judge(X: Array, m: Cloud, f: Cloud, sigma: float, overlap: float, used: int) -> Verdict:
     """Residuals of the pose X (4, 4) for clouds whose distances have the standard deviation `sigma` [m].
 
     A wrong answer leaves points unexplained, larger residuals than the noise of the clouds, or residuals that agree
-    within patches of neighbours; or the surface lets the cloud slide.
+    within patches of neighbours; or the surface lets the cloud slide. `used` points of the cloud were fitted.
     """
-    moved = transform(X, m.points)
-    d, nearest = f.tree.query(moved)
-    n = f.normals[nearest]
-    r = ((f.points[nearest] - moved) * n).sum(axis=1)
-    lateral = np.sqrt(np.maximum(d**2 - r**2, 0.0))
-    good = (np.abs(r) < 3.0 * sigma) & (lateral < 4.0 * f.spacing + 3.0 * sigma)
-    arms = moved[good] - X[:3, 3]
-    J = np.hstack([n[good], np.cross(arms, n[good])])
-    C = _SHARED * sigma**2 * np.linalg.pinv(J.T @ J)
-    some = arms[:: max(1, len(arms) // 50)]
+    found = icp.residuals(X, m.points, f, sigma)
+    good = found.explained
+    rows = m.rows(used)
+    rows = rows[good[rows]]
+    patches = _patches(m.points[good], found.r[good] / sigma, _PATCH)
+    C = _covariance(found, rows, m, f, sigma)
+    some = transform(X, m.points[good])[:: max(1, int(good.sum()) // 50)] - X[:3, 3]
     error = float(np.sqrt(np.mean([np.trace(K @ C @ K.T) for K in map(point_jacobian, some)]))) if len(some) else np.inf
-    near = r[d < 6.0 * sigma + 2.0 * f.spacing]
+    near = found.r[found.distance < 6.0 * sigma + 2.0 * f.spacing]
     scale = float(1.4826 * np.median(np.abs(near)) / sigma) if len(near) else np.inf
-    patches = _patches(m.points[good], r[good] / sigma)
     explained = float(good.mean())
     return Verdict(
-        rms=float(np.sqrt(np.square(r[good]).mean())) if good.any() else float("inf"), explained=explained,
-        outliers=np.flatnonzero(~good), covariance=np.asarray(C), scale=scale, patches=patches, error=error,
+        rms=float(np.sqrt(np.square(found.r[good]).mean())) if good.any() else float("inf"), explained=explained,
+        outliers=np.flatnonzero(~good), covariance=C, scale=scale, patches=patches, error=error,
         doubts=_doubts(explained, overlap, scale, patches, error, sigma),
     )  # fmt: skip
 
 
-def _patches(points: Array, z: Array) -> float:
+def _covariance(found: icp.Residuals, rows: Indices, m: Cloud, f: Cloud, sigma: float) -> Array:
+    """Covariance (6, 6) of the least-squares pose from the fitted rows.
+
+    Points with the same nearest point of the surface share its error; neighbours whose residuals agree count less.
+    """
+    J = found.J[rows]
+    H = np.linalg.pinv(J.T @ J)
+    _, group = np.unique(found.nearest[rows], return_inverse=True)
+    sums = np.zeros((int(group.max(initial=-1)) + 1, 6))
+    np.add.at(sums, group, J)
+    fixed = sigma**2 * f.noise**2 / max(f.noise**2 + m.noise**2, 1e-300)  # the part of the surface's own noise
+    C = H @ ((sigma**2 - fixed) * (J.T @ J) + _NEAREST * fixed * (sums.T @ sums)) @ H
+    z = found.r[rows] / sigma
+    shared = max([1.0, *(_patches(m.points[rows], z, size) for size in (_PATCH, 4 * _PATCH) if len(z) > 9 * size)])
+    return np.asarray(shared**2 * C)
+
+
+def _patches(points: Array, z: Array, size: int) -> float:
     """Rms of the means of residuals z (N,) over patches of neighbours, times the root of the patch size."""
-    if len(points) < 3 * _PATCH:
+    if len(points) < 3 * size:
         return float("inf")
-    order = _halved(points, np.arange(len(points)))
-    means = np.array([z[part].mean() * np.sqrt(len(part)) for part in order])
+    means = np.array([z[part].mean() * np.sqrt(len(part)) for part in _halved(points, np.arange(len(points)), size)])
     return float(np.sqrt(np.square(means).mean()))
 
 
-def _halved(points: Array, rows: Indices) -> list[Indices]:
+def _halved(points: Array, rows: Indices, size: int) -> list[Indices]:
     """Patches of neighbours: the rows halved along their longest axis until they are small."""
-    if len(rows) < 2 * _PATCH:
+    if len(rows) < 2 * size:
         return [rows]
     axis = int(np.argmax(np.ptp(points[rows], axis=0)))
     order = rows[np.argsort(points[rows, axis])]
-    return _halved(points, order[: len(order) // 2]) + _halved(points, order[len(order) // 2 :])
+    return _halved(points, order[: len(order) // 2], size) + _halved(points, order[len(order) // 2 :], size)
 
 
 def _doubts(

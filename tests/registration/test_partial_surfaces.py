@@ -61,11 +61,11 @@ def test_each_doubt_is_raised_by_its_own_fault(view):
     """The right answer is spoiled in one way at a time."""
     m, X, _ = view
     moving, fixed = Cloud(m), Cloud(FIXED)
-    right = trust.judge(X, moving, fixed, 1.05e-3, 0.85)
+    right = trust.judge(X, moving, fixed, 1.05e-3, 0.85, 4000)
     assert right.doubts == ()
 
     def doubts(X=X, moving=moving, fixed=fixed, sigma=1.05e-3, overlap=0.85):
-        return " ".join(trust.judge(X, moving, fixed, sigma, overlap).doubts)
+        return " ".join(trust.judge(X, moving, fixed, sigma, overlap, 4000).doubts)
 
     away = X.copy()
     away[:3, 3] += 8e-3
@@ -89,6 +89,37 @@ def test_step_reduces_the_cost_and_keeps_poses_rigid(view):
     X, after = icp.iterate(start[None], m[:200], Cloud(FIXED), 2e-3, 10)
     assert after[0] < icp.costs(start[None], m[:200], Cloud(FIXED), 2e-3)[0]
     assert X[0, :3, :3] @ X[0, :3, :3].T == pytest.approx(np.eye(3), abs=1e-12)
+
+
+def waves(rng, n, noise, extent=0.04):
+    """Points (n, 3) on z = f(x, y) with noise along the normal [m]."""
+    x, y = rng.uniform(-extent, extent, (2, n))
+    z = 0.006 * np.sin(50 * x) * np.cos(35 * y) + 0.004 * np.sin(20 * x + 35 * y)
+    slope_x = 0.3 * np.cos(50 * x) * np.cos(35 * y) + 0.08 * np.cos(20 * x + 35 * y)
+    slope_y = -0.21 * np.sin(50 * x) * np.sin(35 * y) + 0.14 * np.cos(20 * x + 35 * y)
+    normal = np.stack([-slope_x, -slope_y, np.ones(n)], axis=1)
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    return np.stack([x, y, z], axis=1) + noise * rng.normal(size=(n, 1)) * normal
+
+
+@pytest.mark.parametrize("n", [2500, 20_000])
+def test_covariance_of_the_last_step_is_right_for_any_number_of_points(n):
+    """The fit uses 4000 points at most, and the covariance counts these alone."""
+    rng, noise, squares = np.random.default_rng(5), 0.4e-3, []
+    fixed = Cloud(waves(rng, 40_000, 0.0, 0.045))
+    for _ in range(12):
+        moving = Cloud(waves(rng, n, noise))
+        X = icp.least_squares(np.eye(4), moving.thinned(4000), fixed, noise, 4)
+        found = trust.judge(X, moving, fixed, noise, 0.85, 4000)
+        xi = rigid.displacement(X, np.eye(4))
+        squares.append(xi @ np.linalg.solve(found.covariance, xi) / 6.0)
+        assert found.doubts == ()
+    assert 0.5 < np.mean(squares) < 1.7  # 72 degrees of freedom, and shares of patches
+
+
+@pytest.mark.parametrize(("n", "noise"), [(3000, 0.2e-3), (30_000, 0.5e-3), (30_000, 1e-3)])
+def test_noise_is_estimated_where_it_exceeds_the_spacing(n, noise):
+    assert Cloud(waves(np.random.default_rng(6), n, noise)).noise == pytest.approx(noise, rel=0.12)
 
 
 def test_samples_of_a_mesh_are_spread_by_area():
