@@ -1,0 +1,367 @@
+"""No file of a stranger takes the machine: each reader refuses it with an error of one place, below 500 MB and 3 s.
+
+`READERS` names every reader. A new one fails the last two tests until it has a row here.
+"""
+
+import ast
+import os
+import pickle
+import resource
+import sys
+import traceback
+from pathlib import Path
+
+import hostile
+import pytest
+
+import palpate
+from palpate.errors import PalpateError
+
+MOST_MEMORY, MOST_TIME = 500, 3.0  # [MB, s of the processor]
+MAY_BE_READ = ("zeros", "a face without end", "a face without end, ascii")
+"""Hostile files of which a part is sound, and may be read within the limits."""
+PACKAGE = Path(palpate.__file__).parent
+
+
+def scene(path):
+    palpate.Scene.load(path)
+
+
+def solid(path):
+    from palpate.mesh import files
+
+    return files.read(path)
+
+
+def cloud(path):
+    from palpate.clouds import PointCloud
+
+    PointCloud.load(path, "m")
+
+
+def grid(path):
+    from palpate.surfaces import DistanceGrid
+
+    DistanceGrid.load(path)
+
+
+def tetrahedra(path):
+    from palpate.tissue import files
+
+    files.load(path)
+
+
+def record(path):
+    from palpate.record.bags.open import open_any
+
+    open_any(path)
+
+
+def of(module, function, *arguments, wants=Path):
+    """A reader by its place."""
+
+    def read(path):
+        from importlib import import_module
+
+        found = import_module(f"palpate.{module}")
+        for name in function.split("."):
+            found = getattr(found, name)
+        return found(wants(path), *arguments)
+
+    read.__name__ = f"{module}.{function}"
+    return read
+
+
+def urdf(path):
+    model = path.with_name("model.yaml")
+    model.write_text(f"name: a\nurdf: {path.name}\n")
+    palpate.Arm.load(model)
+
+
+def press(path):
+    from palpate.identify import press_recording
+
+    press_recording.load(path)
+
+
+def moving(path):
+    from palpate.identify import recordings
+
+    recordings.read_moving(path, 7)
+
+
+def dynamics(path):
+    base = path.parent / "scene.yaml"
+    base.write_text(f"objects: [{{sphere: {{radius: 0.02}}}}]\nforce: {{source: estimated, dynamics: {path.name}}}\n")
+    from palpate.scene.rig import build
+
+    build(palpate.Scene.load(base), until=0.0).simulation()
+
+
+def replayed(path):
+    from palpate.sensing.replay import ReplaySource
+
+    ReplaySource(path)
+
+
+def journal(path):
+    from palpate.sweep import journal
+
+    journal.Journal(path, journal.Fingerprint(*["x"] * len(journal.Fingerprint.__dataclass_fields__)))
+
+
+def colors(path):
+    import numpy as np
+
+    from palpate.mesh.colors import colors_of
+
+    colors_of(path, np.eye(3))
+    raise PalpateError("only colours are missing")
+
+
+def quiet(function):
+    """A reader that answers with False or None where a file is not of its kind."""
+
+    def read(path):
+        if function(path):
+            return
+        raise PalpateError("it is not of this kind")
+
+    read.__name__ = function.__name__
+    return read
+
+
+YAML = lambda: hostile.yaml_files()  # noqa: E731
+NONE = lambda: ()  # noqa: E731
+READERS = [
+    # module whose limits are judged, reader, name of the file, hostile files of its format
+    ("scene/text.py", scene, "scene.yaml", YAML),
+    ("arm/arm.py", of("arm", "Arm.load"), "arm.yaml", YAML),
+    ("arm/arm.py", urdf, "arm.urdf", hostile.urdf_files),
+    ("arm/gravity_model.py", of("arm.gravity_model", "GravityModel.load"), "gravity.yaml", YAML),
+    ("arm/dvrk_gravity.py", of("arm.dvrk_gravity", "load"), "gc.json", YAML),
+    ("frames/files.py", of("frames.files", "load"), "frames.yaml", YAML),
+    ("frames/files.py", of("frames.files", "pose"), "pose.yaml", YAML),
+    ("hands/__init__.py", of("hands", "load"), "hand.yaml", YAML),
+    ("certificate/device.py", of("certificate.device", "DeviceModel.load"), "device.yaml", YAML),
+    ("certificate/device.py", quiet(of("certificate.device", "is_device")), "device.yaml", YAML),
+    ("scene/force_source.py", dynamics, "dynamics.yaml", YAML),
+    ("planning/result.py", of("planning.result", "load"), "plan.yaml", YAML),
+    ("planning/goals.py", of("planning.goals", "read_places"), "goal.yaml", YAML),
+    ("planning/moveit.py", of("planning.moveit", "read"), "trajectory.yaml", YAML),
+    ("guidance/files.py", of("guidance.files", "clearance_of_plan"), "plan.yaml", YAML),
+    ("guidance/files.py", of("guidance.files", "read_rows"), "curve.csv", hostile.csv_files),
+    ("devices/wrist.py", of("devices.wrist", "load"), "wrist.csv", hostile.csv_files),
+    ("identify/recordings.py", moving, "moving.csv", hostile.csv_files),
+    ("identify/press_recording.py", press, "press.csv", hostile.csv_files),
+    ("identify/grip_recording.py", of("identify.grip_recording", "load"), "grip.csv", hostile.csv_files),
+    ("registration/files.py", of("registration.files", "read_points"), "points.csv", hostile.csv_files),
+    ("registration/cloud_files.py", of("registration.cloud_files", "read_cloud"), "cloud.npy", hostile.npy_files),
+    ("surfaces/grid.py", grid, "grid.npz", lambda: hostile.npz_files("distance", "origin", "spacing")),
+    ("surfaces/nrrd.py", grid, "grid.nrrd", lambda: hostile.nrrd_files("float")),
+    (
+        "surfaces/nrrd.py",
+        quiet(of("surfaces.nrrd", "is_segmentation")),
+        "grid.nrrd",
+        lambda: hostile.nrrd_files("float"),
+    ),
+    ("clouds/files.py", cloud, "cloud.npz", lambda: hostile.npz_files("points", "normals", "colors")),
+    ("clouds/files.py", cloud, "cloud.npy", hostile.npy_files),
+    ("clouds/files.py", cloud, "cloud.xyz", hostile.csv_files),
+    ("clouds/pcd.py", cloud, "cloud.pcd", hostile.pcd_files),
+    ("clouds/ply.py", cloud, "cloud.ply", hostile.ply_files),
+    ("mesh/files.py", solid, "organ.stl", hostile.stl_files),
+    ("mesh/headers.py", solid, "organ.obj", hostile.obj_files),
+    ("mesh/files.py", solid, "organ.ply", hostile.ply_files),
+    ("mesh/files.py", solid, "organ.off", hostile.off_files),
+    ("mesh/headers.py", solid, "organ.glb", hostile.glb_files),
+    ("mesh/files.py", solid, "organ.gltf", hostile.gltf_files),
+    ("mesh/files.py", solid, "organ.3mf", NONE),
+    ("mesh/files.py", solid, "organ.dae", NONE),
+    ("mesh/colors.py", colors, "organ.obj", hostile.obj_files),
+    ("mesh/colors.py", colors, "organ.glb", hostile.glb_files),
+    ("mesh/vtk_file.py", solid, "organ.vtk", hostile.vtk_files),
+    ("mesh/vtk_file.py", solid, "organ.vtp", hostile.vtu_files),
+    ("mesh/volumes.py", solid, "labels.nrrd", lambda: hostile.nrrd_files("uint8")),
+    ("mesh/volumes.py", solid, "labels.nhdr", lambda: hostile.nrrd_files("uint8")),
+    ("mesh/volumes.py", solid, "labels.nii", lambda: hostile.nifti_files(False)),
+    ("mesh/volumes.py", solid, "labels.nii.gz", lambda: hostile.nifti_files(True)),
+    ("tissue/files.py", tetrahedra, "organ.vtk", hostile.vtk_files),
+    ("tissue/files.py", tetrahedra, "organ.vtu", hostile.vtu_files),
+    ("tissue/files.py", tetrahedra, "organ.msh", hostile.msh_files),
+    ("tissue/files.py", tetrahedra, "organ.mesh", hostile.medit_files),
+    ("tissue/files.py", tetrahedra, "organ.meshb", hostile.meshb_files),
+    ("record/mcap_scan.py", of("record.reader", "Record.open"), "record.mcap", hostile.mcap_files),
+    ("record/bags/library.py", record, "bag.mcap", hostile.mcap_files),
+    ("record/bags/library.py", record, "bag.db3", NONE),
+    ("record/bags/library.py", replayed, "clouds.mcap", hostile.mcap_files),
+    ("sweep/journal.py", journal, "points.jsonl", NONE),
+]
+"""Every reader of files, with hostile files of its format; `hostile.any_files` and `special` are for each of them."""
+
+
+def judged(read, path):
+    """What a reader makes of a file, in a process of its own: kind of outcome, words, memory [MB], time [s]."""
+    out, into = os.pipe()
+    child = os.fork()
+    if child == 0:
+        try:
+            resource.setrlimit(resource.RLIMIT_CPU, (15, 20))
+            resource.setrlimit(resource.RLIMIT_AS, (12 << 30, 12 << 30))
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+            try:
+                read(path)
+                said = ("read", "")
+            except PalpateError as error:
+                said = ("refused", str(error))
+            except BaseException:
+                said = ("raised", traceback.format_exc())
+            with os.fdopen(into, "wb") as pipe:
+                pickle.dump(said, pipe)
+        finally:
+            os._exit(0)
+    os.close(into)
+    _, status, used = os.wait4(child, 0)
+    with os.fdopen(out, "rb") as pipe:
+        data = pipe.read()
+    said = pickle.loads(data) if data else ("died", f"status {status}")
+    return *said, used.ru_maxrss / 1024, used.ru_utime + used.ru_stime
+
+
+def faults(name, read, made, folder):
+    """What is wrong with the answers of a reader to all hostile files."""
+    wrong, files = [], [*hostile.special(folder, name)]
+    for k, (what, data) in enumerate([*hostile.any_files(), *made()]):
+        path = folder / str(k) / name
+        path.parent.mkdir()
+        path.write_bytes(data)
+        files.append((what, path))
+    small = folder / "warm" / name
+    small.parent.mkdir()
+    small.write_bytes(b"1")
+    try:  # imports count neither as time nor as memory of one file
+        read(small)
+    except Exception as error:
+        if "not installed" in str(error):
+            pytest.skip(str(error))
+    for what, path in files:
+        kind, words, memory, time = judged(read, path)
+        if kind != "refused" and not (kind == "read" and what in MAY_BE_READ):
+            wrong.append(f"{what}: {kind} {words[-600:]}")
+        elif words.count("\n") > 4 or "Traceback" in words or len(words) > 3000:
+            wrong.append(f"{what}: an error of {words.count(chr(10)) + 1} lines, {len(words)} letters: {words[:200]}")
+        if memory > MOST_MEMORY or time > MOST_TIME:
+            wrong.append(f"{what}: {memory:.0f} MB, {time:.1f} s ({words[:100]})")
+    return wrong
+
+
+@pytest.mark.parametrize(("module", "read", "name", "made"), READERS, ids=[f"{r[1].__name__}-{r[2]}" for r in READERS])
+def test_a_hostile_file_is_refused_within_memory_and_time(module, read, name, made, tmp_path):
+    assert faults(name, read, made, tmp_path) == []
+
+
+def test_the_judge_finds_a_reader_without_limits(tmp_path):
+    """Memory, time, a traceback, a device: each is found."""
+    import json
+    import time as clock
+
+    def greedy(path):
+        bytearray(600 << 20).count(1)
+
+    def slow(path):
+        end = clock.process_time() + 3.2
+        while clock.process_time() < end:
+            pass
+
+    def careless(path):
+        json.loads(path.read_text())
+
+    path = tmp_path / "a"
+    path.write_text("[")
+    assert judged(greedy, path)[2] > MOST_MEMORY
+    assert judged(slow, path)[3] > MOST_TIME
+    assert judged(careless, path)[0] == "raised"
+
+
+# -- the registry is complete ------------------------------------------------------------------------------------------
+
+BARE = {"read_text", "read_bytes", "fromfile", "loadtxt", "genfromtxt", "safe_load", "memmap"}
+BARE_OF = {
+    *(("np", "load"), ("yaml", "load"), ("json", "load"), ("gzip", "open"), ("gzip", "decompress"), ("nrrd", "read")),
+    *(("trimesh", "load"), ("nibabel", "load"), ("meshio", "read"), ("pickle", "load"), ("pickle", "loads")),
+}
+OWN = {
+    "limits.py": "the limits themselves",
+    "rebuild.py": "files of this installation",
+    "ros/build.py": "files of this installation",
+    "ros/where.py": "files of this installation",
+    "values/descriptions.py": "sources of this package",
+    "scene/shipped.py": "scenes of this package",
+    "devices/trust.py": "sources and metadata of this environment",
+    "sweep/work.py": "sources of this package",
+    "cache/store.py": "the cache that this user wrote",
+    "tissue/make.py": "the folder of its own process",
+    "tissue/fill.py": "the folder of its own process",
+    "sweep/local.py": "work of its own process",
+    "viewer/page.py": "files of the packages",
+    "report/bag.py": "files of the package",
+    "report/html.py": "files of the package",
+    "cli/_folder.py": "sources of this package",
+    "simulators/touching_hand.py": "text of this process",
+    "devices/evdev.py": "files of the kernel",
+    "arrays/yaml_loader.py": "the limits of YAML",
+    "dds_security.py": "a library of this ROS",
+    "report/summary.py": "the record that was read before",
+}
+"""Modules that read without limits, and what they read."""
+SAFE = {"cli/register/check.py"}  # the file was read before
+
+
+FINE = {
+    ("devices/wrist.py", "loadtxt"): "lines of a text that was read within limits",
+    ("ros/topic.py", "safe_load"): "text of the command line",
+    ("sweep/journal.py", "read_bytes"): "the source of the user's own function",
+}
+"""Calls that read without limits, and what they read."""
+
+
+def calls(tree):
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+            owner = node.func.value
+            yield (owner.id if isinstance(owner, ast.Name) else ""), node.func.attr, node.lineno
+
+
+def test_no_other_code_reads_files_without_limits():
+    found = []
+    for file in sorted(PACKAGE.rglob("*.py")):
+        place = str(file.relative_to(PACKAGE))
+        if place in OWN or place.startswith(("verify/", "studies/")):
+            continue
+        for owner, name, line in calls(ast.parse(file.read_text(encoding="utf-8"))):
+            bare = (name in BARE and owner not in ("limits",)) or (owner, name) in BARE_OF
+            checked = any(place == module for module, *_ in READERS) and (owner, name) in BARE_OF
+            if bare and not checked and (place, name) not in FINE:
+                found.append(f"{place}:{line}: {owner}.{name}")
+    assert found == [], "read with palpate.limits, and add a row to READERS"
+
+
+def test_each_reader_has_a_row():
+    rows = {module for module, *_ in READERS}
+    found = set()
+    for file in sorted(PACKAGE.rglob("*.py")):
+        place = str(file.relative_to(PACKAGE))
+        if place in OWN or place in SAFE or place.startswith(("verify/", "studies/")):
+            continue
+        used = {(owner, name) for owner, name, _ in calls(ast.parse(file.read_text(encoding="utf-8")))}
+        if any(
+            owner == "limits" and name in ("read_text", "read_bytes", "load_npz", "load_npy") for owner, name in used
+        ):
+            found.add(place)
+        if "read_yaml(" in file.read_text(encoding="utf-8"):
+            found.add(place)
+    assert found - rows == set(), "add a row to READERS, with hostile files of the format"
+
+
+if sys.platform != "linux":
+    pytestmark = pytest.mark.skip(reason="limits of processes are those of Linux")
