@@ -19,6 +19,7 @@ from palpate.values.units import FILE_UNITS
 
 FORMATS = (".pcd", ".ply", ".npz", ".npy", ".xyz", ".txt", ".csv")
 """Suffixes of files that are read."""
+_COLUMNS = 64  # most columns of a table of points
 _DAMAGED = (ValueError, KeyError, IndexError, StopIteration, EOFError, struct.error, zipfile.BadZipFile, OSError)
 
 
@@ -123,6 +124,8 @@ def _text(data: bytes, require: partial[None]) -> Table:
     if not rows:
         raise ValueError("it has no row of numbers")
     width = len(rows[0].split())
+    if width > _COLUMNS:
+        raise ValueError(f"its first row has {width:,} columns; at most {_COLUMNS} are read")
     words = " ".join(rows).split()
     if width < 3 or len(words) != width * len(rows):
         raise ValueError(f"its first row has {width} columns, {len(rows):,} rows have {len(words):,} numbers")

@@ -75,7 +75,7 @@ def _csv(path: Path) -> Grip:
     names = [name.strip() for name in lines[0].split(",")] if lines else []
     missing = [name for name in COLUMNS if name not in names]
     if missing:
-        why = f"its first line names {', '.join(names) or 'nothing'}"
+        why = f"its first line names {', '.join(names)[:200] or 'nothing'}"
         mend = f"columns {', '.join(COLUMNS)}, and {EXCITATION} where it is known"
         raise RecordingError(f"column {missing[0]} is missing", where=str(path), why=why, mend=mend)
     table = _numbers(path, lines[1:], len(names))

@@ -125,5 +125,5 @@ def _column(names: list[str], quantity: str, path: Path) -> tuple[int, float]:
         if f"{quantity}_{unit}" in names:
             return names.index(f"{quantity}_{unit}"), size
     options = ", ".join(f"{quantity}_{unit}" for unit in UNITS[quantity])
-    why = f"its first line names {', '.join(names) or 'nothing'}"
+    why = f"its first line names {', '.join(names)[:200] or 'nothing'}"
     raise RecordingError(f"no column of the {quantity}", where=str(path), why=why, mend=f"name it one of {options}")

@@ -84,6 +84,27 @@ def scan(path: Path) -> Scan:
     return content
 
 
+def require_unpackable(path: Path) -> None:
+    """Refuse an MCAP file whose chunks announce more unpacked data than telemetry has; only their headers are read.
+
+    Raises:
+        LimitError: they do. OSError: the file cannot be read.
+    """
+    size, unpacked = limits.require_file(path), 0
+    most = max(limits.MOST_UNPACKED, _MOST_RATIO * size)
+    with path.open("rb") as file:
+        position = len(MAGIC)
+        while position + 9 <= size:
+            file.seek(position)
+            opcode, length = struct.unpack("<BQ", file.read(9))
+            if opcode == 0 or length > size:
+                return
+            if opcode == Opcode.CHUNK and length >= 24:
+                unpacked += int.from_bytes(file.read(24)[16:], "little")
+                limits.require_unpacked(unpacked, most)
+            position += 9 + length
+
+
 def chunk_data(chunk: records.Chunk, path: Path) -> bytes:
     """The decompressed messages of a chunk.
 
@@ -121,11 +142,11 @@ def _load(path: Path) -> bytes:
 
 
 def _records(data: memoryview) -> Iterator[tuple[int, memoryview]]:
-    """Complete records in `data` as (opcode, body); stops at the first truncated record."""
+    """Complete records in `data` as (opcode, body); stops at the first truncated record, and where zeros begin."""
     position = 0
     while position + 9 <= len(data):
         opcode, length = struct.unpack_from("<BQ", data, position)
-        if position + 9 + length > len(data):
+        if opcode == 0 or position + 9 + length > len(data):
             return
         yield opcode, data[position + 9 : position + 9 + length]
         position += 9 + length

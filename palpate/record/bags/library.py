@@ -12,6 +12,7 @@ from typing import Any
 from palpate import limits
 from palpate.arrays.yaml_loader import MOST_OF_PLAN, read_yaml
 from palpate.errors import MissingExtraError, RecordError
+from palpate.record.mcap_scan import require_unpackable
 
 _SUFFIXES = (".mcap", ".db3", ".zstd")
 
@@ -36,6 +37,8 @@ def open_bag(path: Path) -> Iterator[Any]:
         for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
             if file.suffix in _SUFFIXES:
                 limits.require_file(file)
+                if file.suffix == ".mcap":
+                    require_unpackable(file)
             elif file.name == "metadata.yaml":
                 read_yaml(file, MOST_OF_PLAN)
         with reader([path]) as opened:
