@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from importlib import import_module
+from pathlib import Path
 from typing import Any, TypedDict
 
 from palpate.arrays.plain import Content
@@ -19,6 +21,7 @@ MOST_FAULTS = 20
 """Number of faults after which a campaign stops."""
 TIMEOUT = 60.0
 """Time after which a case counts as an endless loop, if it is again as late in a process of its own [s]."""
+_PATIENCE = 10  # times that a process is waited for which had no processor for most of that time
 
 
 class FaultError(Exception):
@@ -100,8 +103,11 @@ def _campaign(outcome: Outcome, first: int, end: int, on_progress: Callable[[Out
     send.close()
     try:
         while True:
-            if not receive.poll(TIMEOUT + 60.0 * (outcome.runs == first - outcome.seed)):  # imports may take long
-                return True
+            spent, waited = _processor_time(process), 0
+            while not receive.poll(TIMEOUT + 60.0 * (outcome.runs == first - outcome.seed)):  # imports may take long
+                waited += 1
+                if _processor_time(process) - spent > 0.5 * TIMEOUT or waited == _PATIENCE:
+                    return True
             try:
                 done, counts, fault = receive.recv()
             except EOFError:
@@ -116,6 +122,15 @@ def _campaign(outcome: Outcome, first: int, end: int, on_progress: Callable[[Out
     finally:
         process.kill()
         process.join()
+
+
+def _processor_time(process: Any) -> float:
+    """Processor time of a process so far; infinity where the system does not tell it [s]."""
+    try:
+        fields = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+    except OSError:
+        return float("inf")
 
 
 def _lost(outcome: Outcome, what: str) -> None:
