@@ -143,6 +143,7 @@ Fields step(Guidance& self, double t, const Matrix4& X_WT_goal, const VectorArg&
   const guidance::Output& out = self.step(in);
   Fields d;
   d["X_WT_goal"] = to_matrix(out.X_WT_goal);
+  d["J_goal"] = out.J_goal;
   d["F_T_W"] = to_vector(out.on_tool.F);
   d["B_W"] = out.on_tool.B;
   d["strongest"] = out.strongest;
@@ -160,7 +161,9 @@ void bind_guidance_stage(nb::module_& m) {
            "Replaces the fixtures from the next step on.")
       .def("step", &step, "t"_a, "X_WT_goal"_a, "V_WT"_a, "X_WT"_a, "engaged"_a = true, "F_T_W"_a = Vec3(Vec3::Zero()),
            "stiffness"_a = 0.0, "F_hand"_a = -1.0, "pedal"_a = 1.0, "takes_damping"_a = false,
-           "One tick, as a dict: corrected goal X_WT_goal (4, 4), wrench of the fixtures F_T_W (6,) [N, N m], damping "
+           "One tick, as a dict: corrected goal X_WT_goal (4, 4), its derivative J_goal (6, 6) with respect to the "
+           "mapped "
+           "goal, wrench of the fixtures F_T_W (6,) [N, N m], damping "
            "B_W (3, 3) [N s/m], index `strongest` of the fixture with the largest force (-1: none), its gap [m, rad], "
            "correction (3,) of the goal [m], status bits.")
       .def("authority", &Guidance::authority, "i"_a, "Authority of fixture i at the last step, ramps included [-].")

@@ -1,6 +1,7 @@
 // A fixture as the stage sees it: a one-sided constraint on the tool, and the force that enforces it.
 #pragma once
 
+#include <cmath>
 #include <limits>
 
 #include "palpate/guidance/geometry.hpp"
@@ -37,6 +38,10 @@ struct Constraint {
     gap_rate_of_fixture =
         -gradient.f.dot(query.velocity + query.spin.cross(p_WT - query.point)) - gradient.t.dot(query.spin);
     w_fixture = query.spin;
+  }
+  /// True if the constraint has a gap and a gradient, so that it can be a row of a program.
+  [[nodiscard]] bool one_sided() const noexcept {
+    return std::isfinite(gap) && (gradient.f != Vec3::Zero() || gradient.t != Vec3::Zero());
   }
   /// Amount by which the constraint is violated, 0 when it is satisfied [m, rad].
   [[nodiscard]] double violation() const noexcept { return gap < 0.0 ? -gap : 0.0; }

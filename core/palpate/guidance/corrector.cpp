@@ -15,10 +15,6 @@ constexpr double kOvertaken = 1e-6;      // [m] a border that overtakes the goal
 constexpr double kMostCorrection = 0.5;  // [m] a larger correction is rejected
 constexpr double kJump = 1e-3;           // [m] a border that moves farther in one period has jumped
 
-bool one_sided(const Constraint& c) noexcept {
-  return std::isfinite(c.gap) && (c.gradient.f != Vec3::Zero() || c.gradient.t != Vec3::Zero());
-}
-
 }  // namespace
 
 bool Corrector::needed(const FixtureStates& states) const noexcept {
@@ -66,7 +62,7 @@ double Corrector::worst_violation(const FixtureStates& states) const noexcept {
   double worst = 0.0;
   for (int i = 0; i < states.size(); ++i) {
     const Constraint& c = constraint_[to_index(i)];
-    if (!has(states, i) || !one_sided(c)) continue;
+    if (!has(states, i) || !c.one_sided()) continue;
     const double lacks = -room(states[i], c);
     worst = std::max(worst, c.rotational ? kLength * lacks : lacks);
   }
@@ -76,7 +72,7 @@ double Corrector::worst_violation(const FixtureStates& states) const noexcept {
 // Adds the linearised constraint room(X) + J . (y - y_X) >= 0.
 void Corrector::add_row(const FixtureStates& states, int i, const Constraint& c, const Pose& X,
                         const Input& in) noexcept {
-  if (!one_sided(c)) return;
+  if (!c.one_sided()) return;
   const Vec6 a = row(c);
   add(a, a.dot(displacement(in.goal.X_WT_goal, X)) - room(states[i], c), states.fixture(i).policy.priority, i);
 }
@@ -85,7 +81,7 @@ void Corrector::add_row(const FixtureStates& states, int i, const Constraint& c,
 // the present goal violates this row [m].
 double Corrector::add_tool_row(const FixtureStates& states, int i, const Input& in) noexcept {
   const Constraint c = states.evaluate(i, in.tool.X_WT, in);
-  if (!one_sided(c) || c.attracts || c.rotational) return 0.0;
+  if (!c.one_sided() || c.attracts || c.rotational) return 0.0;
   const Vec6 a = row(c);
   const double lead = follower_->lead(c, states[i].allowed());
   const Pose X = {in.goal.X_WT_goal.R, in.tool.X_WT.p};
@@ -144,8 +140,9 @@ bool Corrector::step(FixtureStates& states, const Input& in) noexcept {
   const double overtaken = std::max(lacks, add_lasting_rows(states, in));
   const int lasting = qp_.rows();
   Qp::Status status = Qp::Status::solved;
-  if (!iterate(states, in, lasting, X, status)) return false;
-  split_correction(states);
+  held_ = !iterate(states, in, lasting, X, status);
+  if (held_) return false;
+  collect_rows();
   // A feasible goal is replaced only by one nearer to the mapped goal, so that it does not move at rest.
   const Vec6 stays = displacement(mapped, X_WT_);
   if (lacks < kTolerance && stays.norm() <= qp_.y().norm() && qp_.satisfies(stays, lasting)) X = X_WT_;
@@ -174,33 +171,6 @@ void Corrector::drop_misleading_rows(const FixtureStates& states, int from) noex
     qp_.move(r, rows++);
   }
   qp_.truncate(rows);
-}
-
-// Splits the correction y = sum of multipliers times rows among the fixtures. The rows of each are merged into one row
-// with their mean length.
-void Corrector::split_correction(const FixtureStates& states) noexcept {
-  std::array<double, kMaxFixtures> sum{}, squares{};
-  for (int i = 0; i < states.size(); ++i) share_[to_index(i)] = 0.0, direction_[to_index(i)] = {};
-  for (int r = 0; r < qp_.rows(); ++r) {
-    const int i = fixture_of_[to_index(r)];
-    const double multiplier = qp_.multiplier(r);
-    if (i < 0 || multiplier <= 0.0) continue;
-    const Vec6 a = qp_.row(r);
-    sum[to_index(i)] += multiplier;
-    squares[to_index(i)] += multiplier * a.squaredNorm();
-    Wrench& direction = direction_[to_index(i)];
-    direction = direction + Wrench{multiplier * a.head<3>(), multiplier * kLength * a.tail<3>()};
-  }
-  for (int i = 0; i < states.size(); ++i) {
-    if (sum[to_index(i)] == 0.0) continue;
-    Wrench& direction = direction_[to_index(i)];
-    const double size = std::sqrt(squares[to_index(i)] / sum[to_index(i)]);
-    const double length = std::sqrt(direction.f.squaredNorm() + (direction.t / kLength).squaredNorm());
-    direction = {size / length * direction.f, size / length * direction.t};
-    share_[to_index(i)] = size * length;
-    // The target direction changes with the position, which also causes a force.
-    if (states[i].constraint.rotational) direction.f = states[i].constraint.gradient.f;
-  }
 }
 
 Pose Corrector::towards(const Pose& X_goal, const FixtureStates& states, const Input& in) noexcept {

@@ -8,6 +8,7 @@
 
 #include <array>
 
+#include "palpate/guidance/correction_map.hpp"
 #include "palpate/guidance/fixture_state.hpp"
 #include "palpate/guidance/follower_limits.hpp"
 #include "palpate/guidance/qp.hpp"
@@ -39,9 +40,12 @@ class Corrector {
   /// follower.
   [[nodiscard]] Pose towards(const Pose& X_goal, const FixtureStates& states, const Input& in) noexcept;
 
-  /// The share of fixture i in the correction [m, rad], and its direction.
-  [[nodiscard]] double share(int i) const noexcept { return share_[to_index(i)]; }
-  [[nodiscard]] const Wrench& direction(int i) const noexcept { return direction_[to_index(i)]; }
+  /// Linearises the solution of the last step() around the mapped goal. The constraints in `states` must be those at
+  /// the mapped goal. at_tool: a wrench acts on the tool, so that the curvature of the borders counts; else only where
+  /// several rows act or the rotation matters.
+  void linearise(const FixtureStates& states, const Input& in, bool at_tool) noexcept;
+  /// The linearised map from the mapped to the corrected goal, with the share of each fixture in the correction.
+  [[nodiscard]] const CorrectionMap& map() const noexcept { return map_; }
 
  private:
   [[nodiscard]] bool has(const FixtureStates& states, int i) const noexcept {
@@ -57,7 +61,8 @@ class Corrector {
   double add_lasting_rows(const FixtureStates& states, const Input& in) noexcept;
   bool iterate(const FixtureStates& states, const Input& in, int lasting, Pose& X, Qp::Status& status) noexcept;
   void drop_misleading_rows(const FixtureStates& states, int from) noexcept;
-  void split_correction(const FixtureStates& states) noexcept;
+  void collect_rows() noexcept;
+  void bend(const FixtureStates& states, ActiveRow& row, const Input& in) const noexcept;
 
   Member member_;
   FollowerLimits* follower_;
@@ -66,8 +71,8 @@ class Corrector {
   Qp qp_;
   std::array<int, Qp::kRows> fixture_of_{};            ///< fixture of each row; -1 for a joint limit
   std::array<Constraint, kMaxFixtures> constraint_{};  ///< constraint of each fixture at the newest solution
-  std::array<double, kMaxFixtures> share_{};
-  std::array<Wrench, kMaxFixtures> direction_{};
+  CorrectionMap map_;
+  bool held_ = false;  ///< the last step found no solution: the goal stays in place
 };
 
 }  // namespace palpate::guidance

@@ -18,7 +18,9 @@ struct FixtureState {
   double slack =
       0.0;  ///< tolerated violation: that found when the fixture appeared, less the return speed times time [m, rad]
   bool engaged = false, needs_slack = true;  ///< fresh: new, edited or jumped, and its slack is not yet set
-  Constraint constraint;  ///< at the mapped goal; for a corrected fixture with gap and gradient of its share
+  bool corrects = false;  ///< a hard fixture that moves the goal: its wrench acts at the mapped, not the corrected goal
+  double preload = 0.0;   ///< force along the gradient that the tool had when the fixture began to hold it [N, N m]
+  Constraint constraint;  ///< at the goal where the wrench acts; for a corrected fixture gap and gradient of its share
   ConstraintForce force;  ///< force of the law times the authority
 
   /// True while the fixture has authority, that is, acts.

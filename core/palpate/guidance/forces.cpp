@@ -6,6 +6,7 @@
 
 #include "palpate/guidance/law/profile.hpp"
 #include "palpate/types/index.hpp"
+#include "palpate/types/virtual_work.hpp"
 
 namespace palpate::guidance {
 namespace {
@@ -39,9 +40,29 @@ bool earns_credit(const Policy& policy) noexcept {
 
 /// Sets gap and gradient of a corrected fixture from its share of the correction. The goal moves only the fraction
 /// `authority` of the whole correction; the law is evaluated for the whole correction, and its force is scaled once.
-void take_share(FixtureState& now, double share, const Wrench& direction) noexcept {
-  if (!none(direction)) now.constraint.gradient = direction;
-  now.constraint.gap = share > 0.0 ? -share / now.authority : std::max(now.constraint.gap, 0.0);
+void take_share(FixtureState& now, const CorrectionMap::Share& share) noexcept {
+  if (!(share.size > 0.0)) {
+    now.constraint.gap = std::max(now.constraint.gap, 0.0);
+    return;
+  }
+  now.constraint.gradient = share.direction;
+  now.constraint.gap = -share.size / now.authority;
+}
+
+/// The force along the gradient of a constraint that F loses where the constraint holds the tool: the part that presses
+/// the tool towards the allowed side, which is what the hand works against [N, N m].
+double pressing(const Wrench& F, const Wrench& gradient) noexcept {
+  const double size = gradient.f.squaredNorm() + gradient.t.squaredNorm() / (kLength * kLength);
+  const double along = F.f.dot(gradient.f) + F.t.dot(gradient.t) / (kLength * kLength);
+  return along > 0.0 ? along / size : 0.0;
+}
+
+/// Updates the preload of a hard fixture that has taken its share.
+void take_preload(FixtureState& now, const Wrench& felt) noexcept {
+  const bool corrected = now.corrects;
+  now.corrects = now.constraint.gap < 0.0;
+  if (!now.corrects) now.preload = 0.0;
+  if (now.corrects && !corrected) now.preload = pressing(felt, now.constraint.gradient);
 }
 
 /// Moves `now` towards `goal` by at most `step`.
@@ -77,22 +98,27 @@ Change explained(const Fixture& fixture, const FixtureState& now, const Input& i
 }  // namespace
 
 FixtureEnergy apply_laws(FixtureStates& states, const Corrector& hard, const Corrector& joint,
-                         const FollowerLimits& follower, const Input& in) noexcept {
+                         const FollowerLimits& follower, const Goals& goals) noexcept {
   FixtureEnergy energy;
   for (int i = 0; i < states.size(); ++i) {
     FixtureState& now = states[i];
     now.force = ConstraintForce{};
-    if (!now.active()) continue;
     const Fixture& f = states.fixture(i);
     const bool is_hard = f.policy.hard;
+    if (!now.active() || !is_hard) now.corrects = false, now.preload = 0.0;
+    if (!now.active()) continue;
     if ((is_hard || f.law->solves_jointly()) && std::isfinite(now.constraint.gap)) {
-      const Corrector& corrector = is_hard ? hard : joint;
-      take_share(now, corrector.share(i), corrector.direction(i));
+      take_share(now, (is_hard ? hard : joint).map().share(i));
+      if (is_hard) take_preload(now, goals.felt);
     }
-    now.force = f.law->force(now.constraint, in.goal.V_WT);
-    const double speed = in.goal.V_WT.v.norm();
+    const Twist& V_WT = (now.corrects ? goals.mapped : goals.corrected).goal.V_WT;
+    now.force = f.law->force(now.constraint, V_WT);
+    now.force.F =
+        now.force.F + Wrench{now.preload * now.constraint.gradient.f, now.preload * now.constraint.gradient.t};
+    now.force.U += now.preload * now.constraint.violation();
+    const double speed = V_WT.v.norm();
     if (speed > now.constraint.speed_limit) {
-      now.force.F.f -= f.law->damping() * (1.0 - now.constraint.speed_limit / speed) * in.goal.V_WT.v;
+      now.force.F.f -= f.law->damping() * (1.0 - now.constraint.speed_limit / speed) * V_WT.v;
       const double pulls = std::min(f.law->stiffness() * follower.lag(), kLagForce);
       if (is_hard) now.force.F.f += pulls * follower.lag_direction();
     }
@@ -107,7 +133,7 @@ FixtureEnergy apply_laws(FixtureStates& states, const Corrector& hard, const Cor
 void Priorities::apply(FixtureStates& states, bool renders_damping) noexcept {
   std::array<bool, kMaxFixtures> pushes{};
   for (int i = 0; i < states.size(); ++i) {
-    pushes[to_index(i)] = states[i].active() && !none(states[i].force.F);
+    pushes[to_index(i)] = states[i].active() && !states[i].corrects && !none(states[i].force.F);
   }
   for (int i = 0; i < states.size(); ++i) {
     if (!pushes[to_index(i)]) continue;
@@ -134,32 +160,48 @@ void Priorities::apply(FixtureStates& states, bool renders_damping) noexcept {
   }
 }
 
-const DampedWrench& Blend::step(const FixtureStates& states, const Input& in, const ToolGoal& before) noexcept {
-  if (!in.goal.engaged) return on_tool_ = {};
-  DampedWrench sum;
-  double f = options_.force_rate * dt_, t = options_.moment_rate * dt_;
+const DampedWrench& Blend::step(const FixtureStates& states, const Input& in, const ToolGoal& before,
+                                const Mat6& J) noexcept {
+  if (!in.goal.engaged) {
+    on_tool_ = {};
+    return on_hand_ = {};
+  }
+  DampedWrench on_hand, on_tool;
+  double f = options_.force_rate * dt_, t = options_.moment_rate * dt_, preload = 0.0;
   const double dv = (in.goal.V_WT.v - before.V_WT.v).norm();
+  const double gain = std::max(J.topLeftCorner<3, 3>().norm(), 1.0);  // the tool may move more than the hand
   for (int i = 0; i < states.size(); ++i) {
     const FixtureState& now = states[i];
+    DampedWrench& sum = now.corrects ? on_hand : on_tool;
     sum.F = sum.F + now.force.F;
     if (in.handle.renders_damping) {
       sum.F.f -= now.force.F_of_B.f;
       sum.B += now.force.B;
     }
+    preload += now.authority * now.preload;
     if (!now.active()) continue;
     const Change change = explained(states.fixture(i), now, in, before, dt_);
-    f += change.f;
+    f += gain * change.f;
     // A speed limit has no gradient; only its damping changes with the motion.
     if (std::isfinite(now.constraint.speed_limit)) f += states.fixture(i).law->damping() * dv;
-    t += change.t;
+    t += gain * change.t;
   }
+  // A fixture that begins to hold the tool takes over the force that the map removes.
+  const Wrench turned = carried_back(J - J_, on_tool.F);
+  f += turned.f.norm() + std::abs(preload - preload_);
+  t += turned.t.norm();
+  on_tool_ = on_tool.F;
+  J_ = J;
+  preload_ = preload;
+  const Mat3 J_p = J.topLeftCorner<3, 3>();
+  const DampedWrench sum{on_hand.F + carried_back(J, on_tool.F), on_hand.B + J_p.transpose() * on_tool.B * J_p};
   // The change of the damping is limited by the force that it causes at the present velocity.
-  const Mat3 change = sum.B - on_tool_.B;
+  const Mat3 change = sum.B - on_hand_.B;
   const double felt = (change * in.goal.V_WT.v).norm(), most = options_.force_rate * dt_;
-  on_tool_.B += felt > most ? Mat3(most / felt * change) : change;
-  approach(sum.F.f, f, on_tool_.F.f);
-  approach(sum.F.t, t, on_tool_.F.t);
-  return on_tool_;
+  on_hand_.B += felt > most ? Mat3(most / felt * change) : change;
+  approach(sum.F.f, f, on_hand_.F.f);
+  approach(sum.F.t, t, on_hand_.F.t);
+  return on_hand_;
 }
 
 }  // namespace palpate::guidance

@@ -8,14 +8,25 @@
 
 namespace palpate::guidance {
 
-/// Sets the force of every fixture: at the mapped goal, or along its share of the correction if a corrector handles it.
-FixtureEnergy apply_laws(FixtureStates& states, const Corrector& hard, const Corrector& joint,
-                         const FollowerLimits& follower, const Input& in) noexcept;
+/// The two goals at which fixtures act, and what is known of the tool between them. A hard fixture that corrects the
+/// goal acts on the hand, at the mapped goal; all others act on the tool, at the corrected goal.
+struct Goals {
+  const Input& mapped;     ///< input of the stage
+  const Input& corrected;  ///< the same with the corrected goal and its velocity
+  Wrench felt;             ///< wrench of contacts and fixtures on the tool in the last tick, as the hand felt it
+};
 
-/// Enforces the priorities: a fixture never pushes against one that ranks above it; hard fixtures rank above soft ones.
+/// Sets the force of every fixture. A fixture that a corrector handles acts along its share of the correction. A hard
+/// fixture that begins to hold the tool takes over the force with which the tool was pressed towards it: the hand feels
+/// no step, and as the force stays constant while the fixture holds the tool, no loop of the hand gains energy.
+FixtureEnergy apply_laws(FixtureStates& states, const Corrector& hard, const Corrector& joint,
+                         const FollowerLimits& follower, const Goals& goals) noexcept;
+
+/// Enforces the priorities among the fixtures that act on the tool: none pushes against one that ranks above it. The
+/// map of the correction keeps them from pushing against hard fixtures.
 class Priorities {
  public:
-  /// Replaces the wrench of each fixture by the nearest wrench that opposes no fixture ranked above it. Damping that
+  /// Replaces the wrench of each fixture by the nearest wrench that opposes no fixture of higher priority. Damping that
   /// the device renders by itself (renders_damping) is left unchanged.
   void apply(FixtureStates& states, bool renders_damping) noexcept;
 
@@ -29,13 +40,20 @@ class Blend {
  public:
   /// dt: period of the cycle [s].
   Blend(const Options& options, double dt) : options_(options), dt_(dt) {}
-  /// The rate-limited sum; valid until the next step. before: the mapped goal of the previous tick.
-  const DampedWrench& step(const FixtureStates& states, const Input& in, const ToolGoal& before) noexcept;
+  /// The rate-limited sum on the hand's side, at the mapped goal; valid until the next step. before: the mapped goal of
+  /// the previous tick. J: derivative of the corrected with respect to the mapped goal.
+  const DampedWrench& step(const FixtureStates& states, const Input& in, const ToolGoal& before,
+                           const Mat6& J) noexcept;
+  /// The sum of the fixtures that act on the tool, at the corrected goal, in the last step.
+  [[nodiscard]] const Wrench& on_tool() const noexcept { return on_tool_; }
 
  private:
   Options options_;
   double dt_;
-  DampedWrench on_tool_;
+  DampedWrench on_hand_;
+  Wrench on_tool_;
+  Mat6 J_ = Mat6::Identity();
+  double preload_ = 0.0;  ///< sum of all preloads in the last step
 };
 
 }  // namespace palpate::guidance

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "palpate/types/status.hpp"
+#include "palpate/types/virtual_work.hpp"
 
 namespace palpate::guidance {
 namespace {
@@ -45,31 +46,62 @@ const Output& Guidance::step(const Input& in) noexcept {
   follower_.observe(in.tool.X_WT.p, before_.X_WT_goal);
   out_.status = authority_.step(states_, in);
   correct(in);
-  out_.energy = apply_laws(states_, hard_, joint_, follower_, in);
-  priorities_.apply(states_, in.handle.renders_damping);
-  out_.on_tool = blend_.step(states_, in, before_);
+  act(in);
   report(in);
   before_ = in.goal;
   follower_.command(out_.X_WT_goal.p);
   return out_;
 }
 
+// Corrects the goal by the hard fixtures.
 void Guidance::correct(const Input& in) noexcept {
   const Pose& mapped = in.goal.X_WT_goal;
-  const bool joint = joint_.needed(states_);
-  if (joint) {
-    if (!joint_started_) joint_.start_at(mapped);
-    joint_.step(states_, in);
-  }
-  joint_started_ = joint;
+  const Mat6 J_before = out_.J_goal;
+  out_.J_goal.setIdentity();
+  felt_ = carried_back(J_before, in.tool_force.F_T_W + at_tool_);
   if (hard_.needed(states_)) {
     if (!hard_.step(states_, in)) out_.status |= kGuidanceConflict;
+    const bool presses = felt_.f != Vec3::Zero() || felt_.t != Vec3::Zero();
+    hard_.linearise(states_, in, presses || soft_acts());
+    out_.J_goal = hard_.map().jacobian();
   } else if (same(hard_.X_WT(), before_.X_WT_goal)) {
     hard_.start_at(mapped);  // exact equality: no hard fixture corrects the goal or did so before
   } else {
     hard_.start_at(hard_.towards(mapped, states_, in));
   }
   out_.X_WT_goal = hard_.X_WT();
+}
+
+// Lets the fixtures act: those that correct the goal on the hand, all others on the tool at the corrected goal.
+void Guidance::act(const Input& in) noexcept {
+  Input at_tool = in;
+  at_tool.goal.X_WT_goal = out_.X_WT_goal;
+  at_tool.goal.V_WT = carried(out_.J_goal, in.goal.V_WT);
+  if (!same(out_.X_WT_goal, in.goal.X_WT_goal)) {
+    for (int i = 0; i < states_.size(); ++i) {
+      const bool at_hand = states_.fixture(i).policy.hard && hard_.map().share(i).size > 0.0;
+      if (states_[i].active() && !at_hand) states_[i].constraint = states_.evaluate(i, out_.X_WT_goal, in);
+    }
+  }
+  const bool joint = joint_.needed(states_);
+  if (joint) {
+    if (!joint_started_) joint_.start_at(out_.X_WT_goal);
+    joint_.step(states_, at_tool);
+    joint_.linearise(states_, at_tool, false);
+  }
+  joint_started_ = joint;
+  out_.energy = apply_laws(states_, hard_, joint_, follower_, {in, at_tool, felt_});
+  priorities_.apply(states_, in.handle.renders_damping);
+  out_.on_tool = blend_.step(states_, in, before_, out_.J_goal);
+  at_tool_ = blend_.on_tool();
+}
+
+// True if a fixture that does not correct the goal may exert a wrench on the tool.
+bool Guidance::soft_acts() const noexcept {
+  for (int i = 0; i < states_.size(); ++i) {
+    if (states_[i].active() && !states_.fixture(i).policy.hard) return true;
+  }
+  return false;
 }
 
 double Guidance::stiffness_along(const Vec3& F_T_W) const noexcept {

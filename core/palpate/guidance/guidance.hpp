@@ -1,10 +1,10 @@
 // Stage `guidance`: the fixtures correct the tool's goal and exert a wrench on the tool.
 //
-//   mapped goal -> every fixture: query -> role -> authority -> law -> priorities -> blend -> wrench
-//              \-> hard fixtures: corrector -> corrected goal, and each one's share of the correction
+//   mapped goal -> hard fixtures: corrector -> corrected goal, and each one's share of the correction
+//   corrected goal -> every other fixture: query -> role -> authority -> law -> priorities
+//   wrenches at the corrected goal, carried back by the transposed Jacobian, and of the shares -> blend -> wrench
 //
-// Forces are evaluated at the mapped goal, which follows the hand without lag, so that the lag of the follower is
-// outside the force loop of a fixture.
+// Both goals follow the hand without lag, so that the lag of the follower is outside the force loop of a fixture.
 #pragma once
 
 #include "palpate/guidance/authority.hpp"
@@ -32,6 +32,8 @@ class Guidance final : public Stage {
 
  private:
   void correct(const Input& in) noexcept;
+  void act(const Input& in) noexcept;
+  [[nodiscard]] bool soft_acts() const noexcept;
   void report(const Input& in) noexcept;
 
   FixtureStates states_;
@@ -42,6 +44,8 @@ class Guidance final : public Stage {
   Priorities priorities_;
   Blend blend_;
   ToolGoal before_;  ///< mapped goal of the previous tick
+  Wrench at_tool_;   ///< wrench of the fixtures on the tool, at the corrected goal of the previous tick
+  Wrench felt_;      ///< wrench on the tool in the previous tick as the hand felt it
   bool started_ = false, joint_started_ = false;
   Output out_;
 };

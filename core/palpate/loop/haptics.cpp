@@ -7,6 +7,7 @@
 #include "palpate/loop/soft_objects.hpp"
 #include "palpate/scene/deformed_scope.hpp"
 #include "palpate/types/so3.hpp"
+#include "palpate/types/virtual_work.hpp"
 
 namespace palpate::loop {
 namespace {
@@ -50,19 +51,20 @@ const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
   take_mapping(in.controls);
   const bool following = advance(in) == SessionState::following;
   out_.mapped = mapping_.step({options_.X_WL * handle.X_LH, handle.V_LH, handle.gripper, tool.X_WT, tool.jaw, following,
-                               in.controls.clutch, tool.reached, in.t, handle.X_LH.p,
-                               tool_force_.F_T_W.f + out_.guided.on_tool.F.f, out_.guided.correction,
-                               in.controls.lock_rotation, in.controls.lock_translation, asks_for_pause(in)});
+                               in.controls.clutch, tool.reached, in.t, handle.X_LH.p, at_goal_.f,
+                               out_.guided.correction, in.controls.lock_rotation, in.controls.lock_translation,
+                               asks_for_pause(in)});
   if (in.X_WT_planned != nullptr) out_.mapped.X_WT_goal = *in.X_WT_planned;
   mark(Stage::mapping);
   guide(in);
   mark(Stage::guidance);
   out_.contacts = &contact_.step(*in.scene, tool.p_WS.data(), in.t);
   mark(Stage::contact);
-  out_.force = force::step(*out_.contacts, out_.mapped.V_WT, in.controls.stiffness_scale, in.controls.damping_scale);
+  out_.force = force::step(*out_.contacts, out_.V_WT, in.controls.stiffness_scale, in.controls.damping_scale);
   tool_force_ = contact_force(in);
+  at_goal_ = carried_to_goal(tool_force_.F_T_W) + out_.guided.on_tool.F;
   out_.tau_jaw = torque_on_jaws(tool);
-  out_.commanded = mapping_.damped_wrench_on_hand({tool_force_.F_T_W + out_.guided.on_tool.F, out_.guided.on_tool.B});
+  out_.commanded = mapping_.damped_wrench_on_hand({at_goal_, out_.guided.on_tool.B});
   if (in.controls.lock_rotation) out_.commanded.F.t.setZero();  // a moment that turns no tool could feed the hand
   advance_soft(*in.scene, contact_, *out_.contacts, out_.force, in.t, 1.0 / options_.rate);
   soft_ = soft_state(*in.scene);
@@ -142,10 +144,16 @@ void Haptics::guide(const HapticsInput& in) noexcept {
     out_.guided = guidance_->step({in.t, out_.mapped, in.tool, tool_force_, in.handle, in.controls.guidance});
   } else {
     out_.guided.X_WT_goal = out_.mapped.X_WT_goal;
+    out_.guided.J_goal.setIdentity();
     if (tool_frame_ != nullptr) tool_frame_->set({in.tool.X_WT, out_.mapped.V_WT});
   }
   // A planned goal is free as it is: a fixture that would correct it stops the motion instead (Cycle::guard).
-  if (in.X_WT_planned == nullptr) out_.mapped.X_WT_goal = out_.guided.X_WT_goal;
+  if (in.X_WT_planned == nullptr) {
+    out_.mapped.X_WT_goal = out_.guided.X_WT_goal;
+  } else {
+    out_.guided.J_goal.setIdentity();
+  }
+  out_.V_WT = carried(out_.guided.J_goal, out_.mapped.V_WT);
   mapping_.set_commanded_goal(out_.mapped.X_WT_goal);
 }
 
@@ -175,24 +183,28 @@ ToolForce Haptics::contact_force(const HapticsInput& in) const noexcept {
   }
 }
 
+// The wrench at the mapped goal that does the same work as F_T_W on the tool, in W: the transpose of the map of the
+// hard fixtures' correction (NOTATION.md, "Virtual work").
+Wrench Haptics::carried_to_goal(const Wrench& F_T_W) const noexcept { return carried_back(out_.guided.J_goal, F_T_W); }
+
 // Energy that the springs behind the wrench on the hand store now, at the hand's port [J]; infinity for a soft body,
-// another instrument and a measured contact, whose stored energy is not known. Where the tool does not reach the goal
-// of the hand (a hard fixture, the follower's lag or limits), the hand has also worked against the present wrench along
-// the distance between both.
+// another instrument and a measured contact, whose stored energy is not known. Where the tool does not reach its goal
+// (the follower's lag or limits), the hand has also worked against the present wrench along the distance between both.
 double Haptics::potential(const HapticsInput& in) const noexcept {
   const bool others = in.tool.F_others_W.f != Vec3::Zero() || in.tool.F_others_W.t != Vec3::Zero();
   if (options_.source != force::Source::contact || others || touches_soft_body(*out_.contacts)) {
     return std::numeric_limits<double>::infinity();
   }
-  const Wrench F = tool_force_.F_T_W + out_.guided.on_tool.F;
-  const double away = (out_.mapped.X_WT_goal.p - out_.guided.correction - in.tool.X_WT.p).norm();
-  const double turned = rotation_vector(out_.R_WT_mapped * in.tool.X_WT.R.transpose()).norm();
+  const Wrench& F = tool_force_.F_T_W;
+  const Pose& goal = out_.mapped.X_WT_goal;
+  const double away = (goal.p - in.tool.X_WT.p).norm();
+  const double turned = rotation_vector(goal.R * in.tool.X_WT.R.transpose()).norm();
   return mapping_.energy_ratio() * (stability::spring_energy(*out_.contacts, in.controls.stiffness_scale) +
                                     out_.guided.energy.potential + F.f.norm() * away + F.t.norm() * turned);
 }
 
 stability::Output Haptics::stabilise(const HapticsInput& in) noexcept {
-  const Vec3 F_T_W = out_.force.F + out_.guided.on_tool.F.f;
+  const Vec3 F_T_W = carried_to_goal({out_.force.F, out_.force.torque}).f + out_.guided.on_tool.F.f;
   const double K = stability::stiffness_along(F_T_W, *out_.contacts, in.controls.stiffness_scale) +
                    (guidance_ != nullptr ? guidance_->stiffness_along(F_T_W) : 0.0) + in.tool.K_others;
   return stability_.step({out_.commanded, in.t, in.handle, in.tool, feels(in), mapping_.stiffness_on_hand(K),

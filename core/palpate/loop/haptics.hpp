@@ -75,6 +75,7 @@ struct HapticsOutput {
   ToolGoal mapped;                       ///< goal of the tool, corrected by hard fixtures
   Mat3 R_WT_mapped = Mat3::Identity();   ///< orientation of the goal before that correction
   guidance::Output guided;               ///< output of guidance
+  Twist V_WT;                            ///< velocity that the hand gives the tool, after the correction, in W
   const ContactSet* contacts = nullptr;  ///< contacts of the tool
   force::ForceTerms force;               ///< force of the contacts on the tool
   double tau_jaw = 0.0;                  ///< torque of the contacts on the jaws, positive when it opens them [N m]
@@ -126,6 +127,7 @@ class Haptics {
   void guide(const HapticsInput& in) noexcept;
   [[nodiscard]] double torque_on_jaws(const ToolWithSpheres& tool) const noexcept;
   [[nodiscard]] ToolForce contact_force(const HapticsInput& in) const noexcept;
+  [[nodiscard]] Wrench carried_to_goal(const Wrench& F_T_W) const noexcept;
   [[nodiscard]] double potential(const HapticsInput& in) const noexcept;
   [[nodiscard]] stability::Output stabilise(const HapticsInput& in) noexcept;
   stability::Energy book(const HapticsInput& in, const Wrench& F_H_L) noexcept;
@@ -154,6 +156,7 @@ class Haptics {
   HapticsOutput out_;
   scene::DeformableState soft_;  ///< of the soft objects
   ToolForce tool_force_;         ///< contact force of the previous tick
+  Wrench at_goal_;               ///< wrench of contacts and fixtures at the mapped goal in the previous tick, in W
 };
 
 }  // namespace palpate::loop

@@ -31,7 +31,10 @@ struct FixtureEnergy {
 /// Output of the stage, in W.
 struct Output {
   Pose X_WT_goal;                  ///< corrected goal; exactly the mapped goal if no hard fixture corrects it
-  DampedWrench on_tool;            ///< wrench of the fixtures; its B is zero unless the device renders damping
+  Mat6 J_goal = Mat6::Identity();  ///< derivative of the corrected with respect to the mapped goal: maps the twist that
+                                   ///< the hand gives the tool, and by its transpose the wrench on the tool
+  DampedWrench on_tool;            ///< wrench of the fixtures at the mapped goal; its B is zero unless the device
+                                   ///< renders damping
   int strongest = -1;              ///< index of the fixture with the largest wrench; -1: no fixture exerts one
   double gap = 0.0;                ///< gap of that fixture, or without force the smallest gap [m, rad]
   Vec3 correction = Vec3::Zero();  ///< corrected minus mapped position of the goal [m]
