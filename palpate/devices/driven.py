@@ -49,7 +49,8 @@ class DrivenLoop(DeviceLoop):
     def __init__(self, scene: Scene, driver: Driver, name: str) -> None:
         self.facts: Facts = facts(driver, name)
         cap = self.facts.force_max or scene.stability.force_cap
-        scene = device_scene(scene, name, self.facts.rate, min(cap, scene.stability.force_cap))
+        cap = min(cap, scene.stability.force_cap)
+        scene = device_scene(scene, name, self.facts.rate, cap, self.facts.moment_max)
         scene = self._with_gripper(scene)
         super().__init__(scene, self.facts.resolution, self.facts.mass, self.facts.workspace)
         self.driver = driver

@@ -38,6 +38,9 @@ class Haptics:
         record: folder for records, in which this run gets its own folder; None: nothing is recorded.
         rate: rate of your loop, which it should keep within a factor of two [Hz]; the scene's when left out.
         force_cap: largest force, at most the scene's [N]; the scene's when left out.
+        moment_max: largest moment that the device can give, 0: no motor turns its handle [N m]. When left out it is
+            ``stability.moment_cap`` of the scene file, and 0 if the file does not give one: energy that only a moment
+            would take from the hand must not count as taken.
         clouds: sources of the objects that are clouds of a sensor, by name (docs/sensing.md). A thread beside your loop
             turns their frames into surfaces.
 
@@ -53,9 +56,10 @@ class Haptics:
         rate: float | None = None,
         force_cap: float | None = None,
         clouds: Clouds | None = None,
+        moment_max: float | None = None,
     ) -> None:
         loaded = scene if isinstance(scene, Scene) else Scene.load(Path(scene))
-        self._loop = DeviceLoop(device_scene(loaded, "loop", rate, force_cap), replays=True)
+        self._loop = DeviceLoop(device_scene(loaded, "loop", rate, force_cap, moment_max), replays=True)
         self.session = DeviceSession(self._loop, record, clouds)
         """Record, controls, fixtures and newest state; also for `palpate.viewer.LiveViewer`."""
         self._fault = _core.DeviceFault.none
@@ -75,7 +79,8 @@ class Haptics:
             buttons: bit 0: clutch, the hand moves and the tool stays.
 
         Returns:
-            Wrench (6,) on the hand in the axes of the device's base: force [N], moment about the handle [N m]. It is
+            Wrench (6,) on the hand in the axes of the device's base: force [N], moment about the handle [N m], which is
+            zero for a device without `moment_max`. It is
             finite and within the caps at every step. A NaN, a pose that is not rigid or left-handed axes give zeros;
             after a time that does not increase or a gap, the force is zero within 15 ms. `status` and `why()` state
             the cause. The force returns by a ramp 0.1 s after the last fault.

@@ -64,8 +64,24 @@ def conditions(status: int) -> list[str]:
     return [name for name, (bit, _) in STATUS.items() if status & bit]
 
 
-def device_scene(scene: Scene, driver: str, rate: float | None = None, force_cap: float | None = None) -> Scene:
+def device_scene(
+    scene: Scene,
+    driver: str,
+    rate: float | None = None,
+    force_cap: float | None = None,
+    moment_max: float | None = None,
+) -> Scene:
     """The scene with a driver in place of the simulated leader, another rate [Hz] and a lower force cap [N].
+
+    A port has the axes that its device has: the passivity layer must not count a moment that no motor gives. Without
+    ``stability.moment_cap`` in the scene, and without `moment_max`, the device therefore gets forces only.
+
+    Args:
+        scene: the scene.
+        driver: name of the driver.
+        rate: rate of the loop [Hz]; the scene's when left out.
+        force_cap: largest force [N]; the scene's when left out.
+        moment_max: largest moment that the device can give, 0: no motor turns its handle [N m]; None: unknown.
 
     Raises:
         PalpateError: the rate is outside 50 to 10000 Hz, the cap is not positive, or it is above the scene's.
@@ -81,6 +97,9 @@ def device_scene(scene: Scene, driver: str, rate: float | None = None, force_cap
             raise PalpateError(what, mend="raise stability.force_cap in the scene, and run `palpate certify` on it")
         moment = stability.moment_cap * force_cap / stability.force_cap
         stability = stability.model_copy(update={"force_cap": float(force_cap), "moment_cap": moment})
+    if moment_max is None:
+        moment_max = stability.moment_cap if "moment_cap" in scene.stability.model_fields_set else 0.0
+    stability = stability.model_copy(update={"moment_cap": min(stability.moment_cap, moment_max)})
     leader = scene.arms.leader.model_copy(update={"driver": driver})
     arms = scene.arms.model_copy(update={"leader": leader})
     return scene.model_copy(update={"arms": arms, "stability": stability, "rates": rates})

@@ -61,7 +61,8 @@ class NativeLoop(DeviceLoop):
         self.driver, self._name = load_driver(name, folder, trust=scene.trusted), name
         cap = self.driver.force_max or scene.stability.force_cap
         size = self.driver.workspace
-        scene = device_scene(scene, name, self.driver.rate, min(cap, scene.stability.force_cap))
+        cap = min(cap, scene.stability.force_cap)
+        scene = device_scene(scene, name, self.driver.rate, cap, self.driver.moment_max)
         super().__init__(scene, workspace=size if min(size) > 0.0 else None)
         self._thread = _core.DriverThread(self.driver, self.cycle)
 

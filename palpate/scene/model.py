@@ -103,7 +103,7 @@ class ObjectSection(Section):
     frame: str = "world"
     """frame of the scene's frames in which pose is given; the object follows a tracked frame (docs/frames.md)"""
     stiffness: Diagonal = (_M.K[0], _M.K[1], _M.K[2])
-    """one number, or one number per axis of W [N/m]"""
+    """one number, or one per axis of W: n^T K n along the normal n, K delta for the paper's methods [N/m]"""
     damping: Diagonal = (_M.B[0], _M.B[1], _M.B[2])
     """one number, or one number per axis of W [N s/m]"""
     tissue: TissueSection | None = None

@@ -47,6 +47,7 @@ class CollisionMethod final : public Method {
   void reset() noexcept override;
   const ContactSet& step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT, double t) noexcept override;
   [[nodiscard]] bool asynchronous() const noexcept override { return true; }
+  [[nodiscard]] bool stiff_along_axes() const noexcept override { return true; }
   void collide(const scene::Snapshot& scene) override;
   void check(const scene::Snapshot& scene) const override;
 

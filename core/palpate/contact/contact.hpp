@@ -52,6 +52,9 @@ class Method {
 
   /// True if the contacts of the method get Coulomb friction (friction.hpp).
   [[nodiscard]] virtual bool has_friction() const noexcept { return false; }
+  /// True if an anisotropic stiffness acts along the axes of W, as in Eq 8. On a slope this force has no potential. The
+  /// other methods take n^T K n along the normal.
+  [[nodiscard]] virtual bool stiff_along_axes() const noexcept { return false; }
 
   /// For verification only, because it allocates: each step appends the positions through which the proxies move to
   /// `path`, in the frames of their objects [m]. A null pointer ends the recording. A method that does not record is

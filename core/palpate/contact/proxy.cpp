@@ -36,6 +36,19 @@ const ContactSet& Proxy::step(const scene::Snapshot& scene, const Vec3& p_WT, co
   return set_;
 }
 
+namespace {
+
+/// True if the stiffness at p_O [m] depends on the position or the normal, so that the derivative of the normal
+/// matters.
+bool turns_force(const scene::Object& object, const Vec3& p_O) noexcept {
+  const Vec3& K = object.material.K;
+  if (object.regions.empty()) return K[0] != K[1] || K[1] != K[2];
+  const scene::LocalMaterial local = object.material_at(p_O);
+  return !local.dK.isZero(0.0) || local.material.K.minCoeff() < local.material.K.maxCoeff();
+}
+
+}  // namespace
+
 void Proxy::touch(const scene::Object& object, int index, const Pose& X_WO, const Vec3& p_WT) noexcept {
   ProxyState& state = state_[to_index(index)];
   const Vec3 p_OT = X_WO.R.transpose() * (p_WT - X_WO.p);
@@ -53,7 +66,7 @@ void Proxy::touch(const scene::Object& object, int index, const Pose& X_WO, cons
   c.delta_x = X_WO.R * touch.delta;
   c.p_proxy = p_WT + c.delta_x;
   c.depth = touch.depth;
-  if (!object.regions.empty() && !object.material_at(p_OT - options_.radius * touch.normal).dK.isZero(0.0)) {
+  if (turns_force(object, p_OT - options_.radius * touch.normal)) {
     const Mat3 dn = surface.mesh() ? state.proxy.normal_gradient(touch.normal, p_OT, options_.radius)
                                    : state.field.normal_gradient(touch.normal, p_OT);
     c.dn = X_WO.R * dn * X_WO.R.transpose();

@@ -77,7 +77,7 @@ void Tool::complete(Contact& c, const scene::Object& object, double t) const noe
   if (object.surface->deformable() != nullptr) return respond(c, object, t);
   if (object.regions.empty()) {
     c.material = object.material;
-    return;
+    return press_along_normal(c);
   }
   const Pose X_WO = object.pose(t);
   // The sphere's deepest point selects the material. It moves with the tool by I - r dn.
@@ -86,6 +86,17 @@ void Tool::complete(Contact& c, const scene::Object& object, double t) const noe
   c.material = local.material;
   const Vec3 slope = X_WO.R * (local.dK.transpose() * c.delta_x.cwiseAbs2());
   c.F_grad_K = -0.5 * (slope - r * c.dn.transpose() * slope);
+  press_along_normal(c);
+}
+
+/// Replaces an anisotropic stiffness by k = n^T K n in all directions. The energy 1/2 k d^2 also changes where the
+/// normal turns, which causes a force.
+void Tool::press_along_normal(Contact& c) const noexcept {
+  Vec3& K = c.material.K;
+  if ((K[0] == K[1] && K[1] == K[2]) || methods_.front()->stiff_along_axes()) return;
+  const Vec3 K_n = K.cwiseProduct(c.normal);
+  c.F_grad_K -= c.delta_x.squaredNorm() * (c.dn.transpose() * K_n);
+  K.setConstant(c.normal.dot(K_n));
 }
 
 /// Adds the friction, which holds the tool and its proxy back.

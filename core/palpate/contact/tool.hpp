@@ -51,6 +51,7 @@ class Tool {
   };
 
   void complete(Contact& contact, const scene::Object& object, double t) const noexcept;
+  void press_along_normal(Contact& contact) const noexcept;
   void rub(Contact& contact, const Vec3& p_WS, const scene::Object& object, double t) noexcept;
   void respond(Contact& contact, const scene::Object& object, double t) const noexcept;
   void keep_if_stronger(const Contact& contact) noexcept;

@@ -32,7 +32,9 @@ struct ForceTerms {
 ///   torque = p_TS x F
 ///
 /// where S is the touching sphere, d = delta_x - lag the deflection without friction, K = stiffness_scale * material.K
-/// and B = damping_scale * material.B. K and B are diagonal along the axes of W. Where K varies in space,
+/// and B = damping_scale * material.B. B is diagonal along the axes of W, and so is K for the methods of the paper. The
+/// others pass K = n^T K n in all directions, because K d with d along n has a part across the normal that is the
+/// gradient of no energy. Where K varies in space,
 ///
 ///   F_grad_K = -1/2 (I - r dn/dx)^T d^2 grad K
 ///

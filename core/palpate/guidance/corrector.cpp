@@ -142,7 +142,7 @@ bool Corrector::step(FixtureStates& states, const Input& in) noexcept {
   Qp::Status status = Qp::Status::solved;
   held_ = !iterate(states, in, lasting, X, status);
   if (held_) return false;
-  collect_rows();
+  collect_rows(states);
   // A feasible goal is replaced only by one nearer to the mapped goal, so that it does not move at rest.
   const Vec6 stays = displacement(mapped, X_WT_);
   if (lacks < kTolerance && stays.norm() <= qp_.y().norm() && qp_.satisfies(stays, lasting)) X = X_WT_;

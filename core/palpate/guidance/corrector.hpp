@@ -61,7 +61,7 @@ class Corrector {
   double add_lasting_rows(const FixtureStates& states, const Input& in) noexcept;
   bool iterate(const FixtureStates& states, const Input& in, int lasting, Pose& X, Qp::Status& status) noexcept;
   void drop_misleading_rows(const FixtureStates& states, int from) noexcept;
-  void collect_rows() noexcept;
+  void collect_rows(const FixtureStates& states) noexcept;
   void bend(const FixtureStates& states, ActiveRow& row, const Input& in) const noexcept;
 
   Member member_;

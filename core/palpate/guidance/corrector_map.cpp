@@ -44,8 +44,9 @@ void Corrector::linearise(const FixtureStates& states, const Input& in, bool at_
   if (held_) map_.hold();
 }
 
-// Collects the active rows of the last solution, those of one border merged into one row of their mean length.
-void Corrector::collect_rows() noexcept {
+// Collects the active rows of the last solution, those of one border or target merged into one row of their mean
+// length.
+void Corrector::collect_rows(const FixtureStates& states) noexcept {
   std::array<double, CorrectionMap::kRows> squares{};
   map_.clear();
   for (int r = 0; r < qp_.rows(); ++r) {
@@ -56,7 +57,8 @@ void Corrector::collect_rows() noexcept {
     int k = 0;
     for (; k < map_.rows(); ++k) {
       const ActiveRow& row = map_.row(k);
-      if (fixture >= 0 && row.fixture == fixture && row.a.dot(a) > kSameBorder * row.a.norm() * a.norm()) break;
+      if (fixture < 0 || row.fixture != fixture) continue;
+      if (states[fixture].constraint.attracts || row.a.dot(a) > kSameBorder * row.a.norm() * a.norm()) break;
     }
     if (k == map_.rows()) {
       ActiveRow fresh;
@@ -71,7 +73,7 @@ void Corrector::collect_rows() noexcept {
   for (int k = 0; k < map_.rows(); ++k) {
     ActiveRow& row = map_.row(k);
     const double length = std::sqrt(squares[to_index(k)] / row.lambda), sum = row.a.norm();
-    row.a *= length / sum;
+    row.a *= sum > 0.0 ? length / sum : 0.0;
     row.lambda = sum / length;
   }
 }
