@@ -94,6 +94,10 @@ void Guidance::act(const Input& in) noexcept {
   priorities_.apply(states_, in.handle.renders_damping);
   out_.on_tool = blend_.step(states_, in, before_, out_.J_goal);
   at_tool_ = blend_.on_tool();
+  for (int i = 0; i < states_.size(); ++i) {  // every wrench is reported as the hand feels it
+    FixtureState& now = states_[i];
+    if (now.active() && !now.corrects) now.force.F = carried_back(out_.J_goal, now.force.F);
+  }
 }
 
 // True if a fixture that does not correct the goal may exert a wrench on the tool.

@@ -73,7 +73,9 @@ def inspect_device(scene: Scene) -> Device:
         where = scene.where("arms", "leader", "driver")
         raise DeviceError(error.what, where=error.where or where, why=error.why, mend=error.mend) from None
     cap = min(known.force_max or scene.stability.force_cap, scene.stability.force_cap)
-    return Device(name, known, mapped_rig(device_scene(scene, name, known.rate, cap, known.moment_max), known.workspace))
+    return Device(
+        name, known, mapped_rig(device_scene(scene, name, known.rate, cap, known.moment_max), known.workspace)
+    )
 
 
 def _reach(size: tuple[float, float, float] | None, scale: float) -> str:
