@@ -31,6 +31,7 @@ struct Constraint {
   Mat3 free = Mat3::Identity();      ///< projector on the directions in which the hand moves freely
   bool attracts = false;    ///< true: draws the tool to a target (guide, orient, rcm); false: keeps it behind a border
   bool rotational = false;  ///< the gap is an angle
+  bool by_force = false;  ///< the border is where the touched force reaches its limit, so that force stays on the hand
   double speed_limit = std::numeric_limits<double>::infinity();  ///< largest speed of the tool here [m/s]
 
   /// Sets gap_rate_of_fixture and w_fixture for a constraint that moves rigidly with its geometry.

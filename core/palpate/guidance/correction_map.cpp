@@ -165,7 +165,9 @@ CorrectionMap::Part CorrectionMap::part_of(int r) const noexcept {
 
 CorrectionMap::Share CorrectionMap::share(int fixture) const noexcept {
   for (int r = 0; r < rows_; ++r) {
-    if (row_[to_index(r)].fixture != fixture) continue;
+    const ActiveRow& row = row_[to_index(r)];
+    if (row.fixture != fixture) continue;
+    if (row.turns) return {row.plain_lambda * row.plain.squaredNorm(), physical(row.plain)};
     const Part part = part_of(r);
     if (!(part.length > 0.0 && parts_ > 0.0)) return {};
     const double skew = size_ / parts_;
@@ -173,7 +175,6 @@ CorrectionMap::Share CorrectionMap::share(int fixture) const noexcept {
     const Vec6 d =
         skew * (part.stretch * part.d_length + part.length * part.d_stretch) + part.stretch * part.length * d_skew;
     // Below an authority of one the goal moves by that fraction only; the direction is that of the whole correction.
-    const ActiveRow& row = row_[to_index(r)];
     return {skew * part.stretch * part.length, physical(-d / (1.0 - row.b.norm() / row.g.norm()))};
   }
   return {};
@@ -181,6 +182,9 @@ CorrectionMap::Share CorrectionMap::share(int fixture) const noexcept {
 
 Mat6 CorrectionMap::jacobian() const noexcept {
   Mat6 J = P_;
+  for (int r = 0; r < rows_; ++r) {
+    if (row_[to_index(r)].by_force) J -= row_[to_index(r)].a * dl_.row(r);
+  }
   J.topRightCorner<3, 3>() *= kLength;
   J.bottomLeftCorner<3, 3>() /= kLength;
   return J;

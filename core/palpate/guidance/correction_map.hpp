@@ -20,11 +20,15 @@ namespace palpate::guidance {
 /// An active row of the program that corrects the goal. Vectors and matrices are those of (displacement, kLength *
 /// rotation), as in row().
 struct ActiveRow {
-  int fixture = -1;       ///< fixture of the row; -1 for a joint limit
-  double lambda = 0.0;    ///< multiplier, above zero
-  Vec6 a = Vec6::Zero();  ///< direction in which the row moves the goal
-  Vec6 g = Vec6::Zero();  ///< gradient of the gap at the corrected goal
-  Mat6 H = Mat6::Zero();  ///< derivative of a with respect to the corrected goal [1/m]
+  int fixture = -1;           ///< fixture of the row; -1 for a joint limit
+  double lambda = 0.0;        ///< multiplier, above zero
+  Vec6 a = Vec6::Zero();      ///< direction in which the row moves the goal
+  Vec6 g = Vec6::Zero();      ///< gradient of the gap at the corrected goal
+  Mat6 H = Mat6::Zero();      ///< derivative of a with respect to the corrected goal [1/m]
+  Vec6 plain = Vec6::Zero();  ///< a and lambda of the program, before the curvature of the border is known
+  double plain_lambda = 0.0;
+  bool turns = false;     ///< the gap depends on the rotation
+  bool by_force = false;  ///< the row limits the touched force, which the hand goes on feeling: not part of J
   Vec6 b = Vec6::Zero();  ///< derivative of the row's bound with respect to the mapped goal: authority below one
 };
 
@@ -50,7 +54,8 @@ class CorrectionMap {
   /// Derivative of the corrected goal with respect to the mapped goal; both as (displacement, rotation vector) in W.
   [[nodiscard]] Mat6 jacobian() const noexcept;
   /// The share of a fixture in the correction [m, or rad for a rotational constraint], corrected for rows that are not
-  /// orthogonal, and minus its gradient with respect to the mapped goal, in W.
+  /// orthogonal, and minus its gradient with respect to the mapped goal, in W. Where the gap depends on the rotation,
+  /// the row of the program stands for the gradient: exact to first order of the correction.
   struct Share {
     double size = 0.0;
     Wrench direction;

@@ -29,7 +29,8 @@ void Corrector::linearise(const FixtureStates& states, const Input& in, bool at_
     row.g = row.a;
     if (row.fixture < 0) continue;
     const FixtureState& now = states[row.fixture];
-    curved |= turns(now.constraint);
+    row.turns = turns(now.constraint);
+    row.by_force = now.constraint.by_force;
     const double left = 1.0 - now.authority;
     if (left > 0.0 && left * now.constraint.violation() > now.slack) row.b = left * scaled_gradient(now.constraint);
   }
@@ -75,6 +76,8 @@ void Corrector::collect_rows(const FixtureStates& states) noexcept {
     const double length = std::sqrt(squares[to_index(k)] / row.lambda), sum = row.a.norm();
     row.a *= sum > 0.0 ? length / sum : 0.0;
     row.lambda = sum / length;
+    row.plain = row.a;
+    row.plain_lambda = row.lambda;
   }
 }
 

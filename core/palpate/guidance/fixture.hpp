@@ -60,6 +60,10 @@ class Law {
   [[nodiscard]] virtual double turning_damping() const noexcept = 0;    ///< [N m s/rad]
   /// Distance before the border of a repelling role at which the force begins [m].
   [[nodiscard]] virtual double reach() const noexcept { return 0.0; }
+  /// Largest force or moment of the law [N, N m].
+  [[nodiscard]] virtual double most(const Constraint& /*c*/) const noexcept {
+    return std::numeric_limits<double>::infinity();
+  }
   /// True if one quadratic program finds the violations of all fixtures with such a law together.
   [[nodiscard]] virtual bool solves_jointly() const noexcept { return false; }
 };

@@ -11,7 +11,8 @@
 namespace palpate::guidance {
 namespace {
 
-constexpr double kLagForce = 3.0;  // [N] largest force towards a goal that a speed limit delays
+constexpr double kLagForce = 3.0;   // [N] largest force towards a goal that a speed limit delays
+constexpr double kSharpest = 5e-3;  // [m] smallest radius along which a border turns the wrench unhindered
 
 bool none(const Wrench& F) noexcept { return F.f == Vec3::Zero() && F.t == Vec3::Zero(); }
 
@@ -45,7 +46,9 @@ void take_share(FixtureState& now, const CorrectionMap::Share& share) noexcept {
     now.constraint.gap = std::max(now.constraint.gap, 0.0);
     return;
   }
+  const Vec3 turning = now.constraint.gradient.f;  // the target direction changes with the position
   now.constraint.gradient = share.direction;
+  if (now.constraint.rotational) now.constraint.gradient.f = turning;
   now.constraint.gap = -share.size / now.authority;
 }
 
@@ -57,12 +60,48 @@ double pressing(const Wrench& F, const Wrench& gradient) noexcept {
   return along > 0.0 ? along / size : 0.0;
 }
 
-/// Updates the preload of a hard fixture that has taken its share.
+/// Updates the preload of a hard fixture that has taken its share. A border that limits the touched force needs none:
+/// the hand goes on feeling that force.
 void take_preload(FixtureState& now, const Wrench& felt) noexcept {
   const bool corrected = now.corrects;
   now.corrects = now.constraint.gap < 0.0;
-  if (!now.corrects) now.preload = 0.0;
-  if (now.corrects && !corrected) now.preload = pressing(felt, now.constraint.gradient);
+  if (!now.corrects || now.constraint.by_force)
+    now.preload = 0.0;
+  else if (!corrected)
+    now.preload = pressing(felt, now.constraint.gradient);
+}
+
+/// Adds the preload to the force of the law. Their sum stays below the largest force of the law, or the preload if that
+/// is larger; it depends on the gap alone, so that it has a potential.
+void add_preload(FixtureState& now, const Law& law) noexcept {
+  if (now.preload == 0.0) return;
+  const Wrench& along = now.constraint.gradient;
+  const double most = std::max(law.most(now.constraint), now.preload);
+  const double more = std::clamp(most - pressing(now.force.F, along), 0.0, now.preload);
+  now.force.F = now.force.F + Wrench{more * along.f, more * along.t};
+  const double e = now.constraint.violation(), sum = now.force.U + now.preload * e;
+  now.force.U = std::isfinite(most) ? std::min(sum, most * e) : sum;
+}
+
+/// Sets the force of fixture i by its law, before its authority scales it.
+void apply_law(FixtureStates& states, int i, const FollowerLimits& follower, const Goals& goals) noexcept {
+  FixtureState& now = states[i];
+  const Fixture& f = states.fixture(i);
+  const Twist& V_WT = (now.corrects ? goals.mapped : goals.corrected).goal.V_WT;
+  now.force = f.law->force(now.constraint, V_WT);
+  add_preload(now, *f.law);
+  const double speed = V_WT.v.norm();
+  if (speed > now.constraint.speed_limit) {
+    now.force.F.f -= f.law->damping() * (1.0 - now.constraint.speed_limit / speed) * V_WT.v;
+    const double pulls = std::min(f.law->stiffness() * follower.lag(), kLagForce);
+    if (f.policy.hard) now.force.F.f += pulls * follower.lag_direction();
+  }
+  if (!finite(now.force)) now.force = ConstraintForce{};
+}
+
+/// Bound of the 2-norm of J: 1 for the identity.
+double gain_of(const Mat3& J) noexcept {
+  return std::sqrt(J.cwiseAbs().rowwise().sum().maxCoeff() * J.cwiseAbs().colwise().sum().maxCoeff());
 }
 
 /// Moves `now` towards `goal` by at most `step`.
@@ -100,32 +139,25 @@ Change explained(const Fixture& fixture, const FixtureState& now, const Input& i
 FixtureEnergy apply_laws(FixtureStates& states, const Corrector& hard, const Corrector& joint,
                          const FollowerLimits& follower, const Goals& goals) noexcept {
   FixtureEnergy energy;
-  for (int i = 0; i < states.size(); ++i) {
+  Wrench soft;  // sum of the soft fixtures' wrenches on the tool, which a hard one may take over
+  for (int k = 0; k < 2 * states.size(); ++k) {
+    const int i = k % states.size();
     FixtureState& now = states[i];
-    now.force = ConstraintForce{};
     const Fixture& f = states.fixture(i);
     const bool is_hard = f.policy.hard;
+    if (is_hard != (k >= states.size())) continue;  // first the soft ones
+    now.force = ConstraintForce{};
     if (!now.active() || !is_hard) now.corrects = false, now.preload = 0.0;
     if (!now.active()) continue;
     if ((is_hard || f.law->solves_jointly()) && std::isfinite(now.constraint.gap)) {
       take_share(now, (is_hard ? hard : joint).map().share(i));
-      if (is_hard) take_preload(now, goals.felt);
+      if (is_hard) take_preload(now, carried_back(goals.J_before, goals.mapped.tool_force.F_T_W + soft));
     }
-    const Twist& V_WT = (now.corrects ? goals.mapped : goals.corrected).goal.V_WT;
-    now.force = f.law->force(now.constraint, V_WT);
-    now.force.F =
-        now.force.F + Wrench{now.preload * now.constraint.gradient.f, now.preload * now.constraint.gradient.t};
-    now.force.U += now.preload * now.constraint.violation();
-    const double speed = V_WT.v.norm();
-    if (speed > now.constraint.speed_limit) {
-      now.force.F.f -= f.law->damping() * (1.0 - now.constraint.speed_limit / speed) * V_WT.v;
-      const double pulls = std::min(f.law->stiffness() * follower.lag(), kLagForce);
-      if (is_hard) now.force.F.f += pulls * follower.lag_direction();
-    }
-    if (!finite(now.force)) now.force = ConstraintForce{};
+    apply_law(states, i, follower, goals);
     energy.potential += now.force.U;
     if (earns_credit(f.policy)) energy.credit += now.rise * now.force.U;
     scale(now.force, now.authority);
+    if (!is_hard) soft = soft + now.force.F;
   }
   return energy;
 }
@@ -163,13 +195,14 @@ void Priorities::apply(FixtureStates& states, bool renders_damping) noexcept {
 const DampedWrench& Blend::step(const FixtureStates& states, const Input& in, const ToolGoal& before,
                                 const Mat6& J) noexcept {
   if (!in.goal.engaged) {
-    on_tool_ = {};
+    J_ = J;
     return on_hand_ = {};
   }
   DampedWrench on_hand, on_tool;
-  double f = options_.force_rate * dt_, t = options_.moment_rate * dt_, preload = 0.0;
+  double f = options_.force_rate * dt_, t = options_.moment_rate * dt_;
   const double dv = (in.goal.V_WT.v - before.V_WT.v).norm();
-  const double gain = std::max(J.topLeftCorner<3, 3>().norm(), 1.0);  // the tool may move more than the hand
+  const double gain = std::max(gain_of(J.topLeftCorner<3, 3>()), 1.0);  // the tool may move more than the hand
+  const double moved = (in.goal.X_WT_goal.p - before.X_WT_goal.p).norm() + kLength * in.goal.V_WT.w.norm() * dt_;
   for (int i = 0; i < states.size(); ++i) {
     const FixtureState& now = states[i];
     DampedWrench& sum = now.corrects ? on_hand : on_tool;
@@ -178,21 +211,23 @@ const DampedWrench& Blend::step(const FixtureStates& states, const Input& in, co
       sum.F.f -= now.force.F_of_B.f;
       sum.B += now.force.B;
     }
-    preload += now.authority * now.preload;
     if (!now.active()) continue;
     const Change change = explained(states.fixture(i), now, in, before, dt_);
-    f += gain * change.f;
+    const double by = now.corrects ? 1.0 : gain * gain;
+    f += by * change.f;
     // A speed limit has no gradient; only its damping changes with the motion.
     if (std::isfinite(now.constraint.speed_limit)) f += states.fixture(i).law->damping() * dv;
-    t += gain * change.t;
+    t += by * change.t;
   }
-  // A fixture that begins to hold the tool takes over the force that the map removes.
-  const Wrench turned = carried_back(J - J_, on_tool.F);
-  f += turned.f.norm() + std::abs(preload - preload_);
-  t += turned.t.norm();
-  on_tool_ = on_tool.F;
+  // The contacts, which reach the hand by J as well, do not step where J does: this sum takes up the difference.
+  const Wrench touched = carried_back(J - J_, in.tool_force.F_T_W);
+  on_hand_.F.f -= touched.f, on_hand_.F.t -= touched.t;
+  // A motion turns curved borders.
+  const Wrench turned = touched + carried_back(J - J_, on_tool.F);
+  const double share = std::min(moved / kSharpest, 1.0);
+  f += std::min(turned.f.norm(), share * (in.tool_force.F_T_W.f.norm() + on_tool.F.f.norm()));
+  t += std::min(turned.t.norm(), share * (in.tool_force.F_T_W.t.norm() + on_tool.F.t.norm()));
   J_ = J;
-  preload_ = preload;
   const Mat3 J_p = J.topLeftCorner<3, 3>();
   const DampedWrench sum{on_hand.F + carried_back(J, on_tool.F), on_hand.B + J_p.transpose() * on_tool.B * J_p};
   // The change of the damping is limited by the force that it causes at the present velocity.

@@ -13,7 +13,7 @@ namespace palpate::guidance {
 struct Goals {
   const Input& mapped;     ///< input of the stage
   const Input& corrected;  ///< the same with the corrected goal and its velocity
-  Wrench felt;             ///< wrench of contacts and fixtures on the tool in the last tick, as the hand felt it
+  const Mat6& J_before;    ///< derivative of the corrected goal in the last tick: how the hand felt the tool then
 };
 
 /// Sets the force of every fixture. A fixture that a corrector handles acts along its share of the correction. A hard
@@ -35,7 +35,8 @@ class Priorities {
 };
 
 /// Limits the change of the sum of all forces to what the motions of hand and fixtures explain, plus force_rate and
-/// moment_rate: a fixture that is switched, edited or moved fades over from the previous wrench.
+/// moment_rate: a fixture that is switched, edited or moved fades over from the previous wrench. Where the map of the
+/// correction steps, the sum takes over what contacts lose by it.
 class Blend {
  public:
   /// dt: period of the cycle [s].
@@ -44,16 +45,12 @@ class Blend {
   /// the previous tick. J: derivative of the corrected with respect to the mapped goal.
   const DampedWrench& step(const FixtureStates& states, const Input& in, const ToolGoal& before,
                            const Mat6& J) noexcept;
-  /// The sum of the fixtures that act on the tool, at the corrected goal, in the last step.
-  [[nodiscard]] const Wrench& on_tool() const noexcept { return on_tool_; }
 
  private:
   Options options_;
   double dt_;
   DampedWrench on_hand_;
-  Wrench on_tool_;
   Mat6 J_ = Mat6::Identity();
-  double preload_ = 0.0;  ///< sum of all preloads in the last step
 };
 
 }  // namespace palpate::guidance

@@ -56,12 +56,12 @@ const Output& Guidance::step(const Input& in) noexcept {
 // Corrects the goal by the hard fixtures.
 void Guidance::correct(const Input& in) noexcept {
   const Pose& mapped = in.goal.X_WT_goal;
-  const Mat6 J_before = out_.J_goal;
+  J_before_ = out_.J_goal;
   out_.J_goal.setIdentity();
-  felt_ = carried_back(J_before, in.tool_force.F_T_W + at_tool_);
   if (hard_.needed(states_)) {
     if (!hard_.step(states_, in)) out_.status |= kGuidanceConflict;
-    const bool presses = felt_.f != Vec3::Zero() || felt_.t != Vec3::Zero();
+    const Wrench& F = in.tool_force.F_T_W;
+    const bool presses = F.f != Vec3::Zero() || F.t != Vec3::Zero();
     hard_.linearise(states_, in, presses || soft_acts());
     out_.J_goal = hard_.map().jacobian();
   } else if (same(hard_.X_WT(), before_.X_WT_goal)) {
@@ -90,10 +90,9 @@ void Guidance::act(const Input& in) noexcept {
     joint_.linearise(states_, at_tool, false);
   }
   joint_started_ = joint;
-  out_.energy = apply_laws(states_, hard_, joint_, follower_, {in, at_tool, felt_});
+  out_.energy = apply_laws(states_, hard_, joint_, follower_, {in, at_tool, J_before_});
   priorities_.apply(states_, in.handle.renders_damping);
   out_.on_tool = blend_.step(states_, in, before_, out_.J_goal);
-  at_tool_ = blend_.on_tool();
   for (int i = 0; i < states_.size(); ++i) {  // every wrench is reported as the hand feels it
     FixtureState& now = states_[i];
     if (now.active() && !now.corrects) now.force.F = carried_back(out_.J_goal, now.force.F);

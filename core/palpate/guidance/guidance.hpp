@@ -43,9 +43,8 @@ class Guidance final : public Stage {
   Corrector joint_;  ///< finds the pose to which soft fixtures with a joint law pull
   Priorities priorities_;
   Blend blend_;
-  ToolGoal before_;  ///< mapped goal of the previous tick
-  Wrench at_tool_;   ///< wrench of the fixtures on the tool, at the corrected goal of the previous tick
-  Wrench felt_;      ///< wrench on the tool in the previous tick as the hand felt it
+  ToolGoal before_;                   ///< mapped goal of the previous tick
+  Mat6 J_before_ = Mat6::Identity();  ///< J_goal of the previous tick
   bool started_ = false, joint_started_ = false;
   Output out_;
 };

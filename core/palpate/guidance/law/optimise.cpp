@@ -13,13 +13,14 @@ class Optimise final : public ImpedanceLaw {
   using ImpedanceLaw::ImpedanceLaw;
 
   [[nodiscard]] ConstraintForce force(const Constraint& c, const Twist& V_WT) const noexcept override {
-    const double K = c.rotational ? o_.K_turn : o_.K, most = c.rotational ? o_.moment : o_.force;
+    const double K = c.rotational ? o_.K_turn : o_.K, most = this->most(c);
     const double e = c.violation(), knee = K > 0.0 ? most / K : 0.0;
     ConstraintForce out = force_along(c, V_WT, std::min(K * e, most), K, c.rotational ? o_.B_turn : o_.B, most);
     out.U = e < knee ? 0.5 * K * e * e : most * (e - 0.5 * knee);
     return out;
   }
   [[nodiscard]] const char* name() const noexcept override { return "optimise"; }
+  [[nodiscard]] double most(const Constraint& c) const noexcept override { return c.rotational ? o_.moment : o_.force; }
   [[nodiscard]] bool solves_jointly() const noexcept override { return true; }
 };
 

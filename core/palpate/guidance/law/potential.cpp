@@ -34,7 +34,7 @@ class Potential final : public ImpedanceLaw {
   using ImpedanceLaw::ImpedanceLaw;
 
   [[nodiscard]] ConstraintForce force(const Constraint& c, const Twist& V_WT) const noexcept override {
-    const double K = c.rotational ? o_.K_turn : o_.K, most = c.rotational ? o_.moment : o_.force;
+    const double K = c.rotational ? o_.K_turn : o_.K, most = this->most(c);
     const double range = c.rotational ? o_.range_turn : o_.range;
     const bool there = c.gradient.f != Vec3::Zero() || c.rotational;
     const double e = c.attracts ? c.violation() : there ? range - c.gap : 0.0;
@@ -44,6 +44,7 @@ class Potential final : public ImpedanceLaw {
     return out;
   }
   [[nodiscard]] const char* name() const noexcept override { return "potential"; }
+  [[nodiscard]] double most(const Constraint& c) const noexcept override { return c.rotational ? o_.moment : o_.force; }
   [[nodiscard]] double reach() const noexcept override { return o_.range; }
 };
 

@@ -33,6 +33,7 @@ class Limit final : public Role {
       out.gap = (force_ - force) / (tool.stiffness > 0.0 ? tool.stiffness : kUnknownStiffness) +
                 n.dot(tool.X_WT.p - tool.p_touch);
       out.gradient.f = n;
+      out.by_force = true;
       out.free = Mat3::Identity() - n * n.transpose();
     }
     return out;
