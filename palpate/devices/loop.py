@@ -84,7 +84,8 @@ def device_scene(
         moment_max: largest moment that the device can give, 0: no motor turns its handle [N m]; None: unknown.
 
     Raises:
-        PalpateError: the rate is outside 50 to 10000 Hz, the cap is not positive, or it is above the scene's.
+        PalpateError: the rate is outside 50 to 10000 Hz, the cap is not positive or above the scene's, or `moment_max`
+            is below 0.
     """
     stability, rates = scene.stability, scene.rates
     if rate is not None:
@@ -97,6 +98,8 @@ def device_scene(
             raise PalpateError(what, mend="raise stability.force_cap in the scene, and run `palpate certify` on it")
         moment = stability.moment_cap * force_cap / stability.force_cap
         stability = stability.model_copy(update={"force_cap": float(force_cap), "moment_cap": moment})
+    if moment_max is not None and not moment_max >= 0.0:
+        raise PalpateError(f"moment_max = {moment_max:g} N m: must be 0 or more", mend="give 0 without torque motors")
     if moment_max is None:
         moment_max = stability.moment_cap if "moment_cap" in scene.stability.model_fields_set else 0.0
     stability = stability.model_copy(update={"moment_cap": min(stability.moment_cap, moment_max)})

@@ -95,3 +95,28 @@ def test_springs_and_potentials_add_no_energy_on_a_closed_motion():
     work = (F[:-1] * np.diff(hand, axis=0)).sum()
     exchanged = np.abs(F[:-1] * np.diff(hand, axis=0)).sum()
     assert work < 2e-3 * exchanged
+
+
+def test_hard_fixture_takes_over_a_touched_force_without_a_step():
+    """A pressed tool at rest: switching a hard plane on and off changes what the hand feels within the rate."""
+    stage, X, touched = Stage(), point_at_height(-0.003), np.array([0.4, -0.2, 3.0])
+
+    def felt():
+        out = stage.step(X, F_T_W=touched)
+        return out["F_T_W"][:3] + (out["J_goal"].T @ np.r_[touched, np.zeros(3)])[:3]
+
+    before, most = [felt() for _ in range(50)][-1], 0.0
+    for made in ([fixture(plane(), hard=True)], [], [fixture(plane(), hard=True)]):
+        stage.set_fixtures(*made)
+        for _ in range(400):
+            now = felt()
+            most, before = max(most, np.linalg.norm(now - before)), now
+    assert most <= RATE * DT * (1 + 1e-9)
+
+
+def test_soft_fixture_that_becomes_hard_does_not_count_twice():
+    """What the fixture itself pushed with is no force of the surroundings: the spring at rest stays K e."""
+    stage, X = Stage(fixture(plane(), law_={"K": 400.0})), point_at_height(-0.003)
+    stage.settle(X, 300)
+    stage.set_fixtures(fixture(plane(), law_={"K": 400.0}, hard=True))
+    assert stage.settle(X, 3000)["F_T_W"][2] == pytest.approx(400.0 * (0.003 + RESERVE), rel=1e-3)
