@@ -11,8 +11,8 @@
 namespace palpate::guidance {
 namespace {
 
-constexpr double kLagForce = 3.0;   // [N] largest force towards a goal that a speed limit delays
-constexpr double kSharpest = 5e-3;  // [m] smallest radius along which a border turns the wrench unhindered
+constexpr double kLagForce = 3.0;  // [N] largest force towards a goal that a speed limit delays
+constexpr double kMoves = 5e-6;    // [m] motion of the hand in one period that explains any change of the map
 
 bool none(const Wrench& F) noexcept { return F.f == Vec3::Zero() && F.t == Vec3::Zero(); }
 
@@ -199,7 +199,7 @@ const DampedWrench& Blend::step(const FixtureStates& states, const Input& in, co
     return on_hand_ = {};
   }
   DampedWrench on_hand, on_tool;
-  double f = options_.force_rate * dt_, t = options_.moment_rate * dt_;
+  double f = options_.force_rate * dt_, t = options_.moment_rate * dt_, preload = 0.0;
   const double dv = (in.goal.V_WT.v - before.V_WT.v).norm();
   const double gain = std::max(gain_of(J.topLeftCorner<3, 3>()), 1.0);  // the tool may move more than the hand
   const double moved = (in.goal.X_WT_goal.p - before.X_WT_goal.p).norm() + kLength * in.goal.V_WT.w.norm() * dt_;
@@ -211,6 +211,7 @@ const DampedWrench& Blend::step(const FixtureStates& states, const Input& in, co
       sum.F.f -= now.force.F_of_B.f;
       sum.B += now.force.B;
     }
+    preload += now.authority * now.preload;
     if (!now.active()) continue;
     const Change change = explained(states.fixture(i), now, in, before, dt_);
     const double by = now.corrects ? 1.0 : gain * gain;
@@ -222,11 +223,12 @@ const DampedWrench& Blend::step(const FixtureStates& states, const Input& in, co
   // The contacts, which reach the hand by J as well, do not step where J does: this sum takes up the difference.
   const Wrench touched = carried_back(J - J_, in.tool_force.F_T_W);
   on_hand_.F.f -= touched.f, on_hand_.F.t -= touched.t;
-  // A motion turns curved borders.
+  // A motion over a border changes the map and what a fixture has taken over; at rest only edits do.
   const Wrench turned = touched + carried_back(J - J_, on_tool.F);
-  const double share = std::min(moved / kSharpest, 1.0);
-  f += std::min(turned.f.norm(), share * (in.tool_force.F_T_W.f.norm() + on_tool.F.f.norm()));
-  t += std::min(turned.t.norm(), share * (in.tool_force.F_T_W.t.norm() + on_tool.F.t.norm()));
+  const double share = std::min(moved / kMoves, 1.0);
+  f += share * (turned.f.norm() + std::abs(preload - preload_));
+  t += share * turned.t.norm();
+  preload_ = preload;
   J_ = J;
   const Mat3 J_p = J.topLeftCorner<3, 3>();
   const DampedWrench sum{on_hand.F + carried_back(J, on_tool.F), on_hand.B + J_p.transpose() * on_tool.B * J_p};

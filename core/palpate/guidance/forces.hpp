@@ -51,6 +51,7 @@ class Blend {
   double dt_;
   DampedWrench on_hand_;
   Mat6 J_ = Mat6::Identity();
+  double preload_ = 0.0;  ///< sum of all preloads in the last step
 };
 
 }  // namespace palpate::guidance
