@@ -14,7 +14,7 @@ from palpate.planning import Problem
 from palpate.planning.world import World
 from palpate.sensing.source import CloudFrame
 from palpate.session import machine
-from palpate.session.execution import HORIZON, PERIOD
+from palpate.session.execution import HORIZON, PERIOD, PHASES
 
 SCENE = """
 objects:
@@ -51,6 +51,17 @@ def world():
 @pytest.fixture
 def session(world):
     return palpate.Session(world[0])
+
+
+def awkward_durations(count):
+    """Durations [s] whose product of period and number of periods, dt (n - 1), is larger by rounding."""
+    rng = np.random.default_rng(7)
+    while count:
+        duration = rng.uniform(0.05, 0.4)
+        periods = int(np.ceil(duration / 2e-3))
+        if duration / periods * periods > duration:
+            count -= 1
+            yield duration
 
 
 def ticks_of(session, n=20_000, until=lambda tick: False):
@@ -375,3 +386,14 @@ def test_the_bench_measures_stops_in_lockstep_and_in_real_time():
     ticks["p_WT"][:, 0] = 2e-3 * (ticks["t"] - 1.0)  # a tool that creeps at 2 mm/s
     with pytest.raises(PalpateError, match="does not rest"):
         execution.rested(ticks["t"], ticks["q_follower_goal"], ticks["p_WT"], np.full(200, 2e-3))
+
+
+@pytest.mark.parametrize("duration", awkward_durations(8))
+def test_a_motion_ends_whatever_the_rounding_of_its_duration(session, duration):
+    """The cycle's end of the motion and the sender's differ by rounding; the motion is over at both."""
+    loop, periods = session._loop, int(np.ceil(duration / 2e-3))
+    session.step(400)
+    q = np.tile(session.latest()["q_follower_goal"][:6], (periods + 1, 1))
+    loop.execute(q, np.zeros_like(q), duration / periods, np.ones(6), 1.0, duration, 1.0)
+    ticks = ticks_of(session, int(1e3 * duration) + 200, ended)
+    assert PHASES[int(ticks["execution"][-1])] == "done"

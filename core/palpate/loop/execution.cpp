@@ -83,7 +83,7 @@ void Execution::wait(const PlannedMotion& motion, const JointVector& q, bool exe
 double Execution::wanted_pace(const ExecutionOrder& order, double end) const noexcept {
   if (phase_ != ExecutionPhase::moving || order.motion != number_) return 0.0;
   const double pace = std::clamp(order.pace, 0.0, 1.0);
-  if (order.until >= end) return pace;  // the plan itself ends at rest
+  if (order.until >= end - kSameTime) return pace;  // the plan itself ends at rest
   return std::min(pace, pace_.limit(order.until - time_ - dt_));
 }
 

@@ -59,6 +59,9 @@ class Execution {
   static constexpr double kNear = 1e-3, kBlend = 0.2;
   /// Time for which a motion waits for the state `executing`; later it never begins [s].
   static constexpr double kPatience = 0.1;
+  /// Difference up to which two times along a motion are the same [s]. The sender of an order and the cycle compute the
+  /// end of the motion by different floating-point expressions; a motion that is free up to either end is free whole.
+  static constexpr double kSameTime = 1e-9;
 
   /// dt: period of the cycle [s].
   explicit Execution(double dt) : dt_(dt) {}
