@@ -27,30 +27,53 @@ class Ldlt {
   /// x <- A^-1 x.
   void solve(double* x) const noexcept {
     for (int k = 0; k < n; ++k) std::swap(x[k], x[swap_[k]]);
-    for (int i = 1; i < n; ++i) x[i] -= sum(0, i, [&](int k) { return L_[i][k] * x[k]; });
+    for (int i = 1; i < n; ++i) {
+      Terms terms{};
+      for (int k = 0; k < i; ++k) terms[k] = L_[i][k] * x[k];
+      x[i] -= sum(terms, i);
+    }
     for (int i = 0; i < n; ++i) x[i] = std::abs(L_[i][i]) > kZero ? x[i] / L_[i][i] : 0.0;
-    for (int i = n - 2; i >= 0; --i) x[i] -= sum_abreast(i + 1, n - 1 - i, [&](int k) { return L_[k][i] * x[k]; });
+    for (int count = 1; count < n; ++count) {
+      const int i = n - 1 - count;
+      Terms terms{};
+      for (int k = 0; k < count; ++k) terms[k] = L_[i + 1 + k][i] * x[i + 1 + k];
+      x[i] -= sum_abreast(terms, count);
+    }
     for (int k = n - 1; k >= 0; --k) std::swap(x[k], x[swap_[k]]);
   }
 
  private:
   static constexpr double kZero = std::numeric_limits<double>::min();  // a pivot up to here counts as zero
 
-  /// The sum of `count` terms, half by half.
-  template <typename Term>
-  static double sum(int first, int count, const Term& term) noexcept {
-    if (count == 1) return term(first);
-    return sum(first, count / 2, term) + sum(first + count / 2, count - count / 2, term);
+  // Products whose sum is taken. The loops over them have bounds that every compiler can follow.
+  static constexpr int kTerms = 5;
+  static_assert(n <= kTerms + 1);
+  using Terms = double[kTerms];
+
+  /// The sum of the first `count` terms, half by half.
+  static double sum(const Terms& t, int count) noexcept {
+    switch (count) {
+      case 1:
+        return t[0];
+      case 2:
+        return t[0] + t[1];
+      case 3:
+        return t[0] + (t[1] + t[2]);
+      case 4:
+        return (t[0] + t[1]) + (t[2] + t[3]);
+      default:
+        return (t[0] + t[1]) + (t[2] + (t[3] + t[4]));
+    }
   }
 
   /// The same in the order of vectors of two: even terms, plus odd terms, plus the last of an odd number of terms.
-  template <typename Term>
-  static double sum_abreast(int first, int count, const Term& term) noexcept {
+  static double sum_abreast(const Terms& t, int count) noexcept {
     const int pairs = count / 2;
-    if (pairs == 0) return term(first);
-    const double s = sum(0, pairs, [&](int i) { return term(first + 2 * i); }) +
-                     sum(0, pairs, [&](int i) { return term(first + 2 * i + 1); });
-    return count % 2 == 0 ? s : s + term(first + count - 1);
+    if (pairs == 0) return t[0];
+    Terms even{}, odd{};
+    for (int i = 0; i < pairs; ++i) even[i] = t[2 * i], odd[i] = t[2 * i + 1];
+    const double s = sum(even, pairs) + sum(odd, pairs);
+    return count % 2 == 0 ? s : s + t[count - 1];
   }
 
   [[nodiscard]] int largest(int k) const noexcept {
