@@ -388,7 +388,7 @@ def test_the_bench_measures_stops_in_lockstep_and_in_real_time():
         execution.rested(ticks["t"], ticks["q_follower_goal"], ticks["p_WT"], np.full(200, 2e-3))
 
 
-@pytest.mark.parametrize("duration", awkward_durations(8))
+@pytest.mark.parametrize("duration", tuple(awkward_durations(8)))
 def test_a_motion_ends_whatever_the_rounding_of_its_duration(session, duration):
     """The cycle's end of the motion and the sender's differ by rounding; the motion is over at both."""
     loop, periods = session._loop, int(np.ceil(duration / 2e-3))
