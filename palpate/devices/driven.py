@@ -51,7 +51,7 @@ class DrivenLoop(DeviceLoop):
         cap = self.facts.force_max or scene.stability.force_cap
         scene = device_scene(scene, name, self.facts.rate, min(cap, scene.stability.force_cap))
         scene = self._with_gripper(scene)
-        super().__init__(scene, self.facts.resolution, self.facts.mass, self.facts.workspace)
+        super().__init__(scene, self.facts.resolution, self.facts.mass, self.facts.workspace, delay=self.facts.delay)
         self.driver = driver
         self.stalls = 0  #: how often the watchdog wrote zero force
         self._lateness: list[float] = []

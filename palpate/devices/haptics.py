@@ -40,6 +40,9 @@ class Haptics:
         force_cap: largest force, at most the scene's [N]; the scene's when left out.
         clouds: sources of the objects that are clouds of a sensor, by name (docs/sensing.md). A thread beside your loop
             turns their frames into surfaces.
+        delay: time from a measurement to the force on the hand, as ``palpate device bench`` measures it [s]. When left
+            out, the scene's ``loop_delay`` or ``stability.known_delay`` holds; without them every force is paid for any
+            delay of up to 3 ms.
 
     Raises:
         SceneError, MeshError: the scene cannot run. OutputError: `record` cannot be written. PalpateError: `rate` or
@@ -53,9 +56,10 @@ class Haptics:
         rate: float | None = None,
         force_cap: float | None = None,
         clouds: Clouds | None = None,
+        delay: float | None = None,
     ) -> None:
         loaded = scene if isinstance(scene, Scene) else Scene.load(Path(scene))
-        self._loop = DeviceLoop(device_scene(loaded, "loop", rate, force_cap), replays=True)
+        self._loop = DeviceLoop(device_scene(loaded, "loop", rate, force_cap), delay=delay, replays=True)
         self.session = DeviceSession(self._loop, record, clouds)
         """Record, controls, fixtures and newest state; also for `palpate.viewer.LiveViewer`."""
         self._fault = _core.DeviceFault.none
@@ -90,6 +94,7 @@ class Haptics:
             self._fault = self._loop.step(float(t), pose, twist, float(gripper), int(buttons))
         except (TypeError, ValueError) as error:
             raise self._refuse("t, gripper and buttons must be numbers", str(error)) from None
+        self.session.stepped()
         return self._loop.wrench.copy()
 
     @property

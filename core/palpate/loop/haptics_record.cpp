@@ -39,7 +39,7 @@ stability::Energy Haptics::book(const HapticsInput& in, const Wrench& F_H_L) noe
   const bool engaged = commanded.f != Vec3::Zero() || commanded.t != Vec3::Zero();
   stability::PortForces forces;
   forces.F_H_L = F_H_L;
-  forces.F_cut = rendered.F_capped - F_H_L;
+  forces.F_cut = rendered.F_cut + (rendered.F_H_L - F_H_L);
   forces.F_passivity = rendered.F_passivity;
   forces.F_low_pass = rendered.F_low_pass;
   forces.F_coupling = rendered.F_coupling;
@@ -64,7 +64,7 @@ stability::Energy Haptics::book(const HapticsInput& in, const Wrench& F_H_L) noe
   const double per_hand = law ? mapping_.energy_ratio() : 0.0;
   const double spring =
       per_hand * (stability::spring_energy(contacts, in.controls.stiffness_scale) + soft_.potential + soft_.kinetic);
-  return ledger_.step(in.handle.X_LH, forces, spring, mapping_.energy_ratio() * mapping_.released());
+  return ledger_.step(in.handle.X_LH, forces, spring, mapping_.energy_ratio() * mapping_.released(), dt_);
 }
 
 void Haptics::record(const HapticsInput& in, Tick& tick) const noexcept {
@@ -177,6 +177,7 @@ void Haptics::record_stability(const HapticsInput& in, const Wrench& F_H_L, cons
   tick.tissue_status = (soft_.hurried ? 1.0 : 0.0) + (soft_.frozen ? 2.0 : 0.0) + (soft_.late ? 4.0 : 0.0);
   if (soft_.frozen) tick.status |= kSoftFrozen;
   if (soft_.late) tick.status |= kSoftLate;
+  if (stability_.passivity().in_deficit()) tick.status |= kDeficit;
   tick.energy_stored = stability_.passivity().stored();
   tick.energy_lent = stability_.passivity().credited();
   tick.energy_reserved = stability_.passivity().reserved();
