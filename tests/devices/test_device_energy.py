@@ -109,7 +109,7 @@ def test_fixtures_that_engage_by_distance_pay_nothing():
     law = {"name": "potential", "stiffness": 250.0, "force": 2.5, "range": 0.012, "damping": 0.0}
     fixture = {"geometry": {"sphere": {"radius": 0.02}}, "role": "forbid", "law": law, "engage": 0.005, "release": 0.013}
     phase = np.arange(0.0, 40 * 1.1, 1e-3) % 1.1 / 1.1
-    z = 0.037 - 0.012 * (ease(phase / 0.3) - ease((phase - 0.55) / 0.3))
+    z = 0.037 - 0.0128 * (ease(phase / 0.3) - ease((phase - 0.55) / 0.3))
     z = np.concatenate([np.linspace(0.05, z[0], 500), z])
     with palpate.Haptics(scene([FAR], 0.05, guidance=[fixture]), rate=1000.0) as haptics:
         lowest, felt = put_in(haptics, z, 1e-3)

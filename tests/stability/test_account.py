@@ -51,13 +51,13 @@ def motion(rng, seconds, dts):
     return np.interp(np.cumsum(dts), np.arange(len(x)) * fine, x)
 
 
-@settings(max_examples=examples(40), deadline=None)
+@settings(max_examples=examples(10), deadline=None)
 @given(seed=st.integers(0, 10**6), K=st.floats(100, 4000))
 def test_switches_and_clutches_are_bounded_in_all(seed, K):
-    """Random toggles of a potential and random clutches for 20 s: never more than allowance and credit."""
+    """Random toggles of a potential and random clutches for 8 s: never more than allowance and credit."""
     rng = np.random.default_rng(seed)
-    dts = np.full(20_000, DT)
-    x = motion(rng, 20.0, dts)
+    dts = np.full(8_000, DT)
+    x = motion(rng, 8.0, dts)
     hand, on, engaged = Hand(), False, True
     for k in range(len(x)):
         credit = 0.0
@@ -90,7 +90,7 @@ def test_slow_and_uneven_loops(ratio, lost, delay):
     """Periods of 0.4 to 2.5 times the nominal one, also with lost calls: a force acts until the next one does."""
     rng = np.random.default_rng(round(100 * ratio + 10 * lost))
     for K in (500.0, 2000.0):
-        dts = ratio * DT * (1 + rng.geometric(1 - lost, 8000) - 1)
+        dts = ratio * DT * (1 + rng.geometric(1 - lost, 4000) - 1)
         t = np.cumsum(dts)
         x = 0.004 * np.sin(2 * np.pi * 1.3 * t) - 0.002
         hand = Hand(delay, rate_cap=1e3)
@@ -117,7 +117,7 @@ def test_a_doubted_delay_is_paid_for(true):
     hand.stage = _verify.Stability(_options(0.0, delay_doubt=0.003), DT)
     sure = Hand(true)
     sure.stage = _verify.Stability(_options(0.0), DT)
-    t = np.arange(0, 10, DT)
+    t = np.arange(0, 4, DT)
     x = 0.002 * np.sin(2 * np.pi * 3 * t) - 0.001
     for k in range(len(x)):
         for one in (hand, sure):
@@ -145,13 +145,15 @@ def test_a_deficit_is_repaid_by_work_and_never_forgiven():
     assert deficit < -1e-3
     go([-0.002] * 300, engaged=False)
     assert hand.stage.stored == deficit
-    before, peak = hand.stage.stored, []
+    moving, resting = [], []
     for _ in range(12):
-        peak.append(-min(go(np.linspace(-0.002, 0.002, 50))))
+        moving.append(-min(go(np.linspace(-0.002, 0.002, 50))))
+        resting.append(-go([0.002] * 100)[-1])
         go(np.linspace(0.002, -0.002, 400))
-    assert 0.0 < peak[0] < 0.9 * peak[-1]  # forces that only resist, until the deficit is repaid
-    assert hand.stage.stored > before
-    assert hand.stage.stored > 0.0
+    assert moving[0] > 0.5  # it resists a fast motion ...
+    assert resting[0] == 0.0  # ... and lets go when the hand rests, until the deficit is repaid
+    assert resting[-1] == pytest.approx(K * 0.002)
+    assert hand.lowest == pytest.approx(deficit - ALLOWANCE)
 
 
 def test_force_falls_with_its_spring_and_rises_at_the_rate_cap():
