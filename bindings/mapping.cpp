@@ -94,7 +94,8 @@ void bind_mapping_stage(nb::module_& m) {
           "lock_translation"_a = false, "t_T_W"_a = Vec3(Vec3::Zero()),
           "One tick: (X_WT_goal (4, 4), jaw [rad], v_WT (3,) [m/s], engaged). reached: the follower could take the "
           "last goal. t: time, NaN: one period later [s]. p_LH (3,): handle in L [m]; F_T_W (3,): force on the tool "
-          "[N]; t_T_W (3,): moment on it [N m]; correction_W (3,): of the last goal by hard fixtures [m]. Locks: the tool keeps its orientation, its "
+          "[N]; t_T_W (3,): moment on it [N m]; correction_W (3,): of the last goal by hard fixtures [m]. Locks: the "
+          "tool keeps its orientation, its "
           "position.")
       .def("force_on_hand", &Mapping::force_on_hand, "F_T_W"_a,
            "Force F_H_L (3,) on the hand that renders the tool force F_T_W (3,) [N].")

@@ -33,7 +33,8 @@ void bind_stage(nb::module_& m) {
   };
   nb::class_<Output>(m, "StabilityOutput", "Output of one tick of the stage; wrenches (6,) on the hand in L [N, N m].")
       .def_prop_ro("F_H_L", vector(&Output::F_H_L), "Wrench to be rendered (6,).")
-      .def_prop_ro("F_capped", vector(&Output::F_capped), "Output of the limiter, input of the passivity controller (6,).")
+      .def_prop_ro("F_capped", vector(&Output::F_capped),
+                   "Output of the limiter, input of the passivity controller (6,).")
       .def_prop_ro("F_coupling", vector(&Output::F_coupling), "Input minus output of the virtual coupling (6,).")
       .def_prop_ro("F_low_pass", vector(&Output::F_low_pass), "Input minus output of the low-pass (6,).")
       .def_prop_ro("F_passivity", vector(&Output::F_passivity), "Input minus output of the passivity controller (6,).")
@@ -64,8 +65,8 @@ void bind_stage(nb::module_& m) {
           },
           "F_H_L"_a, "p_LH"_a, "v_LH"_a, "q"_a = Eigen::VectorXd(), "stiffness"_a = 0.0, "t"_a = 0.0,
           "t_leader"_a = 0.0, "engaged"_a = true, "R_LH"_a = Eigen::Matrix3d(Eigen::Matrix3d::Identity()),
-          "w_LH"_a = Vec3(Vec3::Zero()), "potential"_a = std::numeric_limits<double>::infinity(),
-          "dt"_a = 0.0, "credit"_a = 0.0,
+          "w_LH"_a = Vec3(Vec3::Zero()), "potential"_a = std::numeric_limits<double>::infinity(), "dt"_a = 0.0,
+          "credit"_a = 0.0,
           "One tick at t [s] with the handle at p_LH (3,) [m], R_LH (3, 3), v_LH (3,) [m/s], w_LH (3,) [rad/s], joints "
           "q (n,), and the wrench F_H_L (6,) to be rendered. potential: energy that its springs store now [J]; "
           "infinity: unknown. dt: time since the last tick, 0: one period [s]; credit: energy of potentials that were "
@@ -98,8 +99,13 @@ void bind_limiter(nb::module_& m) {
           "step",
           [](Limiter& self, const VectorArg& F_H_L, double t, double t_leader, double t_follower, bool leader_valid,
              bool follower_valid, bool engaged, double explained, double dt) {
-            const stability::Limited out = self.step({wrench(F_H_L, "F_H_L"), t, {t_leader, leader_valid},
-                                                      {t_follower, follower_valid}, engaged, explained, dt});
+            const stability::Limited out = self.step({wrench(F_H_L, "F_H_L"),
+                                                      t,
+                                                      {t_leader, leader_valid},
+                                                      {t_follower, follower_valid},
+                                                      engaged,
+                                                      explained,
+                                                      dt});
             const Eigen::Index n = F_H_L.values.size();
             return std::make_tuple(Eigen::VectorXd(to_vector(out.F_H_L).head(n)),
                                    Eigen::VectorXd(to_vector(out.F_cut).head(n)), out.status);
@@ -107,7 +113,8 @@ void bind_limiter(nb::module_& m) {
           "F_H_L"_a, "t"_a = 0.0, "t_leader"_a = 0.0, "t_follower"_a = 0.0, "leader_valid"_a = true,
           "follower_valid"_a = true, "engaged"_a = true, "explained"_a = 0.0, "dt"_a = 0.0,
           "One tick with a force (3,) or a wrench (6,): (F_H_L to be rendered, F_cut = input - output, status bits). "
-          "explained: fall of the force that the motion explains [N]; dt: time since the last tick, 0: one period [s].");
+          "explained: fall of the force that the motion explains [N]; dt: time since the last tick, 0: one period "
+          "[s].");
 }
 
 void bind_energy(nb::module_& m) {
@@ -165,8 +172,7 @@ void bind_passivity(nb::module_& m) {
       .def(nb::init<CertainFriction, double>(), "friction"_a, "dt"_a, "dt: period of the cycle [s].")
       .def(
           "step",
-          [](stability::Dissipation& self, const Eigen::VectorXd& q) { return self.step(joint_vector(q, "q")); },
-          "q"_a,
+          [](stability::Dissipation& self, const Eigen::VectorXd& q) { return self.step(joint_vector(q, "q")); }, "q"_a,
           "Certified dissipation since the last tick [J], from the measured joint positions q (n,).");
   m.def("held_cost", &stability::held_cost, "F"_a, "u"_a, "a"_a, "begin"_a, "end"_a,
         "Largest work of a constant force: F times the integral of max(0, u + a t) over [begin, end] [J]. F [N], u "

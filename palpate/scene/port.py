@@ -48,8 +48,8 @@ def apply(section: StabilitySection, port: Port, s: _core.StabilityOptions) -> N
 def of_arm(arm: Arm, q: Array, o: _core.SimulationOptions, share: float) -> Port:
     """The port of a modelled arm at the joints q (n,), from the options of its simulation.
 
-    Its delay is the mean one. Its friction is `share` of the model's, less what friction compensation or the control law
-    removes.
+    Its delay is the mean one. Its friction is `share` of the model's, less what friction compensation or the control
+    law removes.
     """
     A, step = o.leader.coupling, o.leader.encoder_step if o.leader.quantised else 0.0 * o.leader.encoder_step
     kept = max(share - _core.removed_friction(o.torque, 1.0 / o.rate), 0.0)

@@ -15,7 +15,20 @@ from palpate.arrays.yaml_loader import Dumper
 from palpate.errors import PalpateWarning, RecordingError, SceneError
 from palpate.frames import FrameGraph
 from palpate.guidance.context import FixtureContext
-from palpate.scene import arms, force_source, gains, grip, guidance, hand, placed_ecm, placing, port, shaping, surface, tool
+from palpate.scene import (
+    arms,
+    force_source,
+    gains,
+    grip,
+    guidance,
+    hand,
+    placed_ecm,
+    placing,
+    port,
+    shaping,
+    surface,
+    tool,
+)
 from palpate.scene.scene import Scene
 from palpate.surfaces import DistanceGrid
 

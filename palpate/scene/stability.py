@@ -41,8 +41,8 @@ class StabilitySection(Section):
     """capacity of the tank, whose excess is discarded; in all modes also the largest energy that fixtures which are
     switched on may credit in all, until the hand's work repays it [J]"""
     moving_share: Share = _S.moving_share
-    """fraction of the work of moving objects and of other hands' instruments that this hand may receive; 0: none, a hand
-    that is pushed feels no more than it has paid for; 1: all of it [-]"""
+    """fraction of the work of moving objects and of other hands' instruments that this hand may receive; 0: none, a
+    hand that is pushed feels no more than it has paid for; 1: all of it [-]"""
     known_delay: Annotated[NotNegative, Field(le=1.0)] | None = None
     """delay from a measurement to the force, assumed by the layer; when left out the loop's own mean delay, or for a
     device of your own that which its driver states [s]"""

@@ -171,5 +171,7 @@ class RecordedLoop:
         lost = self._loop.dropped - self._dropped
         faults = [fault] if fault else []
         recorded = self._recorder is not None
-        where = "the record: the disk was too slow" if recorded else "the summary: the computer was too busy to count them"
+        where = (
+            "the record: the disk was too slow" if recorded else "the summary: the computer was too busy to count them"
+        )
         return [*faults, f"{lost} ticks are missing in {where}"] if lost > 0 else faults

@@ -22,7 +22,7 @@ DEVICES = {
 @pytest.mark.parametrize("name", DEVICES)
 @pytest.mark.parametrize("B", [0.0, 2.0])
 def test_limits_hold_at_both_ends_of_the_damping(name, B):
-    """At 95 % of each limit every hand comes to rest, with its damping and with half of it; a little above not all do."""
+    """At 95 % of each limit every hand comes to rest, with its damping and with half of it; a little above not all."""
     device = DEVICES[name]
     found = palpate.certify(device, B=B)
     assert found.hand_damping == (1.5, 25.0)

@@ -5,6 +5,8 @@ The judge is its own quadrature of the force that acted times the motion, at the
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from effort import examples
@@ -30,7 +32,7 @@ class Hand:
         """Move to x [m] within dt [s], at constant speed; the wanted force is that of the new position [N]."""
         begin, end = self.t, self.t + dt
         times = [begin, *[s + self.delay for s, _ in self.sent if begin < s + self.delay < end], end]
-        for a, b in zip(times[:-1], times[1:], strict=True):
+        for a, b in itertools.pairwise(times):
             F = [f for s, f in self.sent if s + self.delay <= 0.5 * (a + b)][-1]
             self.energy -= F * (x - self.x) * (b - a) / dt
             self.lowest = min(self.lowest, self.energy)

@@ -149,7 +149,9 @@ def numeric(F, u, a, begin, end, span=0.0):
     return np.trapezoid(F * fading * np.maximum(u + a * t, 0.0), t)
 
 
-@given(F=st.floats(0, 10), u=st.floats(-2, 2), a=st.floats(0.1, 100), begin=st.floats(0, 0.1), span=st.floats(1e-4, 0.1))
+@given(
+    F=st.floats(0, 10), u=st.floats(-2, 2), a=st.floats(0.1, 100), begin=st.floats(0, 0.1), span=st.floats(1e-4, 0.1)
+)
 @settings(max_examples=50, deadline=None)
 def test_costs_equal_their_integrals(F, u, a, begin, span):
     held = _verify.held_cost(F, u, a, begin, begin + span)

@@ -140,13 +140,13 @@ class Haptics {
 
   HapticsOptions options_;
   SessionMachine session_;
-  int recover_seen_ = 0;                               ///< recover_requests when the last fault began
-  int take_back_seen_ = 0;                             ///< Controls::take_back_requests of the last tick
-  Mat3 R_WL0_;                                         ///< orientation of the leader base by the options
-  double scale_ = 0.0;                                 ///< Controls::scale of the last tick
+  int recover_seen_ = 0;                                 ///< recover_requests when the last fault began
+  int take_back_seen_ = 0;                               ///< Controls::take_back_requests of the last tick
+  Mat3 R_WL0_;                                           ///< orientation of the leader base by the options
+  double scale_ = 0.0;                                   ///< Controls::scale of the last tick
   double t_ = std::numeric_limits<double>::quiet_NaN();  ///< time of the last tick; NaN: none [s]
-  double dt_ = 0.0;                                    ///< time since the tick before it [s]
-  Eigen::Vector4d quat_WL_ = Eigen::Vector4d::Zero();  ///< Controls::quat_WL of the last tick
+  double dt_ = 0.0;                                      ///< time since the tick before it [s]
+  Eigen::Vector4d quat_WL_ = Eigen::Vector4d::Zero();    ///< Controls::quat_WL of the last tick
   mapping::Mapping mapping_;
   guidance::Stage* guidance_ = nullptr;     ///< null before the first fixture
   scene::LiveFrame* tool_frame_ = nullptr;  ///< receives the tool's pose before that; may be null

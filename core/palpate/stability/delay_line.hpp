@@ -29,8 +29,8 @@ class DelayLine {
     ring_[head_] = {t, value};
     size_ = std::min(size_ + 1, ring_.size());
   }
-  /// Calls f(value, fraction) for every value that acted in the interval from..to [s], with the fraction of the interval
-  /// in which it did.
+  /// Calls f(value, fraction) for every value that acted in the interval from..to [s], with the fraction of the
+  /// interval in which it did.
   template <typename F>
   void acted(double from, double to, F&& f) const noexcept {
     double end = to;

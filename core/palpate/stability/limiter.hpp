@@ -1,7 +1,7 @@
 // The limiter: for any input its output is finite, below its cap, and grows no faster than its rate cap. It also falls
 // no faster, except as far as the hand's motion along a spring explains. Only the passivity controller and the drives'
-// limits (stage `torque`) reduce the wrench further, in the same direction and without a ramp. rendered() reports such a
-// loss, so that the wrench returns by a ramp.
+// limits (stage `torque`) reduce the wrench further, in the same direction and without a ramp. rendered() reports such
+// a loss, so that the wrench returns by a ramp.
 #pragma once
 
 #include "palpate/types/motion.hpp"

@@ -63,9 +63,8 @@ void Observer::step(const Pose& X_LH, const Twist& V_LH, double dissipated, doub
   const double last = now_;
   now_ += dt;
   stored_ += dissipated;
-  line_.acted(last, now_, [&](const Wrench& F, double fraction) noexcept {
-    stored_ -= fraction * (F.f.dot(dx) + F.t.dot(turn));
-  });
+  line_.acted(last, now_,
+              [&](const Wrench& F, double fraction) noexcept { stored_ -= fraction * (F.f.dot(dx) + F.t.dot(turn)); });
 }
 
 void Observer::sent(const Wrench& F_H_L) noexcept { line_.push(now_, F_H_L); }

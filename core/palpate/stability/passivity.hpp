@@ -1,5 +1,5 @@
-// The passivity controller, the last element of the stage: it lets no wrench act whose cost may exceed the energy in the
-// account.
+// The passivity controller, the last element of the stage: it lets no wrench act whose cost may exceed the energy in
+// the account.
 #pragma once
 
 #include <vector>
@@ -21,9 +21,9 @@ enum class Passivity {
 struct PassivityOptions {
   Passivity mode = Passivity::observer;
   ObserverOptions observer;
-  double delay_doubt = 0.0;    ///< the true delay may exceed ObserverOptions::delay by up to this time [s]
-  CertainFriction friction;    ///< certified friction of the device
-  double capacity = 0.03;      ///< bound of the outstanding credit in all modes, and of the account in mode `tank` [J]
+  double delay_doubt = 0.0;  ///< the true delay may exceed ObserverOptions::delay by up to this time [s]
+  CertainFriction friction;  ///< certified friction of the device
+  double capacity = 0.03;    ///< bound of the outstanding credit in all modes, and of the account in mode `tank` [J]
   /// Fraction of the work of moving surfaces and other instruments that the hand may receive, 0-1.
   double moving_share = 0.0;
   double speed = 0.3;          ///< fastest motion along the largest force for which `reserve` pays [m/s]
@@ -45,8 +45,8 @@ struct PassivityOptions {
 /// controller is the series damper of Hannaford and Ryu with two limits: it acts before the deficit, not after it, and
 /// it reduces the wrench but never reverses it, because a surface does not pull.
 ///
-/// An uncertain delay: one account is kept for each of several delays between `delay` and `delay + delay_doubt`, and the
-/// wrench must be paid for by each of them.
+/// An uncertain delay: one account is kept for each of several delays between `delay` and `delay + delay_doubt`, and
+/// the wrench must be paid for by each of them.
 ///
 /// The account is limited, so that energy put in long ago does not permit oscillation now. A wrench that is the
 /// gradient of a potential returns at most the potential that is stored now, and its removal costs at most `reserve`:
@@ -65,8 +65,9 @@ class PassivityController {
   /// naming an invalid option.
   PassivityController(const PassivityOptions& options, const Caps& caps, double lag, double dt);
 
-  /// Updates the account with the motion since the last tick, dt ago [s]. q: measured joints, for the device's friction;
-  /// may be empty. potential: energy that the rendered springs store now, at the hand's port; infinity: unknown [J].
+  /// Updates the account with the motion since the last tick, dt ago [s]. q: measured joints, for the device's
+  /// friction; may be empty. potential: energy that the rendered springs store now, at the hand's port; infinity:
+  /// unknown [J].
   void observe(const Pose& X_LH, const Twist& V_LH, const JointVector& q, double potential, double dt) noexcept;
   /// Returns s F for a finite F.
   [[nodiscard]] Wrench step(const Wrench& F_H_L) noexcept;
@@ -86,8 +87,8 @@ class PassivityController {
   [[nodiscard]] double reserve() const noexcept { return reserve_; }
   /// Largest energy that the wrenches in flight, including that of the last step(), may return to the hand [J].
   [[nodiscard]] double reserved() const noexcept { return reserved_; }
-  /// True while the account is in deficit by more than rounding errors and counts: the hand or the loop left the assumed
-  /// bounds, and the hand has got more energy than the guarantee allows.
+  /// True while the account is in deficit by more than rounding errors and counts: the hand or the loop left the
+  /// assumed bounds, and the hand has got more energy than the guarantee allows.
   [[nodiscard]] bool in_deficit() const noexcept { return mode_ != Passivity::off && stored() < -kUnfelt; }
 
  private:

@@ -59,8 +59,8 @@ Output Stability::step(const Input& in) noexcept {
   p_LH_ = handle.X_LH.p;
   started_ = true;
   // A wanted wrench that is not finite is passed on, so that the limiter reports it; the limiter takes it as zero.
-  const Limited limited = limiter_.step({finite(commanded) ? smooth : commanded, in.t, in.handle, in.tool, in.engaged,
-                                         in.stiffness * moved, dt});
+  const Limited limited = limiter_.step(
+      {finite(commanded) ? smooth : commanded, in.t, in.handle, in.tool, in.engaged, in.stiffness * moved, dt});
   out.F_capped = limited.F_H_L;
   out.F_cut = limited.F_cut;
   out.F_H_L = passivity_.step(out.F_capped);

@@ -52,9 +52,9 @@ struct Lag {
 
 /// Output of the stage, on the hand in L.
 struct Output {
-  Wrench F_H_L;                                ///< rendered wrench, including the damping
-  DampedWrench on_hand;                        ///< the same wrench; its damping is reduced as much as the force
-  Wrench F_capped;                             ///< output of the limiter, input of the passivity controller
+  Wrench F_H_L;          ///< rendered wrench, including the damping
+  DampedWrench on_hand;  ///< the same wrench; its damping is reduced as much as the force
+  Wrench F_capped;       ///< output of the limiter, input of the passivity controller
   /// Withheld by each element: its input minus its output.
   Wrench F_coupling, F_low_pass, F_cut, F_passivity;
   Lag lag;
