@@ -12,7 +12,6 @@ namespace {
 
 // Factor below 1, so that rounding cannot lengthen a shortened vector beyond the cap.
 constexpr double kInside = 1.0 - 1e-12;
-constexpr double kLongestStep = 1.5;  // [periods] time that one tick accounts for at most
 
 /// Shortens v to `length` in the same direction. Returns true if it was longer. Safe for any finite v.
 bool shorten(Vec3& v, double length) {
@@ -76,7 +75,7 @@ Limited Limiter::step(const LimiterInput& in) noexcept {
     commanded = {};
   }
   const bool trusted = in.engaged && out.status == 0;
-  const double dt = in.dt > 0.0 ? std::min(in.dt, kLongestStep * dt_) : dt_;
+  const double dt = in.dt > 0.0 ? std::min(in.dt, dt_) : dt_;  // after a gap no larger step than usual
   const unsigned force =
       approach(trusted ? commanded.f : Vec3::Zero(), caps_.force_cap, caps_.rate_cap * dt, in.explained, F_.f);
   const unsigned moment =

@@ -133,7 +133,7 @@ def pays(K: float, o: _core.StabilityOptions, force: float, speed: float, rate: 
     return all(
         F**2 / (2.0 * K) + o.allowance
         >= _verify.held_cost(F, u + older, a, 0.0, t) + _verify.fade_cost(F, u + older, a, t, _verify.FADE)
-        for F in np.linspace(0.0, force, 16)[1:]
+        for F in np.linspace(0.0, force, 65)[1:]
         for u in np.linspace(0.0, speed, 5)
     )
 
