@@ -177,3 +177,27 @@ def test_a_loop_faster_than_real_time_counts_every_step():
     assert summary.faults == ()
     assert summary.ticks == len(z)
     assert summary.energy_J == pytest.approx(energy, abs=1e-9)
+
+
+@pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
+def test_a_pushed_hand_feels_its_share(share):
+    """A floor that breathes pushes a hand at rest: the work that the hand receives is paid by the floor's motion."""
+    motion = [{"amplitude": [0.0, 0.0, 0.004], "period": 1.25}]
+    floor = {**FLOOR, "stiffness": 400.0, "motion": motion}
+    X, felt, z = np.eye(4), [], []
+    with palpate.Haptics(scene([floor], 0.003, stability={"moving_share": share}), rate=1000.0, delay=0.0) as haptics:
+        for k in range(4000):
+            X[2, 3] = 0.0008 * np.sin(2 * np.pi * 0.8e-3 * k + 0.6)  # a hand that gives way, out of phase
+            felt.append(haptics.step(1e-3 * k, X)[2])
+            z.append(X[2, 3])
+    got = np.cumsum(np.array(felt)[:-1] * np.diff(z)).max()
+    if share == 0.0:
+        assert got <= ALLOWANCE + 1e-6
+    elif share == 1.0:
+        with palpate.Haptics(scene([floor], 0.003, stability={"passivity": "off"}), rate=1000.0) as haptics:
+            free = []
+            for k in range(4000):
+                X[2, 3] = 0.0008 * np.sin(2 * np.pi * 0.8e-3 * k + 0.6)
+                free.append(haptics.step(1e-3 * k, X)[2])
+        assert max(free) > 0.5
+        np.testing.assert_allclose(felt, free, atol=0.02)
