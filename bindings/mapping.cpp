@@ -85,6 +85,7 @@ void bind_mapping_stage(nb::module_& m) {
                                             correction_W,
                                             lock_rotation,
                                             lock_translation,
+                                            false,
                                             t_T_W});
             return std::make_tuple(to_matrix(out.X_WT_goal), out.jaw, out.V_WT.v, out.engaged);
           },

@@ -140,21 +140,19 @@ void Haptics::record_withheld(const HapticsInput& in, const Wrench& F_H_L, Tick&
     tick.F_withheld[kWithholders - 1] = asked - felt;
     return;
   }
-  const Vec3 after_passivity = finite(rendered.F_capped).f;
-  const Vec3 after_low_pass = after_passivity + rendered.F_passivity.f;
-  const double capped = std::min(after_passivity.norm(), options_.stability.force_cap);
-  const std::array<double, kWithholders> left = {(after_low_pass + rendered.F_low_pass.f).norm(),
-                                                 after_low_pass.norm(),
-                                                 after_passivity.norm(),
-                                                 capped,
-                                                 rendered.F_H_L.f.norm(),
-                                                 felt,
-                                                 felt};
-  double before = asked;
-  for (std::size_t k = 0; k < left.size(); ++k) {
-    tick.F_withheld[k] = before - left[k];
-    before = left[k];
-  }
+  const Vec3 after_low_pass = rendered.F_capped.f + rendered.F_cut.f;
+  const double after_coupling = (after_low_pass + rendered.F_low_pass.f).norm(), smooth = after_low_pass.norm();
+  const double capped = std::min(smooth, options_.stability.force_cap), left = rendered.F_H_L.f.norm();
+  // The limiter continues from the rendered force. While the passivity controller reduces that, it causes both losses.
+  const double limited = (rendered.status & kPassivity) != 0 ? capped : rendered.F_capped.f.norm();
+  const std::array<double, kWithholders> parts = {asked - after_coupling,
+                                                  after_coupling - smooth,
+                                                  limited - left,
+                                                  smooth - capped,
+                                                  capped - limited,
+                                                  left - felt,
+                                                  0.0};
+  std::copy(parts.begin(), parts.end(), tick.F_withheld);
 }
 
 void Haptics::record_stability(const HapticsInput& in, const Wrench& F_H_L, const stability::Energy& energy,
