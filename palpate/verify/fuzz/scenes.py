@@ -63,7 +63,7 @@ def _run(session: Session, rng: np.random.Generator) -> tuple[int, bool]:
                 if np.linalg.norm(F) > caps.force_cap * (1.0 + 1e-9):
                     raise FaultError(f"{np.linalg.norm(F):g} N is above the cap of {caps.force_cap:g} N")
                 # A fall is free where the hand's motion explains it, and where the energy of a force is spent.
-                fallen = before * min(1.0, np.linalg.norm(F) / max(np.linalg.norm(before), 1e-30))
+                fallen = before * min(1.0, float(np.linalg.norm(F)) / max(float(np.linalg.norm(before)), 1e-30))
                 step = float(np.linalg.norm(F - fallen))
                 if step > caps.rate_cap / rate * (1.0 + 1e-9) and not (limited or was_limited):
                     raise FaultError(
