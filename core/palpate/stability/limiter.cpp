@@ -76,8 +76,9 @@ Limited Limiter::step(const LimiterInput& in) noexcept {
   }
   const bool trusted = in.engaged && out.status == 0;
   const double dt = in.dt > 0.0 ? std::min(in.dt, dt_) : dt_;  // after a gap no larger step than usual
+  const double explained = trusted ? in.explained : 0.0;       // a released hand moves along no spring
   const unsigned force =
-      approach(trusted ? commanded.f : Vec3::Zero(), caps_.force_cap, caps_.rate_cap * dt, in.explained, F_.f);
+      approach(trusted ? commanded.f : Vec3::Zero(), caps_.force_cap, caps_.rate_cap * dt, explained, F_.f);
   const unsigned moment =
       approach(trusted ? commanded.t : Vec3::Zero(), caps_.moment_cap, caps_.moment_rate_cap * dt, 0.0, F_.t);
   out.status |= force | moment;

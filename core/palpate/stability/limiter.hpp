@@ -39,7 +39,7 @@ struct Limited {
 /// With F_k-1 the last force and dt the period:
 ///
 ///   goal = trusted ? cap(F_commanded, force_cap) : 0
-///   F    = cap(F_k-1, max(|goal|, |F_k-1| - explained))   cap() shortens a vector without turning it
+///   F    = trusted ? cap(F_k-1, max(|goal|, |F_k-1| - explained)) : F_k-1        cap() shortens without turning
 ///   F_k  = F + cap(goal - F, rate_cap dt)
 ///
 /// Goal and F_k-1 lie in the ball of radius force_cap, so F_k lies in it as well. A force that fell slower than its
