@@ -126,7 +126,7 @@ def test_a_doubted_delay_is_paid_for(true):
             one.step(x[k], DT, -1000.0 * max(x[k], 0.0), stiffness=1000.0, potential=500.0 * max(x[k], 0.0) ** 2)
     assert hand.lowest >= -ALLOWANCE - 1e-9
     if true > 0.0:
-        assert sure.lowest < -1e-3  # the judge finds the delay that nobody stated
+        assert sure.lowest < -ALLOWANCE - 2e-4  # the judge finds the delay that nobody stated
 
 
 def test_a_deficit_is_repaid_by_work_and_never_forgiven():
