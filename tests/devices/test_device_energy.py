@@ -50,7 +50,7 @@ def put_in(haptics, z, dt, said=None, late=0, called=None, clutch=None, each=Non
         if called is None or called[k]:
             F = haptics.step(k * (said or dt), X, buttons=0 if clutch is None else int(clutch[k]))[2]
         line.append(F)
-        line.popleft()
+        acting = line.popleft()
         felt.append(F)
     return lowest, np.array(felt)
 
