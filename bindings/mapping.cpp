@@ -70,7 +70,7 @@ void bind_mapping_stage(nb::module_& m) {
           "step",
           [](Mapping& self, const Matrix4& X_WH, const Vec3& v_LH, double gripper, const Matrix4& X_WT, double jaw,
              bool following, bool clutch, bool reached, double t, const Vec3& p_LH, const Vec3& F_T_W,
-             const Vec3& correction_W, bool lock_rotation, bool lock_translation) {
+             const Vec3& correction_W, bool lock_rotation, bool lock_translation, const Vec3& t_T_W) {
             const ToolGoal out = self.step({to_pose(X_WH, "X_WH"),
                                             {v_LH, Vec3::Zero()},
                                             gripper,
@@ -84,16 +84,19 @@ void bind_mapping_stage(nb::module_& m) {
                                             F_T_W,
                                             correction_W,
                                             lock_rotation,
-                                            lock_translation});
+                                            lock_translation,
+                                            false,
+                                            t_T_W});
             return std::make_tuple(to_matrix(out.X_WT_goal), out.jaw, out.V_WT.v, out.engaged);
           },
           "X_WH"_a, "v_LH"_a, "gripper"_a, "X_WT"_a, "jaw"_a = 0.0, "following"_a = true, "clutch"_a = false,
           "reached"_a = true, "t"_a = std::numeric_limits<double>::quiet_NaN(), "p_LH"_a = Vec3(Vec3::Zero()),
           "F_T_W"_a = Vec3(Vec3::Zero()), "correction_W"_a = Vec3(Vec3::Zero()), "lock_rotation"_a = false,
-          "lock_translation"_a = false,
+          "lock_translation"_a = false, "t_T_W"_a = Vec3(Vec3::Zero()),
           "One tick: (X_WT_goal (4, 4), jaw [rad], v_WT (3,) [m/s], engaged). reached: the follower could take the "
           "last goal. t: time, NaN: one period later [s]. p_LH (3,): handle in L [m]; F_T_W (3,): force on the tool "
-          "[N]; correction_W (3,): of the last goal by hard fixtures [m]. Locks: the tool keeps its orientation, its "
+          "[N]; t_T_W (3,): moment on it [N m]; correction_W (3,): of the last goal by hard fixtures [m]. Locks: the "
+          "tool keeps its orientation, its "
           "position.")
       .def("force_on_hand", &Mapping::force_on_hand, "F_T_W"_a,
            "Force F_H_L (3,) on the hand that renders the tool force F_T_W (3,) [N].")

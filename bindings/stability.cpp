@@ -96,7 +96,11 @@ void bind_stability_options(nb::module_& m) {
   observer_field(options, "angular_acceleration", &O::angular_acceleration,
                  "Largest assumed angular acceleration of the handle [rad/s^2].");
   using P = stability::PassivityOptions;
-  passivity_field(options, "tank_capacity", &P::capacity, "Capacity of the energy tank [J].");
+  passivity_field(options, "delay_doubt", &P::delay_doubt, "The true delay may exceed `delay` by up to this time [s].");
+  passivity_field(options, "tank_capacity", &P::capacity,
+                  "Capacity of the energy tank, and bound of the outstanding credit in all modes [J].");
+  passivity_field(options, "moving_share", &P::moving_share,
+                  "Fraction of the work of moving surfaces and other instruments that the hand may receive.");
   passivity_field(options, "speed", &P::speed,
                   "Fastest motion along the largest force for which the account keeps a reserve [m/s].");
   passivity_field(options, "angular_speed", &P::angular_speed,

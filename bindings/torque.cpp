@@ -153,6 +153,8 @@ void bind_torque(nb::module_& m) {
       .def("step", &step_torque, "model"_a, "q"_a, "v"_a, "F_H_L"_a, "F_cell_L"_a = nb::none(), "fresh"_a = true,
            "One tick: (LeaderCommand that renders F_H_L (6,) [N, N m], status bits). F_cell_L (3,): measured force of "
            "the arm on the hand [N]. fresh: False resets the control law, because the state of the leader is not new.");
+  m.def("removed_friction", &torque::removed_friction, "options"_a, "dt"_a,
+        "Fraction of the arm's friction that friction compensation or the control law removes. dt: period [s].");
   m.def("cartesian_place", &cartesian<3>, "model"_a, "q"_a, "v"_a, "rotor_inertia"_a = nb::none(), "heaviest"_a = 20.0,
         "Dynamics of the tip's position (Eqs 2-5): (Lambda (3,3) [kg], Gamma v (3,) [N], eta (3,) [N], singular). "
         "Eigenvalues of Lambda above heaviest [kg] are set to it, and singular is True.");

@@ -1244,11 +1244,13 @@ class Mapping:
         correction_W: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
         lock_rotation: bool = False,
         lock_translation: bool = False,
+        t_T_W: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
     ) -> tuple[Annotated[NDArray[numpy.float64], "(4, 4)"], float, Annotated[NDArray[numpy.float64], "(3,)"], bool]:
         """
         One tick: (X_WT_goal (4, 4), jaw [rad], v_WT (3,) [m/s], engaged). reached: the follower could take the last
-        goal. t: time, NaN: one period later [s]. p_LH (3,): handle in L [m]; F_T_W (3,): force on the tool [N];
-        correction_W (3,): of the last goal by hard fixtures [m]. Locks: the tool keeps its orientation, its position.
+        goal. t: time, NaN: one period later [s]. p_LH (3,): handle in L [m]; F_T_W (3,): force on the tool [N]; t_T_W
+        (3,): moment on it [N m]; correction_W (3,): of the last goal by hard fixtures [m]. Locks: the tool keeps its
+        orientation, its position.
         """
 
     def force_on_hand(
@@ -1567,11 +1569,29 @@ class StabilityOptions:
     def angular_acceleration(self, arg: float, /) -> None: ...
 
     @property
+    def delay_doubt(self) -> float:
+        """The true delay may exceed `delay` by up to this time [s]."""
+
+    @delay_doubt.setter
+    def delay_doubt(self, arg: float, /) -> None: ...
+
+    @property
     def tank_capacity(self) -> float:
-        """Capacity of the energy tank [J]."""
+        """
+        Capacity of the energy tank, and bound of the outstanding credit in all modes [J].
+        """
 
     @tank_capacity.setter
     def tank_capacity(self, arg: float, /) -> None: ...
+
+    @property
+    def moving_share(self) -> float:
+        """
+        Fraction of the work of moving surfaces and other instruments that the hand may receive.
+        """
+
+    @moving_share.setter
+    def moving_share(self, arg: float, /) -> None: ...
 
     @property
     def speed(self) -> float:
@@ -2570,6 +2590,11 @@ class Torque:
         One tick: (LeaderCommand that renders F_H_L (6,) [N, N m], status bits). F_cell_L (3,): measured force of the
         arm on the hand [N]. fresh: False resets the control law, because the state of the leader is not new.
         """
+
+def removed_friction(options: TorqueOptions, dt: float) -> float:
+    """
+    Fraction of the arm's friction that friction compensation or the control law removes. dt: period [s].
+    """
 
 def cartesian_place(
     model: Arm,

@@ -555,7 +555,7 @@ class StabilityOutput:
 
     @property
     def F_capped(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
-        """Input of the limiter (6,)."""
+        """Output of the limiter, input of the passivity controller (6,)."""
 
     @property
     def F_coupling(self) -> Annotated[NDArray[numpy.float64], "(:,)"]:
@@ -598,11 +598,14 @@ class Stability:
         R_LH: Annotated[NDArray[numpy.float64], "(3, 3)"] = ...,
         w_LH: Annotated[NDArray[numpy.float64], "(3,)"] = ...,
         potential: float = float('inf'),
+        dt: float = 0.0,
+        credit: float = 0.0,
     ) -> StabilityOutput:
         """
         One tick at t [s] with the handle at p_LH (3,) [m], R_LH (3, 3), v_LH (3,) [m/s], w_LH (3,) [rad/s], joints q
         (n,), and the wrench F_H_L (6,) to be rendered. potential: energy that its springs store now [J]; infinity:
-        unknown. Call rendered() after each step.
+        unknown. dt: time since the last tick, 0: one period [s]; credit: energy of potentials that were switched on
+        [J]. Call rendered() after each step.
         """
 
     def rendered(self, F_H_L: numpy.typing.ArrayLike) -> None:
@@ -613,6 +616,10 @@ class Stability:
     @property
     def stored(self) -> float:
         """Energy that may be returned to the hand [J]."""
+
+    @property
+    def credited(self) -> float:
+        """Energy credited and not yet repaid [J]."""
 
     @property
     def reserve(self) -> float:
@@ -626,7 +633,7 @@ class Stability:
 
 class Limiter:
     """
-    The last element of the stage `stability`: its output is finite and within the cap and the rate cap.
+    Caps and watchdog of the stage `stability`: its output is finite and within the cap and the rate cap.
     """
 
     def __init__(self, options: palpate._core.StabilityOptions, dt: float) -> None:
@@ -641,9 +648,12 @@ class Limiter:
         leader_valid: bool = True,
         follower_valid: bool = True,
         engaged: bool = True,
+        explained: float = 0.0,
+        dt: float = 0.0,
     ) -> tuple[Annotated[NDArray[numpy.float64], "(:,)"], Annotated[NDArray[numpy.float64], "(:,)"], int]:
         """
         One tick with a force (3,) or a wrench (6,): (F_H_L to be rendered, F_cut = input - output, status bits).
+        explained: fall of the force that the motion explains [N]; dt: time since the last tick, 0: one period [s].
         """
 
 class Energy:
@@ -704,17 +714,18 @@ class PassivityObserver:
     """
 
     def __init__(self, options: palpate._core.StabilityOptions, dt: float) -> None:
-        """dt: period of the cycle [s]."""
+        """dt: nominal period of the cycle [s]."""
 
     def step(
         self,
         p_LH: Annotated[NDArray[numpy.float64], "(3,)"],
         v_LH: Annotated[NDArray[numpy.float64], "(3,)"],
         F_H_L: Annotated[NDArray[numpy.float64], "(3,)"],
+        dt: float = 0.001,
     ) -> float:
         """
-        One tick with the handle at p_LH (3,) [m], v_LH (3,) [m/s]; F_H_L (3,) [N] is sent at its end. Returns the
-        energy that may be returned to the hand [J].
+        One tick, dt after the last one [s], with the handle at p_LH (3,) [m], v_LH (3,) [m/s]; F_H_L (3,) [N] is sent
+        at its end. Returns the energy that may be returned to the hand [J].
         """
 
     @property
@@ -740,11 +751,13 @@ def held_cost(F: float, u: float, a: float, begin: float, end: float) -> float:
     [m/s^2], times [s].
     """
 
-def ramp_cost(F: float, u: float, a: float, begin: float, rate: float) -> float:
+def fade_cost(F: float, u: float, a: float, begin: float, span: float) -> float:
     """
-    Largest work of a force that falls from F at `begin` to zero at `rate` [N/s]: the integral of the force times max(0,
-    u + a t) [J].
+    Largest work of a force that falls linearly from F at `begin` to zero within `span` [s]: the integral of the force
+    times max(0, u + a t) [J].
     """
+
+FADE: float = 0.004
 
 def time_query(
     geometry: palpate._guidance.Geometry,

@@ -33,7 +33,8 @@ void bind_stage(nb::module_& m) {
   };
   nb::class_<Output>(m, "StabilityOutput", "Output of one tick of the stage; wrenches (6,) on the hand in L [N, N m].")
       .def_prop_ro("F_H_L", vector(&Output::F_H_L), "Wrench to be rendered (6,).")
-      .def_prop_ro("F_capped", vector(&Output::F_capped), "Input of the limiter (6,).")
+      .def_prop_ro("F_capped", vector(&Output::F_capped),
+                   "Output of the limiter, input of the passivity controller (6,).")
       .def_prop_ro("F_coupling", vector(&Output::F_coupling), "Input minus output of the virtual coupling (6,).")
       .def_prop_ro("F_low_pass", vector(&Output::F_low_pass), "Input minus output of the low-pass (6,).")
       .def_prop_ro("F_passivity", vector(&Output::F_passivity), "Input minus output of the passivity controller (6,).")
@@ -49,7 +50,7 @@ void bind_stage(nb::module_& m) {
           "step",
           [](Stability& self, const VectorArg& F_H_L, const Vec3& p_LH, const Vec3& v_LH, const Eigen::VectorXd& q,
              double stiffness, double t, double t_leader, bool engaged, const Eigen::Matrix3d& R_LH, const Vec3& w_LH,
-             double potential) {
+             double potential, double dt, double credit) {
             stability::Input in;
             in.commanded.F = wrench(F_H_L, "F_H_L");
             in.t = t;
@@ -58,20 +59,27 @@ void bind_stage(nb::module_& m) {
             in.engaged = engaged;
             in.stiffness = stiffness;
             in.potential = potential;
+            in.dt = dt;
+            in.credit = credit;
             return self.step(in);
           },
           "F_H_L"_a, "p_LH"_a, "v_LH"_a, "q"_a = Eigen::VectorXd(), "stiffness"_a = 0.0, "t"_a = 0.0,
           "t_leader"_a = 0.0, "engaged"_a = true, "R_LH"_a = Eigen::Matrix3d(Eigen::Matrix3d::Identity()),
-          "w_LH"_a = Vec3(Vec3::Zero()), "potential"_a = std::numeric_limits<double>::infinity(),
+          "w_LH"_a = Vec3(Vec3::Zero()), "potential"_a = std::numeric_limits<double>::infinity(), "dt"_a = 0.0,
+          "credit"_a = 0.0,
           "One tick at t [s] with the handle at p_LH (3,) [m], R_LH (3, 3), v_LH (3,) [m/s], w_LH (3,) [rad/s], joints "
           "q (n,), and the wrench F_H_L (6,) to be rendered. potential: energy that its springs store now [J]; "
-          "infinity: unknown. Call rendered() after each step.")
+          "infinity: unknown. dt: time since the last tick, 0: one period [s]; credit: energy of potentials that were "
+          "switched on [J]. Call rendered() after each step.")
       .def(
           "rendered", [](Stability& self, const VectorArg& F_H_L) { self.rendered(wrench(F_H_L, "F_H_L")); }, "F_H_L"_a,
           "Reports the wrench (6,) that the drives rendered after their torque limits.")
       .def_prop_ro(
           "stored", [](const Stability& self) { return self.passivity().stored(); },
           "Energy that may be returned to the hand [J].")
+      .def_prop_ro(
+          "credited", [](const Stability& self) { return self.passivity().credited(); },
+          "Energy credited and not yet repaid [J].")
       .def_prop_ro(
           "reserve", [](const Stability& self) { return self.passivity().reserve(); },
           "Energy that the account may hold beyond the potential, in mode 'observer' [J].")
@@ -83,23 +91,30 @@ void bind_stage(nb::module_& m) {
 void bind_limiter(nb::module_& m) {
   nb::class_<Limiter>(
       m, "Limiter",
-      "The last element of the stage `stability`: its output is finite and within the cap and the rate cap.")
+      "Caps and watchdog of the stage `stability`: its output is finite and within the cap and the rate cap.")
       .def(
           "__init__", [](Limiter* self, const Options& options, double dt) { new (self) Limiter(options, dt); },
           "options"_a, "dt"_a, "dt: period of the cycle [s].")
       .def(
           "step",
           [](Limiter& self, const VectorArg& F_H_L, double t, double t_leader, double t_follower, bool leader_valid,
-             bool follower_valid, bool engaged) {
-            const stability::Limited out =
-                self.step({wrench(F_H_L, "F_H_L"), t, {t_leader, leader_valid}, {t_follower, follower_valid}, engaged});
+             bool follower_valid, bool engaged, double explained, double dt) {
+            const stability::Limited out = self.step({wrench(F_H_L, "F_H_L"),
+                                                      t,
+                                                      {t_leader, leader_valid},
+                                                      {t_follower, follower_valid},
+                                                      engaged,
+                                                      explained,
+                                                      dt});
             const Eigen::Index n = F_H_L.values.size();
             return std::make_tuple(Eigen::VectorXd(to_vector(out.F_H_L).head(n)),
                                    Eigen::VectorXd(to_vector(out.F_cut).head(n)), out.status);
           },
           "F_H_L"_a, "t"_a = 0.0, "t_leader"_a = 0.0, "t_follower"_a = 0.0, "leader_valid"_a = true,
-          "follower_valid"_a = true, "engaged"_a = true,
-          "One tick with a force (3,) or a wrench (6,): (F_H_L to be rendered, F_cut = input - output, status bits).");
+          "follower_valid"_a = true, "engaged"_a = true, "explained"_a = 0.0, "dt"_a = 0.0,
+          "One tick with a force (3,) or a wrench (6,): (F_H_L to be rendered, F_cut = input - output, status bits). "
+          "explained: fall of the force that the motion explains [N]; dt: time since the last tick, 0: one period "
+          "[s].");
 }
 
 void bind_energy(nb::module_& m) {
@@ -140,17 +155,17 @@ void bind_passivity(nb::module_& m) {
       .def(
           "__init__",
           [](Observer* self, const Options& o, double dt) { new (self) Observer(o.passivity.observer, dt); },
-          "options"_a, "dt"_a, "dt: period of the cycle [s].")
+          "options"_a, "dt"_a, "dt: nominal period of the cycle [s].")
       .def(
           "step",
-          [](Observer& self, const Vec3& p_LH, const Vec3& v_LH, const Vec3& F_H_L) {
-            self.step({Mat3::Identity(), p_LH}, {v_LH, Vec3::Zero()}, 0.0);
+          [](Observer& self, const Vec3& p_LH, const Vec3& v_LH, const Vec3& F_H_L, double dt) {
+            self.step({Mat3::Identity(), p_LH}, {v_LH, Vec3::Zero()}, 0.0, dt);
             self.sent({F_H_L, Vec3::Zero()});
             return self.stored();
           },
-          "p_LH"_a, "v_LH"_a, "F_H_L"_a,
-          "One tick with the handle at p_LH (3,) [m], v_LH (3,) [m/s]; F_H_L (3,) [N] is sent at its end. Returns the "
-          "energy that may be returned to the hand [J].")
+          "p_LH"_a, "v_LH"_a, "F_H_L"_a, "dt"_a = 1e-3,
+          "One tick, dt after the last one [s], with the handle at p_LH (3,) [m], v_LH (3,) [m/s]; F_H_L (3,) [N] is "
+          "sent at its end. Returns the energy that may be returned to the hand [J].")
       .def_prop_ro("in_flight", &Observer::in_flight,
                    "Largest energy that the forces already sent can still give to the hand [J].");
   nb::class_<stability::Dissipation>(m, "Dissipation", "Certified energy that a device dissipates by friction.")
@@ -162,9 +177,10 @@ void bind_passivity(nb::module_& m) {
   m.def("held_cost", &stability::held_cost, "F"_a, "u"_a, "a"_a, "begin"_a, "end"_a,
         "Largest work of a constant force: F times the integral of max(0, u + a t) over [begin, end] [J]. F [N], u "
         "[m/s], a [m/s^2], times [s].");
-  m.def("ramp_cost", &stability::ramp_cost, "F"_a, "u"_a, "a"_a, "begin"_a, "rate"_a,
-        "Largest work of a force that falls from F at `begin` to zero at `rate` [N/s]: the integral of the force times "
-        "max(0, u + a t) [J].");
+  m.def("fade_cost", &stability::fade_cost, "F"_a, "u"_a, "a"_a, "begin"_a, "span"_a,
+        "Largest work of a force that falls linearly from F at `begin` to zero within `span` [s]: the integral of the "
+        "force times max(0, u + a t) [J].");
+  m.attr("FADE") = stability::kFade;
 }
 
 }  // namespace

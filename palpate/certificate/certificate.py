@@ -58,6 +58,8 @@ class Figures:
     frequency_Hz: float
     worst: str
     hands_N_per_m: dict[str, float | None]
+    hand_damping_N_s_per_m: list[float]
+    k_half_damping_N_per_m: float | None
     bounds_N_per_m: dict[str, float | None]
     boundary: list[BoundaryPoint]
 
@@ -88,6 +90,10 @@ class Certificate:
     """Classical passivity bounds by name, see `classical` [N/m]."""
     hands: dict[str, float] = field(default_factory=dict)
     """Linear limit with each hand of the range, with dry friction replaced by viscous friction [N/m]."""
+    hand_damping: tuple[float, float] = (0.0, 0.0)
+    """Smallest and largest damping of the hands for which the limit holds [N s/m]."""
+    k_half_damping: float = 0.0
+    """Limit of the loop for hands with half of this damping [N/m]."""
     cases: tuple[Case, ...] = field(default=(), repr=False)
     name: str = ""
     """Name of the object, region or fixture; empty for a device."""
@@ -119,6 +125,8 @@ class Certificate:
             frequency_Hz=self.frequency,
             worst=self.worst,
             hands_N_per_m={name: finite_or_none(k) for name, k in self.hands.items()},
+            hand_damping_N_s_per_m=list(self.hand_damping),
+            k_half_damping_N_per_m=finite_or_none(self.k_half_damping),
             bounds_N_per_m={name: finite_or_none(k) for name, k in self.bounds.items()},
             boundary=[BoundaryPoint(float(b), finite_or_none(k)) for b, k in np.transpose(self.boundary())],
         )
@@ -166,9 +174,12 @@ def certify_device(device: DeviceModel, K: float | None = None, B: float = 0.0) 
     if verdict == "marginal" and K is not None and SURE * k_linear < K:
         reason += f"; beyond {words.number(k_linear)} N/m it leans on the device's dry friction"
     hands = {hand.name: expected for hand, _, expected, _ in expectations}
-    return Certificate(
-        B, k_max, k_linear, w / (2 * np.pi), worst.description, K, verdict, margin, reason, bounds, hands, frictional
-    )
+    dampings = [h.damping for h in device.hands]
+    less = [Case(h.name, device.loop(h.damped(words.LESS), lubricated=False)) for h in device.hands]
+    k_less = min(k_max, linear_limit(tuple(less), B)[0])
+    reason += "; " + words.hands_covered(dampings, k_less)
+    return Certificate(B, k_max, k_linear, w / (2 * np.pi), worst.description, K, verdict, margin, reason, bounds,
+                       hands, (min(dampings), max(dampings)), k_less, frictional)  # fmt: skip
 
 
 def advice(cases: tuple[Case, ...], B: float) -> list[words.Advice]:

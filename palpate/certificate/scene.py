@@ -148,11 +148,16 @@ class _Arms:
         if verdict != "stable" and self.fixture and 0.0 < k_max < np.inf:
             reason += f"; softly it can hold so much: {entry_summary(SURE * k_max, self.o.mapping.force_scale)}"
             reason += "; with hard: true the tool stays out"
+        hand = self.rig.options().hand
+        hand.damping *= words.LESS
+        k_less = min(k_max, press.loop(replace(press.held, hand=hand)).K_max(B)[0])
+        reason += "; " + words.hands_covered([self.o.hand.damping], k_less)
         gain = press.contacts * felt(self.o)
         passive = classical.colgate_brown(self.o.hand.damping, gain * B, 1 / self.o.rate, facts.delay + servo)
         bounds = {"colgate_brown_with_hand": passive / gain if gain > 0.0 else np.inf}
         return Certificate(B, k_max, k_max, w / (2 * np.pi), case.description, K, verdict, margin, reason, bounds,
-                           self._hands(press, B), (case,), surface.name)  # fmt: skip
+                           self._hands(press, B), (self.o.hand.damping,) * 2, k_less, (case,),
+                           surface.name)  # fmt: skip
 
     def _single(self, surface: Touched, B: float) -> _Press:
         """The press with the smallest stable stiffness, by the tip alone."""

@@ -23,6 +23,20 @@ def number(k: float) -> str:
     return f"{round(k, decimals):.{max(decimals, 0)}f}"
 
 
+def hands_covered(dampings: Iterable[float], k_less: float) -> str:
+    """The hands for which a limit holds, in words: the damping of the assumed hands [N s/m], and the limit for less.
+
+    dampings: of the assumed hands [N s/m]; k_less: limit with `LESS` of their damping [N/m].
+    """
+    low, high = min(dampings := list(dampings)), max(dampings)
+    span = f"{low:g} N s/m" if low == high else f"{low:g} to {high:g} N s/m"
+    return f"for hands of {span}; with half of this damping below {number(k_less)} N/m"
+
+
+LESS = 0.5
+"""Fraction of the assumed damping of hands for which a certificate states a second limit [-]."""
+
+
 @dataclass(frozen=True)
 class LoopFacts:
     """Properties of a loop that the reason of a verdict quotes."""

@@ -52,7 +52,7 @@ class DrivenLoop(DeviceLoop):
         cap = min(cap, scene.stability.force_cap)
         scene = device_scene(scene, name, self.facts.rate, cap, self.facts.moment_max)
         scene = self._with_gripper(scene)
-        super().__init__(scene, self.facts.resolution, self.facts.mass, self.facts.workspace)
+        super().__init__(scene, self.facts.resolution, self.facts.mass, self.facts.workspace, delay=self.facts.delay)
         self.driver = driver
         self.stalls = 0  #: how often the watchdog wrote zero force
         self._lateness: list[float] = []

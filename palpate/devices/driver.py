@@ -57,6 +57,8 @@ class Driver:
     """Resolution of the measured position, 0: unknown [m]."""
     mass: float = MASS
     """Moving mass at the handle; `palpate device bench` measures it [kg]."""
+    delay: float | None = None
+    """Time from a measurement to the force on the hand, which `palpate device bench` measures; None: unknown [s]."""
 
     @classmethod
     def missing(cls) -> str:
@@ -91,6 +93,7 @@ class Facts(NamedTuple):
     resolution: float  # [m]; 0: unknown
     mass: float  # [kg]
     gripper_max: float = 0.0  # [N m]; 0: its gripper has no motor
+    delay: float | None = None  # [s]; None: unknown
 
 
 def facts(driver: object, name: str) -> Facts:
@@ -117,6 +120,7 @@ def facts(driver: object, name: str) -> Facts:
         _number(driver, name, "resolution", 0.0, 0.01, "m", 0.0),
         _number(driver, name, "mass", 0.001, 100.0, "kg", MASS),
         _gripper_max(driver, name),
+        None if getattr(driver, "delay", None) is None else _number(driver, name, "delay", 0.0, 1.0, "s"),
     )
 
 

@@ -43,6 +43,9 @@ class Haptics:
             would take from the hand must not count as taken.
         clouds: sources of the objects that are clouds of a sensor, by name (docs/sensing.md). A thread beside your loop
             turns their frames into surfaces.
+        delay: time from a measurement to the force on the hand, as ``palpate device bench`` measures it [s]. When left
+            out, the scene's ``loop_delay`` or ``stability.known_delay`` holds; without them every force is paid for any
+            delay of up to 3 ms.
 
     Raises:
         SceneError, MeshError: the scene cannot run. OutputError: `record` cannot be written. PalpateError: `rate` or
@@ -57,9 +60,11 @@ class Haptics:
         force_cap: float | None = None,
         clouds: Clouds | None = None,
         moment_max: float | None = None,
+        delay: float | None = None,
     ) -> None:
         loaded = scene if isinstance(scene, Scene) else Scene.load(Path(scene))
-        self._loop = DeviceLoop(device_scene(loaded, "loop", rate, force_cap, moment_max), replays=True)
+        given = device_scene(loaded, "loop", rate, force_cap, moment_max)
+        self._loop = DeviceLoop(given, delay=delay, replays=True)
         self.session = DeviceSession(self._loop, record, clouds)
         """Record, controls, fixtures and newest state; also for `palpate.viewer.LiveViewer`."""
         self._fault = _core.DeviceFault.none
@@ -95,6 +100,7 @@ class Haptics:
             self._fault = self._loop.step(float(t), pose, twist, float(gripper), int(buttons))
         except (TypeError, ValueError) as error:
             raise self._refuse("t, gripper and buttons must be numbers", str(error)) from None
+        self.session.stepped()
         return self._loop.wrench.copy()
 
     @property

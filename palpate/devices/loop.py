@@ -9,8 +9,8 @@ import numpy as np
 from palpate import _core
 from palpate.arrays import Array
 from palpate.errors import PalpateError, SceneError
-from palpate.hands import PRESETS
 from palpate.record.ticks import STATUS, Timing
+from palpate.scene.port import Port, apply
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.scene.soft import wait_for_bodies
@@ -22,6 +22,8 @@ RELEASE = 0.015
 """Time of the ramp to zero force after a fault [s]."""
 MASS = 0.2
 """Moving mass of a device that does not state its own [kg]."""
+DELAY_DOUBT = 0.003
+"""Longest delay that the passivity layer expects of a device whose delay nobody states [s]."""
 MOST_SCALE = 5.0
 """Largest scale that `mapping: scaled` chooses by itself [-]."""
 _Fault = _core.DeviceFault
@@ -108,25 +110,34 @@ def device_scene(
     return scene.model_copy(update={"arms": arms, "stability": stability, "rates": rates})
 
 
-def device_options(rig: Rig, resolution: float = 0.0, mass: float = MASS) -> _core.CrtkOptions:
-    """Options of the cycle. The passivity layer credits no friction to the device.
+def device_port(scene: Scene, resolution: float = 0.0, mass: float = MASS, delay: float | None = None) -> Port:
+    """What the passivity layer assumes of the device: no friction, and a doubt of the delay that nobody states.
+
+    Args:
+        scene: a scene from `device_scene`; its ``loop_delay`` counts as stated.
+        resolution: resolution of the measured position, 0: exact [m].
+        mass: moving mass of the device at its handle [kg].
+        delay: time from the measurement to the force on the hand; None: not stated [s].
+    """
+    stated = scene.loop_delay if delay is None and "loop_delay" in scene.model_fields_set else delay
+    if stated is None:
+        return Port(0.0, DELAY_DOUBT, mass, resolution)
+    return Port(stated, 0.0, mass, resolution)
+
+
+def device_options(rig: Rig, port: Port) -> _core.CrtkOptions:
+    """Options of the cycle.
 
     Args:
         rig: the rig of a scene from `device_scene`.
-        resolution: resolution of the measured position, 0: exact [m].
-        mass: moving mass of the device at its handle; with 50 g of a relaxed hand it bounds the acceleration, unless
-            the scene gives ``stability.acceleration`` [kg].
+        port: from `device_port`.
     """
     options, scene = rig.options(), rig.scene
     mapping = options.mapping
     mapping.align_rate = 0.0  # the axes of handle and tool are unrelated: the tool follows relative rotations
     options.mapping = mapping
     s = options.stability
-    s.delay = max(s.delay, 1.0 / scene.rates.haptic)  # the tool follows one step later
-    s.friction, s.quantum = _core.CertainFriction(), resolution
-    s.acceleration = scene.stability.acceleration or max(
-        _core.StabilityOptions().acceleration, s.force_cap / (mass + PRESETS["relaxed"].mass)
-    )
+    apply(scene.stability, port, s)
     options.stability = s
     cycle = _core.CrtkOptions(options, rig.arms.q_follower0)
     watch = cycle.watch
@@ -171,6 +182,7 @@ class DeviceLoop:
         mass: moving mass of the device at its handle [kg].
         workspace: lengths of the device's workspace along the axes of its base [m]; None: those of the scene.
         replays: whether its owner may step it faster than real time: it then waits for the threads of soft bodies.
+        delay: time from the measurement to the force on the hand; None: not stated [s].
 
     Raises:
         SceneError, MeshError: the scene cannot run, or its mapping needs a workspace.
@@ -183,11 +195,13 @@ class DeviceLoop:
         mass: float = MASS,
         workspace: tuple[float, float, float] | None = None,
         replays: bool = False,
+        delay: float | None = None,
     ) -> None:
         self.rig = rig = mapped_rig(scene, workspace)
         if replays:
             wait_for_bodies(rig.snapshot)
-        self.cycle = _core.DeviceCycle(device_options(rig, resolution, mass), rig.arms.follower, rig.snapshot)
+        options = device_options(rig, device_port(scene, resolution, mass, delay))
+        self.cycle = _core.DeviceCycle(options, rig.arms.follower, rig.snapshot)
         self.cycle.set_fixtures(rig.fixtures)
         self.wrench: Array = np.zeros(6)  #: newest wrench on the hand [N, N m]; overwritten by every step
 

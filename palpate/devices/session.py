@@ -37,11 +37,22 @@ class DeviceSession(LiveSession):
         """Faults by the name of their status bit."""
         scene = loop.rig.scene
         super().__init__(loop.rig, loop, scene.rates.haptic, scene.seed, out, clouds)
+        self._steps, self._counted_at = 0, time.monotonic()
 
     @property
     def state(self) -> State:
         """The newest tick; the phase is empty, as the hand is not simulated."""
         return State(self.latest(), "")
+
+    def stepped(self) -> None:
+        """To be called after every step of a loop that may run faster than real time: counts its ticks in time."""
+        self._steps += 1
+        if self._steps < self.rate:
+            return
+        now = time.monotonic()
+        if now - self._counted_at < 0.5 * self._steps / self.rate:
+            self._drain()
+        self._steps, self._counted_at = 0, now
 
     def _take(self, ticks: Ticks, realtime: bool = False) -> None:
         self._seen.take(ticks)

@@ -53,6 +53,7 @@ class SimulatedDevice(Driver):
         self.truth = truth or Truth()
         self.mass = self.truth.mass
         self.resolution = self.truth.resolution
+        self.delay = self.truth.delay / self.rate
         self.hand = PRESETS["light"]
         self.held = argument != "free"
         self.lockstep = False  #: True: each reading takes one period

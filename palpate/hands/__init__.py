@@ -65,6 +65,10 @@ class Hand:
         o.mass, o.damping, o.stiffness = self.mass, self.damping, self.stiffness
         return o
 
+    def damped(self, factor: float) -> Self:
+        """The same hand with `factor` times its damping."""
+        return replace(self, damping=factor * self.damping)
+
     def drawn(self, rng: np.random.Generator, factor: float = 2.0) -> Self:
         """A random hand in the same grip: each number is log-normal, and 95 % lie within `factor` of this hand's."""
         m, b, k = np.exp(rng.normal(0.0, np.log(factor) / 1.96, 3)).tolist()

@@ -22,6 +22,7 @@ from palpate.ros import jitter
 from palpate.ros.ended_node import EndedNode
 from palpate.ros.guardian import Guardian
 from palpate.ros.reports import ForceReports
+from palpate.scene import port
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.session import LiveSession, State, signals
@@ -121,7 +122,9 @@ class HapticLoop:
         cap = min(cap, FORCE_CAP) if limits.force_cap is None else cap
         stability.moment_cap *= cap / stability.force_cap
         stability.force_cap = cap
-        stability.delay = max(stability.delay, 2.0 / options.rate)  # one cycle each for state and wrench
+        # A state and a wrench each wait for up to a cycle.
+        arm = port.of_arm(rig.arms.leader, rig.arms.q_leader0, options, rig.scene.stability.friction_share)
+        port.apply(rig.scene.stability, replace(arm, delay=max(arm.delay, 2.0 / options.rate)), stability)
         options.stability = stability
         if devices.teleop == "none":  # unaligned master: the tool follows relative rotations
             mapping = options.mapping

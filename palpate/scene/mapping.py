@@ -31,7 +31,8 @@ class MappingSection(Section):
     force_scale: Positive = _C.force_scale
     """force on the hand per force on the tool [-]"""
     align_rate: NotNegative = _C.align_rate
-    """rate at which the orientation offset at engagement decays; 0 keeps the offset [rad/s]"""
+    """rate at which the tool turns to the orientation of the handle after engaging, while no force acts on it; 0 keeps
+    the offset [rad/s]"""
     align_tolerance: Annotated[NotNegative, Field(le=3.2)] = _C.align_tolerance
     """orientation error between handle and tool up to which the tool begins to follow; 0: it begins at any [rad]"""
     ratchet: bool = _C.ratchet

@@ -15,8 +15,20 @@ from palpate.arrays.yaml_loader import Dumper
 from palpate.errors import PalpateWarning, RecordingError, SceneError
 from palpate.frames import FrameGraph
 from palpate.guidance.context import FixtureContext
-from palpate.hands import PRESETS
-from palpate.scene import arms, force_source, gains, grip, guidance, hand, placed_ecm, placing, surface, tool
+from palpate.scene import (
+    arms,
+    force_source,
+    gains,
+    grip,
+    guidance,
+    hand,
+    placed_ecm,
+    placing,
+    port,
+    shaping,
+    surface,
+    tool,
+)
 from palpate.scene.scene import Scene
 from palpate.surfaces import DistanceGrid
 
@@ -74,23 +86,11 @@ class Rig:
         return leader
 
     def _stability(self, o: _core.SimulationOptions) -> _core.StabilityOptions:
-        """Stability options. The layer knows the encoders, the mean delay and a fraction of the modelled friction."""
+        """Stability options; `port` decides what the passivity layer assumes of the arm."""
         section, s = self.scene.stability, _core.StabilityOptions()
-        _fill(s, section, *(set(type(section).model_fields) - {"known_delay", "friction_share", "acceleration"}))
-        mean_delay = o.loop_delay + 0.5 * o.loop_jitter + o.leader.drive_lag
-        s.delay = mean_delay if section.known_delay is None else section.known_delay
-        certain, A = max(section.friction_share - self.scene.torque.friction_gain, 0.0), o.leader.coupling
-        step = o.leader.encoder_step if o.leader.quantised else 0.0 * o.leader.encoder_step
-        friction, known = _core.CertainFriction(), o.torque.friction
-        friction.coulomb, friction.viscous = certain * known.coulomb, certain * known.viscous
-        friction.quantum = np.abs(A) @ step
-        s.friction = friction
-        leader, q = self.arms.leader, self.arms.q_leader0
-        J, M = leader.jacobian(q)[:3], leader.mass_matrix(q) + np.diag(o.leader.rotor_inertia)
-        min_mass = 1.0 / float(np.linalg.eigvalsh(J @ np.linalg.solve(M, J.T)).max())  # of the handle [kg]
-        fastest = section.force_cap / (min_mass + PRESETS["relaxed"].mass)  # [m/s^2]
-        s.acceleration = section.acceleration or max(s.acceleration, fastest)
-        s.quantum = float(np.linalg.norm((J @ A) * step, axis=0).max())
+        of_port = {"known_delay", "delay_doubt", "friction_share", "acceleration"}
+        _fill(s, section, *(set(type(section).model_fields) - of_port))
+        port.apply(section, port.of_arm(self.arms.leader, self.arms.q_leader0, o, section.friction_share), s)
         return s
 
     def _torque(self, leader: _core.LeaderOptions) -> _core.TorqueOptions:
@@ -230,7 +230,7 @@ def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | Non
     rig = Rig(scene, placed, snapshot, path, both, spheres, context, frames, guidance.fixtures(scene, context), camera)
     for key in ("gravity_model", "plant_gravity_model"):
         rig.gravity_model(key)  # check the files before the run
-    rig.options()
+    shaping.check_mass(scene, both.leader, both.q_leader0, rig.options())
     return rig
 
 

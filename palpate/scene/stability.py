@@ -38,11 +38,19 @@ class StabilitySection(Section):
     allowance: NotNegative = _S.allowance
     """energy that the hand may receive beyond this limit [J]"""
     tank_capacity: NotNegative = _S.tank_capacity
-    """capacity of the tank; energy put in beyond the capacity is discarded [J]"""
+    """capacity of the tank, whose excess is discarded; in all modes also the largest energy that fixtures which are
+    switched on may credit in all, until the hand's work repays it [J]"""
+    moving_share: Share = _S.moving_share
+    """fraction of the work of moving objects and of other hands' instruments that this hand may receive; 0: none, a
+    hand that is pushed feels no more than it has paid for; 1: all of it [-]"""
     known_delay: Annotated[NotNegative, Field(le=1.0)] | None = None
-    """loop delay assumed by the layer; the true mean delay when left out [s]"""
+    """delay from a measurement to the force, assumed by the layer; when left out the loop's own mean delay, or for a
+    device of your own that which its driver states [s]"""
+    delay_doubt: Annotated[NotNegative, Field(le=1.0)] | None = None
+    """the true delay may be longer by this time, and every force is paid for the worst case; when left out 0, or 3 ms
+    for a device whose delay nobody states [s]"""
     friction_share: Share = 0.5
-    """certified fraction of the arm's friction, from which torque.friction_gain is subtracted [-]"""
+    """certified fraction of the arm's friction, less what torque.friction_gain or the control law removes [-]"""
     acceleration: Positive | None = None
     """maximum acceleration of the handle assumed by the layer; when left out 5 m/s^2, or, if larger, the acceleration
     that force_cap gives to a handle held by a relaxed hand of 50 g [m/s^2]"""

@@ -45,6 +45,8 @@ HOW_TO_LEAVE = {
     "too_fast": "move slower",
     "guidance_conflict": "switch one of the contradicting fixtures off",
     "frame_lost": "bring the tracked body back into view of its tracker",
+    "energy_deficit": "press slowly: the hand's work covers it; if it returns, keep the loop's rate, or raise "
+    "stability.acceleration",
     "soft_frozen": "wait: the soft body rests, then the force returns; if that repeats, press less",
     "soft_late": "wait; if it returns, relieve this machine, or give the soft object fewer elements",
     "hand_slipped": "lower the stiffness or the force cap, or raise operator.grip_force_max",

@@ -67,6 +67,7 @@ class LiveSession(AttendedLoop):
         self._steered: SteeredFixtures | None = None
         self._requests = threading.Lock()  # one thread at a time changes the controls by a request
         self._pump: threading.Thread | None = None
+        self._draining = threading.Lock()
         self._interrupted = threading.Event()
 
     # -- running ---------------------------------------------------------------------------------------------------
@@ -248,6 +249,7 @@ class LiveSession(AttendedLoop):
         return None if self.rig.ecm is None else CameraArm(self.rig.ecm, [self.rig.arms.X_WL], [self])
 
     def _drain(self) -> None:
-        rows = self._loop.drain()
-        if len(rows):
-            self._take(as_ticks(rows), realtime=True)
+        with self._draining:  # the ring buffer has one reader
+            rows = self._loop.drain()
+            if len(rows):
+                self._take(as_ticks(rows), realtime=True)

@@ -170,4 +170,8 @@ class RecordedLoop:
         fault = self._loop.fault()
         lost = self._loop.dropped - self._dropped
         faults = [fault] if fault else []
-        return [*faults, f"{lost} ticks are missing in the record: the disk was too slow"] if lost > 0 else faults
+        recorded = self._recorder is not None
+        where = (
+            "the record: the disk was too slow" if recorded else "the summary: the computer was too busy to count them"
+        )
+        return [*faults, f"{lost} ticks are missing in {where}"] if lost > 0 else faults

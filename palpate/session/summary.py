@@ -38,7 +38,7 @@ class Summary:
     shift_m: float  # shift of the tool against the hand by pauses after faults, at the end
     energy_J: float  # energy absorbed by the rendered force; negative: the force generated energy
     energy_min_J: float  # minimum of energy_J during the run
-    energy_lent_J: float  # energy stored in fixtures when switched on, not put in by the hand
+    energy_lent_J: float  # largest credit for fixtures that were switched on, which the hand's work had not repaid
     cycle_p50_us: float  # compute time of a haptic cycle
     cycle_p99_us: float
     cycle_p999_us: float
@@ -87,7 +87,7 @@ class Totals:
         self._sum += float(force[touching].sum())
         self._depth = max(self._depth, float(ticks["depth"].max()))
         self._energy = float(ticks["energy_port"][-1])
-        self._lent = float(ticks["energy_lent"][-1])
+        self._lent = max(self._lent, float(ticks["energy_lent"].max()))
         self._lowest = min(self._lowest, float(ticks["energy_port"].min()))
         self._speed = max(self._speed, float(np.linalg.norm(ticks["v_LH"], axis=1).max()))
         self._withheld.add(ticks)

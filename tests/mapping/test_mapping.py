@@ -201,3 +201,17 @@ def test_without_ratchet_the_jaw_opens():
     m = make()
     opened = [step(m, pose(), pose(), gripper=0.9, jaw=0.3)[1] for _ in range(100)]
     assert opened[-1] > opened[0]
+
+
+@pytest.mark.parametrize("wrench", [{"F_T_W": np.array([0.0, 0.0, 1e-6])}, {"t_T_W": np.array([1e-9, 0.0, 0.0])}])
+def test_a_tool_that_something_touches_does_not_turn_by_itself(wrench):
+    R_tool, R_next = rotation([0, 1, 1], 0.7), rotation([1, 0, 0], 0.3)
+    m = make(align_rate=0.5)
+    for _ in range(100):
+        goal, *_ = step(m, pose(), pose(R=R_tool), **wrench)
+    np.testing.assert_allclose(goal[:3, :3], R_tool, atol=1e-12)
+    goal, *_ = step(m, pose(R=R_next), pose(R=R_tool), **wrench)
+    np.testing.assert_allclose(goal[:3, :3], R_next @ R_tool, atol=1e-12)  # it follows the hand
+    for _ in range(100):
+        free, *_ = step(m, pose(R=R_next), pose(R=R_tool))
+    assert angle(goal[:3, :3].T @ free[:3, :3]) == pytest.approx(0.5 * 99 * DT, rel=0.03)  # and aligns when it is free

@@ -29,7 +29,7 @@ stability: {force_cap: 6}
 """
 FAR = "far, sphere: {radius: 0.01}, pose: {xyz: [0, 0.2, 0]}"
 GOAL = np.array([0.4, 0.1, 0.13, 0.2, 0.1, 0.0])
-EXECUTING = machine.NAMES.index("executing")
+EXECUTING, FOLLOWING = machine.NAMES.index("executing"), machine.NAMES.index("following")
 RATE_CAP = _core.StabilityOptions().rate_cap
 
 
@@ -85,10 +85,16 @@ def begun(session, world, ticks=400, **more):
 
 
 def worst_step(ticks, arm):
-    """Largest step of the joints' goal over that of the fastest joint, and of the force over its cap, in one tick."""
+    """Largest step of the joints' goal over that of the fastest joint, and of the force over its cap, in one tick.
+
+    A hand that is connected to the tool: falls are free, since the hand's motion or spent energy may cause them.
+    """
     q = np.abs(np.diff(ticks["q_follower_goal"][:, : arm.n], axis=0)) / (arm.v_max * 1e-3)
-    F = np.linalg.norm(np.diff(ticks["F_H_L"], axis=0), axis=1) / (RATE_CAP * 1e-3)
-    return float(q.max()), float(F.max())
+    F, size = ticks["F_H_L"], np.linalg.norm(ticks["F_H_L"], axis=1)
+    fall = np.minimum(size[1:] / np.maximum(size[:-1], 1e-30), 1.0)
+    fall[ticks["session_state"][1:] != FOLLOWING] = 1.0
+    step = np.linalg.norm(F[1:] - fall[:, None] * F[:-1], axis=1) / (RATE_CAP * 1e-3)
+    return float(q.max()), float(step.max())
 
 
 def rest_after(ticks):

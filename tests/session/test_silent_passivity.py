@@ -26,5 +26,5 @@ def test_the_force_is_the_same_to_the_last_bit(name):
 
 
 def test_control_a_delayed_loop_needs_the_layer():
-    on, off = forces("palpation", loop_delay=0.03)
+    on, off = forces("palpation", loop_delay=0.1)
     assert np.abs(on - off).max() > 0.1

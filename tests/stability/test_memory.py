@@ -27,11 +27,12 @@ class Port:
         self.stage = _verify.Stability(o, DT)
         self.line, self.x, self.energy = [0.0] * round(delay / DT), None, 0.0
 
-    def step(self, x, v, requested, potential=UNKNOWN):
+    def step(self, x, v, requested, potential=UNKNOWN, stiffness=0.0):
         """The force that acts until the next tick [N]."""
         if self.x is not None:
             self.energy -= self.acting * (x - self.x)
-        out = self.stage.step([requested, 0, 0], np.array([x, 0, 0]), np.array([v, 0, 0]), potential=potential)
+        out = self.stage.step([requested, 0, 0], np.array([x, 0, 0]), np.array([v, 0, 0]), potential=potential,
+                              stiffness=stiffness)  # fmt: skip
         self.stage.rendered(out.F_H_L)
         self.sent = out.F_H_L[0]
         self.x, self.acting = x, [*self.line, self.sent][0]
@@ -107,7 +108,7 @@ def test_limit_takes_no_force_from_an_honest_spring(K, extra, press, releases, s
                 for k in range(len(v)):
                     wanted = -max(K * x[k] + B * v[k - 1 if k else 0], 0.0) if x[k] > 0 else 0.0
                     felt.append(port.step(x[k], v[k - 1] if k else 0.0, wanted,
-                                          0.5 * K * max(x[k], 0.0) ** 2 if known else UNKNOWN))  # fmt: skip
+                                          0.5 * K * max(x[k], 0.0) ** 2 if known else UNKNOWN, K))  # fmt: skip
         forces[known] = felt
     assert max(np.abs(forces[False])) > 0.5 * share * 3.0
     assert forces[True] == forces[False]
@@ -120,10 +121,9 @@ def test_reserve_pays_for_the_removal_of_every_wrench_within_the_caps():
     lag = (1.0 - _core.low_pass_share(o.low_pass, DT)) / _core.low_pass_share(o.low_pass, DT) * DT
     until = o.delay + lag + DT
     cost = o.allowance
-    for F, u, a, rate in ((o.force_cap, o.speed, o.acceleration, o.rate_cap),
-                          (o.moment_cap, o.angular_speed, o.angular_acceleration, o.moment_rate_cap)):  # fmt: skip
-        t = np.linspace(0.0, until + F / rate, 200001)
-        force = np.where(t < until, F, F - rate * (t - until))
+    for F, u, a in ((o.force_cap, o.speed, o.acceleration), (o.moment_cap, o.angular_speed, o.angular_acceleration)):
+        t = np.linspace(0.0, until + _verify.FADE, 200001)
+        force = np.where(t < until, F, F * (1.0 - (t - until) / _verify.FADE))
         cost += np.trapezoid(force * (u + a * DT / 2 + a * t), t)
     assert stage.reserve == pytest.approx(cost, rel=1e-4)
 
@@ -153,7 +153,7 @@ def test_object_that_disappears_for_a_moment_is_released_as_before(K):
             gone = arrived + 200 <= k < arrived + 300
             stored = 0.0 if gone else 0.5 * K * max(x[k], 0.0) ** 2
             wanted = 0.0 if gone else -K * max(x[k], 0.0)
-            felt.append(port.step(x[k], v[k - 1] if k else 0.0, wanted, stored if known else UNKNOWN))
+            felt.append(port.step(x[k], v[k - 1] if k else 0.0, wanted, stored if known else UNKNOWN, K))
         forces[known] = felt
     assert min(np.abs(forces[False][arrived + 280 : arrived + 300])) == 0.0
     assert max(np.abs(forces[False][arrived + 400 :])) == pytest.approx(2.5, rel=1e-6)

@@ -81,9 +81,9 @@ def test_energy_of_delayed_forces_is_reserved_until_they_act():
         observer.step(np.zeros(3), np.array([0.2, 0, 0]), np.array([F, 0, 0]))
         costs.append(observer.in_flight)
     # A force sent at k = 0 acts for 1 ms after 5 ms, with 0.2 m/s and 5 m/s^2 until then; the reserve shrinks to zero.
-    assert costs[0] == pytest.approx(_verify.held_cost(1.0, 0.2 + 0.5 * 5.0 * DT, 5.0, 0.004, 0.005))
-    assert costs[4] == pytest.approx(_verify.held_cost(1.0, 0.2 + 0.5 * 5.0 * DT, 5.0, 0.0, 0.001))
-    assert costs[5:] == [0.0, 0.0, 0.0]
+    assert costs[1] == pytest.approx(_verify.held_cost(1.0, 0.2 + 0.5 * 5.0 * DT, 5.0, 0.004, 0.005))
+    assert costs[5] == pytest.approx(_verify.held_cost(1.0, 0.2 + 0.5 * 5.0 * DT, 5.0, 0.0, 0.001))
+    assert costs[6:] == [0.0, 0.0]
 
 
 def dissipation(coulomb, viscous, quantum):

@@ -63,10 +63,12 @@ def test_wall_generates_no_energy_with_weak_motors(x, K, delay, share):
 
 @settings(max_examples=60, deadline=None)
 @given(x=motions, K=st.floats(50, 5000))
-def test_force_never_exceeds_the_rate_cap(x, K):
+def test_force_never_grows_faster_than_the_rate_cap(x, K):
     F, _ = drive(options(), x, -K * np.maximum(x, 0.0))
-    assert np.abs(np.diff(F, prepend=0.0)).max() <= 50.0 * DT * (1 + 1e-9)
+    assert np.diff(np.abs(F), prepend=0.0).max() <= 50.0 * DT * (1 + 1e-9)
     assert np.abs(F).max() <= 3.0
+    F, _ = drive(options(passivity="off"), x, -K * np.maximum(x, 0.0))
+    assert np.abs(np.diff(F, prepend=0.0)).max() <= 50.0 * DT * (1 + 1e-9)  # and falls no faster by itself
 
 
 def press(depth, seconds, n=1):
@@ -99,9 +101,10 @@ def test_withheld_force_is_reported():
     zero = np.zeros(3)
     out = stage.step([-1.0, 0, 0], zero, np.array([-0.1, 0, 0]))  # the hand moves outwards and has put in no energy
     assert out.status & PASSIVITY
-    assert out.F_H_L[0] == pytest.approx(0.0, abs=1e-3)
-    assert out.F_passivity[0] + out.F_capped[0] == pytest.approx(-1.0)
+    assert out.F_H_L[0] == 0.0
+    assert out.F_passivity[0] == out.F_capped[0] == pytest.approx(-50.0 * DT)
     assert out.lag[2] == pytest.approx(abs(out.F_passivity[0]) / 50.0)
+    assert out.lag[3] == pytest.approx((1.0 - 50.0 * DT) / 50.0)
 
 
 def test_tank_discards_excess_energy_but_the_observer_does_not():
@@ -140,22 +143,25 @@ def test_invalid_numbers_do_not_corrupt_the_filters(number):
     assert -0.63 < out.F_H_L[0] < -0.3  # 500 of 800 N/m, and the filters have not settled
 
 
-def numeric(F, u, a, begin, end, rate=0.0):
+def numeric(F, u, a, begin, end, span=0.0):
     t = np.linspace(begin, end, 200001)
-    return np.trapezoid(np.maximum(F - rate * (t - begin), 0.0) * np.maximum(u + a * t, 0.0), t)
+    fading = 1.0 - (t - begin) / span if span > 0.0 else 1.0
+    return np.trapezoid(F * fading * np.maximum(u + a * t, 0.0), t)
 
 
-@given(F=st.floats(0, 10), u=st.floats(-2, 2), a=st.floats(0.1, 100), begin=st.floats(0, 0.1), span=st.floats(0, 0.1))
+@given(
+    F=st.floats(0, 10), u=st.floats(-2, 2), a=st.floats(0.1, 100), begin=st.floats(0, 0.1), span=st.floats(1e-4, 0.1)
+)
 @settings(max_examples=50, deadline=None)
 def test_costs_equal_their_integrals(F, u, a, begin, span):
     held = _verify.held_cost(F, u, a, begin, begin + span)
     assert held == pytest.approx(numeric(F, u, a, begin, begin + span), rel=1e-4, abs=1e-9)
-    ramp = _verify.ramp_cost(F, u, a, begin, 50.0)
-    assert ramp == pytest.approx(numeric(F, u, a, begin, begin + max(F, 1e-9) / 50.0, 50.0), rel=1e-4, abs=1e-9)
+    fade = _verify.fade_cost(F, u, a, begin, span)
+    assert fade == pytest.approx(numeric(F, u, a, begin, begin + span, span), rel=1e-4, abs=1e-9)
 
 
 WRONG = {"delay": 2.0, "acceleration": 0.0, "allowance": -1.0, "tank_capacity": 1e-5, "low_pass": -1.0,
-         "coupling_stiffness": -1.0, "coupling_damping": math.nan, "quantum": 0.1}  # fmt: skip
+         "coupling_stiffness": -1.0, "coupling_damping": math.nan, "quantum": 0.1, "delay_doubt": -1.0}  # fmt: skip
 
 
 @pytest.mark.parametrize(("name", "value"), WRONG.items())
@@ -167,25 +173,3 @@ def test_invalid_options_are_reported(name, value):
 def test_unknown_mode_is_reported():
     with pytest.raises(ValueError, match="'observer', 'tank' or 'off'; got 'on'"):
         options(passivity="on")
-
-
-def test_clutch_resets_an_energy_deficit():
-    """After a motion at 20 times the stated acceleration no press is rendered, until the clutch resets the deficit."""
-    o, K = options(delay=0.004), 500.0
-    snatched = np.concatenate([np.linspace(-0.001, 0.006, 400), np.full(300, 0.006), np.linspace(0.006, -0.004, 8)])
-    pressed = np.concatenate([np.linspace(-0.004, 0.003, 700), np.linspace(0.003, -0.004, 700)])
-    x = np.concatenate([snatched, pressed, pressed, pressed])
-    clutch = slice(len(snatched) + 1400, len(snatched) + 1500)  # before the last but one press, in free space
-    stage, F, stored = _verify.Stability(o, DT), np.zeros(len(x)), np.zeros(len(x))
-    v = np.diff(x, prepend=x[0]) / DT
-    for k in range(len(x)):
-        engaged = not clutch.start <= k < clutch.stop
-        F_wanted = [-K * max(x[k], 0.0), 0, 0]
-        out = stage.step(F_wanted, np.array([x[k], 0, 0]), np.array([v[k], 0, 0]), engaged=engaged)
-        F[k], stored[k] = -out.F_H_L[0], stage.stored
-        stage.rendered(out.F_H_L)
-    before, after = F[clutch.start - 1400 : clutch.start], F[clutch.stop : clutch.start + 1400]
-    assert stored[clutch.start - 1] < 0.0
-    assert before[100:].max() == 0.0
-    assert stored[clutch.stop] == pytest.approx(ALLOWANCE)
-    assert after.max() == pytest.approx(K * 0.003, rel=0.1)

@@ -55,6 +55,8 @@ Push CapsulePair::step(const Capsule& A, const Capsule& B, const InstrumentLaw& 
   }
   normal_ = n;
   const Vec3 v_A = A.v_a + near.s * (A.v_b - A.v_a), v_B = B.v_a + near.t * (B.v_b - B.v_a);
+  push.v_A_W = v_A;
+  push.v_B_W = v_B;
   push.F_A_W = std::max(0.0, -law.stiffness * push.gap - law.damping * (v_A - v_B).dot(n)) * n;
   return push;
 }

@@ -50,9 +50,10 @@ struct InstrumentLaw {
 
 /// Force that one instrument applies to another, and the place where it acts.
 struct Push {
-  Vec3 F_A_W = Vec3::Zero();  ///< force on the first instrument; the second receives -F_A_W [N]
-  Vec3 p_WC = Vec3::Zero();   ///< point where both forces act [m]
-  double gap = 0.0;           ///< distance between the surfaces, negative while they overlap [m]
+  Vec3 F_A_W = Vec3::Zero();                        ///< force on the first instrument; the second receives -F_A_W [N]
+  Vec3 p_WC = Vec3::Zero();                         ///< point where both forces act [m]
+  double gap = 0.0;                                 ///< distance between the surfaces, negative while they overlap [m]
+  Vec3 v_A_W = Vec3::Zero(), v_B_W = Vec3::Zero();  ///< velocities of both at the nearest points [m/s]
 };
 
 /// Contact of two capsules: F_A = (K depth - B v_rel . n)+ n, where n points from the second to the first capsule,

@@ -31,12 +31,12 @@ void scale(ConstraintForce& force, double by) noexcept {
   force.U *= by;
 }
 
-/// True if the energy that a rising authority stores is credited. It is not for a ramp by distance or force: the hand
-/// controls such a ramp and could collect the credit repeatedly.
+/// True if the energy that a rising authority stores is credited. What the hand can trigger by its motion earns
+/// nothing, because it could be repeated: a ramp by distance or force, an engagement by distance.
 bool earns_credit(const Policy& policy) noexcept {
-  return !policy.hard && std::none_of(policy.ramps.begin(), policy.ramps.end(), [](const Ramp& ramp) {
-    return ramp.by == Ramp::By::distance || ramp.by == Ramp::By::force;
-  });
+  return !policy.hard && std::isinf(policy.engage) &&
+         std::none_of(policy.ramps.begin(), policy.ramps.end(),
+                      [](const Ramp& ramp) { return ramp.by == Ramp::By::distance || ramp.by == Ramp::By::force; });
 }
 
 /// Sets gap and gradient of a corrected fixture from its share of the correction. The goal moves only the fraction

@@ -15,19 +15,13 @@
 namespace palpate::loop {
 namespace {
 
-constexpr double kSettled = 0.5;       // [s] time after which a follower has reached the goal that it holds
-constexpr double kHeldLag = 0.002;     // [m] then: largest distance from this goal, beyond which others moved it
-constexpr double kHeldTurn = 0.05;     // [rad] then: largest rotation from this goal
-constexpr double kTwistCutoff = 40.0;  // [Hz] of the low-pass for the velocity of the instrument that others see
+constexpr double kSettled = 0.5;         // [s] time after which a follower has reached the goal that it holds
+constexpr double kHeldLag = 0.002;       // [m] then: largest distance from this goal, beyond which others moved it
+constexpr double kHeldTurn = 0.05;       // [rad] then: largest rotation from this goal
+constexpr double kRounded = 1.0 + 1e-6;  // factor on a limit, so that rounding errors do not exceed it
+constexpr double kTwistCutoff = 40.0;    // [Hz] of the low-pass for the velocity of the instrument that others see
 /// Bits that are states of operation, not faults.
 constexpr std::uint64_t kGates = kNoOperator | kNotEnabled | kNotFollowing | kClutched;
-
-/// The point on the way from `from` to `to` that is at most `step` away from `from`.
-Vec3 towards(const Vec3& from, const Vec3& to, double step) noexcept {
-  const Vec3 change = to - from;
-  const double norm = change.norm();
-  return norm > step ? Vec3(from + step / norm * change) : to;
-}
 
 /// F shortened to the length `most` if it is longer.
 Vec3 within(const Vec3& F, double most) noexcept {
@@ -160,7 +154,7 @@ const CrtkOutput& CrtkCycle::step(ClockTime now) noexcept {
   locate();
   meet(trusted);
   const HapticsOutput& felt = haptics_.step(in_);
-  F_ = limit_rate(felt.rendered.F_H_L, felt.mapped.engaged, dt);
+  F_ = released(felt.rendered.F_H_L, felt.mapped.engaged, dt);
   haptics_.finish(in_, F_ - felt.rendered.on_hand.damping(in_.handle.V_LH.v), out_.tick);  // finish() adds it
   const unsigned reached = follow(felt);
   in_.controls = people;
@@ -213,7 +207,7 @@ std::uint64_t CrtkCycle::take_message_faults(ClockTime now) noexcept {
   add(velocity_.take_faults());
   add(follower_.take_faults());
   add(joints_.take_faults());
-  if (leader_.period() * options_.rate > options_.max_period_ratio) {
+  if (leader_.period() * options_.rate > kRounded * options_.max_period_ratio) {
     refuse(kSlow, 1.0 / leader_.period(), options_.rate / options_.max_period_ratio);
   }
   if (leader_.stale(now)) refuse(kLeaderStale, leader_.silence(now), options_.watch.stale_after);
@@ -295,6 +289,7 @@ void CrtkCycle::meet(bool trusted) noexcept {
   }
   in_.tool.F_others_W = on_tool_.F_T_W;
   in_.tool.K_others = on_tool_.stiffness;
+  in_.tool.power_others = on_tool_.power;
 }
 
 // Computes the centres of the spheres. A sphere on a link whose pose is unknown is NaN and touches nothing.
@@ -342,17 +337,14 @@ unsigned CrtkCycle::follow(const HapticsOutput& felt) noexcept {
   return options_.virtual_follower && !reached ? kIkFailed : kOk;
 }
 
-// The final rate limit of the wrench. The rate cap holds in real time, whatever the interval between steps. A wrench
-// that is no longer allowed falls to zero linearly within `release`, or faster if the output of the haptics does.
-Wrench CrtkCycle::limit_rate(const Wrench& F, bool allowed, double dt) const noexcept {
+// The wrench of the haptics, which limit its growth in real time. A wrench that is no longer allowed falls to zero
+// linearly within `release`, or faster if the output of the haptics does.
+Wrench CrtkCycle::released(const Wrench& F, bool allowed, double dt) const noexcept {
+  if (allowed) return F;
   const stability::Options& caps = options_.stability;
-  if (!allowed) {
-    const double share = dt / options_.release;
-    return {within(F_.f, std::min(F.f.norm(), std::max(F_.f.norm() - share * caps.force_cap, 0.0))),
-            within(F_.t, std::min(F.t.norm(), std::max(F_.t.norm() - share * caps.moment_cap, 0.0)))};
-  }
-  const double step = std::min(dt, 1.5 / options_.rate);
-  return {towards(F_.f, F.f, caps.rate_cap * step), towards(F_.t, F.t, caps.moment_rate_cap * step)};
+  const double share = dt / options_.release;
+  return {within(F_.f, std::min(F.f.norm(), std::max(F_.f.norm() - share * caps.force_cap, 0.0))),
+          within(F_.t, std::min(F.t.norm(), std::max(F_.t.norm() - share * caps.moment_cap, 0.0)))};
 }
 
 }  // namespace palpate::loop

@@ -120,7 +120,7 @@ class CrtkCycle {
   [[nodiscard]] Pose model_base(const arm::Arm& arm) const noexcept;
   [[nodiscard]] bool is_at_goal(bool settled) const noexcept;
   unsigned follow(const HapticsOutput& felt) noexcept;
-  [[nodiscard]] Wrench limit_rate(const Wrench& F, bool allowed, double dt) const noexcept;
+  [[nodiscard]] Wrench released(const Wrench& F, bool allowed, double dt) const noexcept;
 
   CrtkOptions options_;
   std::optional<arm::Arm> arm_;  ///< the follower's model

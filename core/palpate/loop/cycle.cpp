@@ -57,6 +57,7 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   in_.scene = in.scene;
   in_.tool.F_others_W = in.F_others_W;
   in_.tool.K_others = in.K_others;
+  in_.tool.power_others = in.power_others;
   X_WO_ = in.X_WO;
   locate();
   const unsigned estimated = estimate();

@@ -29,6 +29,7 @@ struct CycleInput {
   const scene::Snapshot* scene = nullptr;
   Wrench F_others_W;           ///< wrench of other instruments on the tool about its tip, in W, to be rendered
   double K_others = 0.0;       ///< stiffness of this contact [N/m]
+  double power_others = 0.0;   ///< power of the motion of other instruments on the tool [W]
   const Pose* X_WO = nullptr;  ///< pose of the object that the jaws carry; null: they carry none
   const PlannedMotion* motion = nullptr;  ///< newest motion of the follower; null: this loop executes none
   ExecutionOrder order;

@@ -12,6 +12,8 @@
 namespace palpate::loop {
 namespace {
 
+constexpr double kRounding = 1e-6;  // [periods] smaller differences of a period are rounding errors
+
 double period(double rate) {
   if (!(rate >= 50.0 && rate <= 10000.0)) {
     throw std::invalid_argument("rate = " + std::to_string(rate) +
@@ -47,13 +49,14 @@ Haptics::Haptics(const HapticsOptions& options)
 
 const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
   const Handle& handle = in.handle;
+  dt_ = elapsed(in.t);
   const ToolWithSpheres& tool = in.tool;
   take_mapping(in.controls);
   const bool following = advance(in) == SessionState::following;
   out_.mapped = mapping_.step({options_.X_WL * handle.X_LH, handle.V_LH, handle.gripper, tool.X_WT, tool.jaw, following,
                                in.controls.clutch, tool.reached, in.t, handle.X_LH.p, at_goal_.f,
                                out_.guided.correction, in.controls.lock_rotation, in.controls.lock_translation,
-                               asks_for_pause(in)});
+                               asks_for_pause(in), at_goal_.t});
   if (in.X_WT_planned != nullptr) out_.mapped.X_WT_goal = *in.X_WT_planned;
   mark(Stage::mapping);
   guide(in);
@@ -74,6 +77,14 @@ const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
   out_.tau_gripper = gripper_.step(gripped ? mapping_.torque_on_fingers(out_.tau_jaw) : 0.0);
   mark(Stage::stability);
   return out_;
+}
+
+// Time since the last tick [s]. Rounding errors of the clock count as the nominal period.
+double Haptics::elapsed(double t) noexcept {
+  const double period = 1.0 / options_.rate, passed = t - t_;
+  t_ = t;
+  const bool nominal = !(passed > 0.0 && std::isfinite(passed)) || std::abs(passed - period) < kRounding * period;
+  return nominal ? period : passed;
 }
 
 // Steps the state machine by the levels of this tick. A fault waits for a new request unless it is left by itself.
@@ -203,12 +214,25 @@ double Haptics::potential(const HapticsInput& in) const noexcept {
                                     out_.guided.energy.potential + F.f.norm() * away + F.t.norm() * turned);
 }
 
+// Power that the motion of the touched surfaces and of other instruments does on the tool [W].
+double Haptics::power_of_motion(const HapticsInput& in) const noexcept {
+  if (options_.source != force::Source::contact) return 0.0;
+  double power = in.tool.power_others;
+  for (int i = 0; i < out_.contacts->size; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const Contact& c = out_.contacts->contact[k];
+    if (c.stored < 0.0) power += out_.force.F_contact[k].f.dot(c.v_surface);  // a soft body moves with the tool
+  }
+  return power;
+}
+
 stability::Output Haptics::stabilise(const HapticsInput& in) noexcept {
   const Vec3 F_T_W = carried_to_goal({out_.force.F, out_.force.torque}).f + out_.guided.on_tool.F.f;
   const double K = stability::stiffness_along(F_T_W, *out_.contacts, in.controls.stiffness_scale) +
                    (guidance_ != nullptr ? guidance_->stiffness_along(F_T_W) : 0.0) + in.tool.K_others;
   return stability_.step({out_.commanded, in.t, in.handle, in.tool, feels(in), mapping_.stiffness_on_hand(K),
-                          mapping_.energy_ratio() * out_.guided.energy.credit, potential(in)});
+                          mapping_.energy_ratio() * out_.guided.energy.credit, dt_,
+                          mapping_.energy_ratio() * power_of_motion(in), potential(in)});
 }
 
 }  // namespace palpate::loop

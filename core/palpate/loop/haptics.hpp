@@ -121,6 +121,7 @@ class Haptics {
   void mark(Stage stage) noexcept {
     if (clock_ != nullptr) clock_->mark(stage);
   }
+  double elapsed(double t) noexcept;
   SessionState advance(const HapticsInput& in) noexcept;
   void take_mapping(const Controls& controls) noexcept;
   [[nodiscard]] bool feels(const HapticsInput& in) const noexcept;
@@ -129,6 +130,7 @@ class Haptics {
   [[nodiscard]] ToolForce contact_force(const HapticsInput& in) const noexcept;
   [[nodiscard]] Wrench carried_to_goal(const Wrench& F_T_W) const noexcept;
   [[nodiscard]] double potential(const HapticsInput& in) const noexcept;
+  [[nodiscard]] double power_of_motion(const HapticsInput& in) const noexcept;
   [[nodiscard]] stability::Output stabilise(const HapticsInput& in) noexcept;
   stability::Energy book(const HapticsInput& in, const Wrench& F_H_L) noexcept;
   void record(const HapticsInput& in, Tick& tick) const noexcept;
@@ -140,11 +142,13 @@ class Haptics {
 
   HapticsOptions options_;
   SessionMachine session_;
-  int recover_seen_ = 0;                               ///< recover_requests when the last fault began
-  int take_back_seen_ = 0;                             ///< Controls::take_back_requests of the last tick
-  Mat3 R_WL0_;                                         ///< orientation of the leader base by the options
-  double scale_ = 0.0;                                 ///< Controls::scale of the last tick
-  Eigen::Vector4d quat_WL_ = Eigen::Vector4d::Zero();  ///< Controls::quat_WL of the last tick
+  int recover_seen_ = 0;                                 ///< recover_requests when the last fault began
+  int take_back_seen_ = 0;                               ///< Controls::take_back_requests of the last tick
+  Mat3 R_WL0_;                                           ///< orientation of the leader base by the options
+  double scale_ = 0.0;                                   ///< Controls::scale of the last tick
+  double t_ = std::numeric_limits<double>::quiet_NaN();  ///< time of the last tick; NaN: none [s]
+  double dt_ = 0.0;                                      ///< time since the tick before it [s]
+  Eigen::Vector4d quat_WL_ = Eigen::Vector4d::Zero();    ///< Controls::quat_WL of the last tick
   mapping::Mapping mapping_;
   guidance::Stage* guidance_ = nullptr;     ///< null before the first fixture
   scene::LiveFrame* tool_frame_ = nullptr;  ///< receives the tool's pose before that; may be null

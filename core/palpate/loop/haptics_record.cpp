@@ -39,7 +39,7 @@ stability::Energy Haptics::book(const HapticsInput& in, const Wrench& F_H_L) noe
   const bool engaged = commanded.f != Vec3::Zero() || commanded.t != Vec3::Zero();
   stability::PortForces forces;
   forces.F_H_L = F_H_L;
-  forces.F_cut = rendered.F_capped - F_H_L;
+  forces.F_cut = rendered.F_cut + (rendered.F_H_L - F_H_L);
   forces.F_passivity = rendered.F_passivity;
   forces.F_low_pass = rendered.F_low_pass;
   forces.F_coupling = rendered.F_coupling;
@@ -65,7 +65,7 @@ stability::Energy Haptics::book(const HapticsInput& in, const Wrench& F_H_L) noe
   const double per_hand = law ? mapping_.energy_ratio() : 0.0;
   const double spring =
       per_hand * (stability::spring_energy(contacts, in.controls.stiffness_scale) + soft_.potential + soft_.kinetic);
-  return ledger_.step(in.handle.X_LH, forces, spring, mapping_.energy_ratio() * mapping_.released());
+  return ledger_.step(in.handle.X_LH, forces, spring, mapping_.energy_ratio() * mapping_.released(), dt_);
 }
 
 void Haptics::record(const HapticsInput& in, Tick& tick) const noexcept {
@@ -141,21 +141,19 @@ void Haptics::record_withheld(const HapticsInput& in, const Wrench& F_H_L, Tick&
     tick.F_withheld[kWithholders - 1] = asked - felt;
     return;
   }
-  const Vec3 after_passivity = finite(rendered.F_capped).f;
-  const Vec3 after_low_pass = after_passivity + rendered.F_passivity.f;
-  const double capped = std::min(after_passivity.norm(), options_.stability.force_cap);
-  const std::array<double, kWithholders> left = {(after_low_pass + rendered.F_low_pass.f).norm(),
-                                                 after_low_pass.norm(),
-                                                 after_passivity.norm(),
-                                                 capped,
-                                                 rendered.F_H_L.f.norm(),
-                                                 felt,
-                                                 felt};
-  double before = asked;
-  for (std::size_t k = 0; k < left.size(); ++k) {
-    tick.F_withheld[k] = before - left[k];
-    before = left[k];
-  }
+  const Vec3 after_low_pass = rendered.F_capped.f + rendered.F_cut.f;
+  const double after_coupling = (after_low_pass + rendered.F_low_pass.f).norm(), smooth = after_low_pass.norm();
+  const double capped = std::min(smooth, options_.stability.force_cap), left = rendered.F_H_L.f.norm();
+  // The limiter continues from the rendered force. While the passivity controller reduces that, it causes both losses.
+  const double limited = (rendered.status & kPassivity) != 0 ? capped : rendered.F_capped.f.norm();
+  const std::array<double, kWithholders> parts = {asked - after_coupling,
+                                                  after_coupling - smooth,
+                                                  limited - left,
+                                                  smooth - capped,
+                                                  capped - limited,
+                                                  left - felt,
+                                                  0.0};
+  std::copy(parts.begin(), parts.end(), tick.F_withheld);
 }
 
 void Haptics::record_stability(const HapticsInput& in, const Wrench& F_H_L, const stability::Energy& energy,
@@ -178,6 +176,7 @@ void Haptics::record_stability(const HapticsInput& in, const Wrench& F_H_L, cons
   tick.tissue_status = (soft_.hurried ? 1.0 : 0.0) + (soft_.frozen ? 2.0 : 0.0) + (soft_.late ? 4.0 : 0.0);
   if (soft_.frozen) tick.status |= kSoftFrozen;
   if (soft_.late) tick.status |= kSoftLate;
+  if (stability_.passivity().in_deficit()) tick.status |= kDeficit;
   tick.energy_stored = stability_.passivity().stored();
   tick.energy_lent = stability_.passivity().credited();
   tick.energy_reserved = stability_.passivity().reserved();

@@ -133,6 +133,7 @@ const OnTool& InWorld::step() noexcept {
       out_.F_T_W.f += F;
       out_.F_T_W.t += (push.p_WC - p_WT_).cross(F);
       out_.stiffness += law_.stiffness;
+      out_.power += F.dot(first ? push.v_B_W : push.v_A_W);
     }
   }
   if (board_->rod().radius > 0.0) rod_.pull(other_grips());

@@ -64,6 +64,7 @@ class Board {
 struct OnTool {
   Wrench F_T_W;                  ///< wrench about the tool tip T, in W
   double stiffness = 0.0;        ///< stiffness of the touching instruments together [N/m]
+  double power = 0.0;            ///< of their motion on the tool [W]
   Vec3 F_held_W = Vec3::Zero();  ///< part of the force that comes from the rod, which another instrument holds too [N]
   Holding holding = Holding::none;                              ///< how the tool holds the rod
   Pose X_WO;                                                    ///< pose of the rod

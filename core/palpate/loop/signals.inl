@@ -83,7 +83,7 @@ SIGNAL(contact, double, tissue_potential, "J", "", "stored in soft bodies by str
 SIGNAL(contact, double, tissue_kinetic, "J", "", "kinetic energy of soft bodies", true)
 SIGNAL(contact, double, tissue_status, "1", "", "of soft bodies: +1 more time steps, +2 diverged, +4 thread late", true)
 SIGNAL(stability, double, energy_stored, "J", "", "energy that the force may still return to the hand", true)
-SIGNAL(stability, double, energy_lent, "J", "", "credited for fixtures that were switched on where the hand was", true)
+SIGNAL(stability, double, energy_lent, "J", "", "credited for fixtures that were switched on, and not repaid", true)
 SIGNAL(stability, double, energy_reserved, "J", "", "part of energy_stored that is kept for wrenches not yet applied", true)
 SIGNAL(stability, Reals<4>, lag_ms, "ms", "", "of virtual coupling, low-pass, passivity controller, caps", true)
 SIGNAL(tracking, Reals<3 * kMaxLive>, live_p, "m", "W",

@@ -234,6 +234,7 @@ void Simulation::meet() noexcept {
   if (tool_contact_) return;
   in_.F_others_W = on_tool_.F_T_W;
   in_.K_others = on_tool_.stiffness;
+  in_.power_others = on_tool_.power;
 }
 
 // Steps the simulated world by one period of the cycle.

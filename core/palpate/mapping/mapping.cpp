@@ -73,7 +73,8 @@ ToolGoal Mapping::step(const Input& in) noexcept {
   if (!lock_translation_) goal_.p = p_WT0_ + options_.scale * (in.X_WH.p - p_WH0_);
   if (!lock_rotation_) {
     goal_.R = in.X_WH.R * R_off_.toRotationMatrix();
-    R_off_ = towards_identity(R_off_, options_.align_rate * dt_);
+    const bool free = in.F_T_W.isZero(0.0) && in.t_T_W.isZero(0.0);
+    if (free) R_off_ = towards_identity(R_off_, options_.align_rate * dt_);
   }
 
   const double opening = (in.gripper - options_.gripper_min) / (options_.gripper_max - options_.gripper_min);

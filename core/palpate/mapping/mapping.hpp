@@ -12,9 +12,11 @@ namespace palpate::mapping {
 
 /// Options of the stage.
 struct Options {
-  double scale = 0.5;            ///< tool motion per hand motion [-]; the felt stiffness is force_scale * scale * K
-  double force_scale = 1.0;      ///< force on the hand per force on the tool [-]
-  double align_rate = 0.5;       ///< decay rate of the orientation offset after engaging [rad/s]; 0 keeps the offset
+  double scale = 0.5;        ///< tool motion per hand motion [-]; the felt stiffness is force_scale * scale * K
+  double force_scale = 1.0;  ///< force on the hand per force on the tool [-]
+  /// Rate at which the tool turns to the orientation of the handle after engaging, while nothing touches or pulls it
+  /// [rad/s]; 0 keeps the offset.
+  double align_rate = 0.5;
   double gripper_min = 0.0;      ///< pinch angle that closes the jaw [rad]
   double gripper_max = 1.047;    ///< pinch angle that opens the jaw fully [rad]
   double jaw_min = 0.0;          ///< jaw angle when closed [rad]
@@ -42,11 +44,15 @@ struct Input {
   Vec3 correction_W = Vec3::Zero();                      ///< displacement of the last goal by hard fixtures [m]
   bool lock_rotation = false, lock_translation = false;  ///< the tool keeps its orientation, its position
   bool pause_asked = false;                              ///< people ask for a pause, e.g. by the clutch pedal
+  Vec3 t_T_W = Vec3::Zero();                             ///< newest moment on the tool, of contacts and fixtures [N m]
 };
 
 /// Relative, scaled position and absolute orientation (Fig 4):
 ///
 ///   p_WT = p_WT0 + scale (p_WH - p_WH0)        R_WT = R_WH R_off,   R_off -> 1 at align_rate
+///
+/// R_off changes only while no wrench acts on the tool: the tool would otherwise turn by itself into what it touches,
+/// and the hand would receive energy that it did not put in.
 ///
 /// The anchor (p_WT0, p_WH0, R_off) is set when the tool starts to follow: on engaging and on releasing the clutch. The
 /// goal therefore continues from the held goal, without a jump. For small workspaces a `Recentring` moves p_WT0. While

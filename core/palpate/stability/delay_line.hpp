@@ -1,4 +1,4 @@
-// A delay line: the values sent during the last periods, and those that act now.
+// A delay line: the values that are on their way, those that acted since the last tick, and those that will act.
 #pragma once
 
 #include <algorithm>
@@ -10,39 +10,64 @@
 
 namespace palpate::stability {
 
-/// A value sent at tick k acts from t_k + delay until the next value does. The delay is (steps + fraction) periods. In
-/// the period that ends now, acting(1) = before(steps + 1) acts during the first fraction `fraction` of the period, and
-/// acting(0) = before(steps) during the rest.
+/// A value sent at the time s acts from s + delay on, until the next value does. Times are measured, so that uneven
+/// periods and lost ticks count as they are.
 template <typename T>
 class DelayLine {
  public:
-  /// delay [s], dt: period [s]. Throws std::invalid_argument unless delay lies in 0..1 s. Only the constructor
+  /// delay [s], dt: nominal period [s]. Throws std::invalid_argument unless delay lies in 0..1 s. Only the constructor
   /// allocates.
-  DelayLine(double delay, double dt) {
+  DelayLine(double delay, double dt) : delay_(delay) {
     if (!(delay >= 0.0 && delay <= 1.0)) {
       throw std::invalid_argument("stability.delay = " + std::to_string(delay) + ": must lie in 0..1 s");
     }
-    steps_ = static_cast<std::size_t>(std::floor(delay / dt + 1e-9));
-    fraction_ = std::max(delay / dt - static_cast<double>(steps_), 0.0);
-    ring_.resize(steps_ + 2);
+    ring_.resize(static_cast<std::size_t>(std::ceil(kFastest * delay / dt)) + 3);
   }
-  /// Sends a value at this tick.
-  void push(const T& value) noexcept {
+  /// Sends a value at the time t [s].
+  void push(double t, const T& value) noexcept {
     head_ = head_ == 0 ? ring_.size() - 1 : head_ - 1;
-    ring_[head_] = value;
+    ring_[head_] = {t, value};
+    size_ = std::min(size_ + 1, ring_.size());
   }
-  /// The value sent i ticks before the newest one.
-  [[nodiscard]] const T& before(std::size_t i) const noexcept { return ring_[(head_ + i) % ring_.size()]; }
-  /// The value that acts in the later (i = 0) or earlier (i = 1) part of the period that ends now.
-  [[nodiscard]] const T& acting(int i) const noexcept { return before(steps_ + static_cast<std::size_t>(i)); }
-  /// Whole periods of the delay, and the remaining fraction of a period.
-  [[nodiscard]] std::size_t steps() const noexcept { return steps_; }
-  [[nodiscard]] double fraction() const noexcept { return fraction_; }
+  /// Calls f(value, fraction) for every value that acted in the interval from..to [s], with the fraction of the
+  /// interval in which it did.
+  template <typename F>
+  void acted(double from, double to, F&& f) const noexcept {
+    double end = to;
+    for (std::size_t i = 0; i < size_ && end > from; ++i) {
+      const double begin = std::max(sent(i).t + delay_, from);
+      if (begin >= end) continue;
+      f(sent(i).value, (end - begin) / (to - from));
+      end = begin;
+    }
+  }
+  /// Calls f(value, begin, end) for every value that acts or will act from the time `now` on until `now` + delay, with
+  /// the times from `now` on [s].
+  template <typename F>
+  void pending(double now, F&& f) const noexcept {
+    double end = delay_;
+    for (std::size_t i = 0; i < size_ && end > kInstant; ++i) {
+      const double begin = std::max(sent(i).t + delay_ - now, 0.0);
+      if (begin < end - kInstant) f(sent(i).value, begin, end);
+      end = std::min(begin, end);
+    }
+  }
+  [[nodiscard]] double delay() const noexcept { return delay_; }
 
  private:
-  std::vector<T> ring_;
-  std::size_t head_ = 0, steps_ = 0;
-  double fraction_ = 0.0;
+  static constexpr double kFastest = 2.5;   // ticks per nominal period that the line holds
+  static constexpr double kInstant = 1e-9;  // [s] shorter intervals are rounding errors
+
+  struct Sent {
+    double t = 0.0;
+    T value{};
+  };
+  /// The value sent i ticks before the newest one.
+  [[nodiscard]] const Sent& sent(std::size_t i) const noexcept { return ring_[(head_ + i) % ring_.size()]; }
+
+  double delay_;
+  std::vector<Sent> ring_;
+  std::size_t head_ = 0, size_ = 0;
 };
 
 }  // namespace palpate::stability

@@ -20,12 +20,12 @@ Dissipation::Dissipation(CertainFriction friction, double dt) : friction_(std::m
   }
 }
 
-double Dissipation::step(const JointVector& q) noexcept {
+double Dissipation::step(const JointVector& q, double dt) noexcept {
   const Eigen::Index n = friction_.coulomb.size();
   if (q.size() != n || n == 0) return 0.0;
   if (shortest_.size() != n) {
     shortest_ = q;
-    periods_at_rest_ = JointVector::Zero(n);
+    time_at_rest_ = JointVector::Zero(n);
     uncounted_ = 0.5 * friction_.quantum;
     return 0.0;
   }
@@ -38,12 +38,12 @@ double Dissipation::step(const JointVector& q) noexcept {
     uncounted_[k] -= begun;
     if (begun > 0.0) shortest_[k] = shortest;
     // The time between two edges of an encoder may exceed the time between the ticks that saw them by one period.
-    periods_at_rest_[k] += 1.0;
+    time_at_rest_[k] += dt;
     if (moved > 0.0) {
-      const double time = dt_ * (periods_at_rest_[k] + (half > 0.0 ? 1.0 : 0.0));
+      const double time = time_at_rest_[k] + (half > 0.0 ? dt : 0.0);
       heat += friction_.coulomb[k] * moved + friction_.viscous[k] * moved * moved / time;
       shortest_[k] = shortest;
-      periods_at_rest_[k] = 0.0;
+      time_at_rest_[k] = 0.0;
     }
   }
   return heat;

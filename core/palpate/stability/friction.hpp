@@ -26,12 +26,14 @@ class Dissipation {
   /// is negative or not finite.
   Dissipation(CertainFriction friction, double dt);
   /// Heat certified since the last step [J]. q: measured joint positions [rad, m].
-  double step(const JointVector& q) noexcept;
+  double step(const JointVector& q) noexcept { return step(q, dt_); }
+  /// The same after the measured period dt [s].
+  double step(const JointVector& q, double dt) noexcept;
 
  private:
   CertainFriction friction_;
   double dt_;
-  JointVector shortest_, periods_at_rest_;  ///< position of the shortest motion; periods since it moved
+  JointVector shortest_, time_at_rest_;  ///< position of the shortest motion; time since it moved [s]
   JointVector
       uncounted_;  ///< start of the first motion that is not counted: the initial position is known to half a quantum
 };

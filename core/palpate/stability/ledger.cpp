@@ -4,16 +4,18 @@
 
 namespace palpate::stability {
 
-const Energy& Ledger::step(const Pose& X_LH, const PortForces& forces, double spring, double released) noexcept {
+const Energy& Ledger::step(const Pose& X_LH, const PortForces& forces, double spring, double released,
+                           double dt) noexcept {
   if (started_) {
+    const double last = now_;
+    now_ += dt > 0.0 ? dt : dt_;
     const Vec3 dx = X_LH.p - X_LH_.p;
     const Vec3 turn = rotation_vector(X_LH.R * X_LH_.R.transpose());
-    book(line_.acting(0), dx, turn, 1.0 - line_.fraction());
-    if (line_.fraction() > 0.0) book(line_.acting(1), dx, turn, line_.fraction());
+    line_.acted(last, now_, [&](const PortForces& F, double fraction) noexcept { book(F, dx, turn, fraction); });
   }
   started_ = true;
   X_LH_ = X_LH;
-  line_.push(forces);
+  line_.push(now_, forces);
   energy_.spring = spring;
   energy_.mapping += released;
   return energy_;

@@ -35,7 +35,7 @@ struct PortForces {
 };
 
 /// The force of tick k acts from t_k + delay until the next force does, while the hand moves. For a force that is held
-/// and a delay of d whole periods, this sum is exact:
+/// and a delay of d whole periods, this sum is exact; otherwise the forces that acted in a period count in proportion:
 ///
 ///   E_k+1 = E_k - F_k-d . (x_k+1 - x_k) - t_k-d . (turn from R_k to R_k+1)
 ///
@@ -44,15 +44,17 @@ struct PortForces {
 class Ledger {
  public:
   /// delay: known delay of the loop [s]. dt: period of the cycle [s].
-  explicit Ledger(double delay = 0.0, double dt = 1e-3) : line_(delay, dt) {}
+  explicit Ledger(double delay = 0.0, double dt = 1e-3) : dt_(dt), line_(delay, dt) {}
 
   /// X_LH: pose of the handle at this tick. forces: sent at this tick. spring: energy stored now [J].
-  /// released: energy that the mapping released in this tick [J].
-  const Energy& step(const Pose& X_LH, const PortForces& forces, double spring, double released = 0.0) noexcept;
+  /// released: energy that the mapping released in this tick [J]. dt: time since the last tick; 0: one period [s].
+  const Energy& step(const Pose& X_LH, const PortForces& forces, double spring, double released = 0.0,
+                     double dt = 0.0) noexcept;
 
  private:
   void book(const PortForces& forces, const Vec3& dx, const Vec3& turn, double fraction) noexcept;
 
+  double dt_, now_ = 0.0;  ///< period, time of the last tick [s]
   bool started_ = false;
   Pose X_LH_;
   DelayLine<PortForces> line_;

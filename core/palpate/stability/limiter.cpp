@@ -1,5 +1,6 @@
 #include "palpate/stability/limiter.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -24,12 +25,14 @@ bool shorten(Vec3& v, double length) {
   return true;
 }
 
-/// Moves `now` towards `goal` by at most `step`, within `cap`. Returns the bits of the limits that acted.
-unsigned approach(Vec3 goal, double cap, double step, Vec3& now) {
+/// Moves `now` towards `goal` by at most `step`, within `cap`; a fall by `explained` is free. Returns the bits of the
+/// limits that acted.
+unsigned approach(Vec3 goal, double cap, double step, double explained, Vec3& now) {
   unsigned status = 0;
   if (shorten(goal, cap)) {
     status |= kForceCapped;
   }
+  if (explained > 0.0) shorten(now, std::max(goal.norm(), now.norm() - explained));
   Vec3 change = goal - now;
   if (shorten(change, step)) {
     status |= kRateCapped;
@@ -58,13 +61,6 @@ bool Limiter::stale(double now, double stamp) const noexcept {
   return !(std::abs(now - stamp) <= caps_.stale_after);  // true for NaN
 }
 
-Wrench Limiter::next(const Wrench& F_H_L) const noexcept {
-  Wrench F = F_;
-  approach(F_H_L.f, caps_.force_cap, caps_.rate_cap * dt_, F.f);
-  approach(F_H_L.t, caps_.moment_cap, caps_.moment_rate_cap * dt_, F.t);
-  return F;
-}
-
 Limited Limiter::step(const LimiterInput& in) noexcept {
   Limited out;
   if (!in.leader.valid || stale(in.t, in.leader.t)) {
@@ -79,9 +75,12 @@ Limited Limiter::step(const LimiterInput& in) noexcept {
     commanded = {};
   }
   const bool trusted = in.engaged && out.status == 0;
-  const unsigned force = approach(trusted ? commanded.f : Vec3::Zero(), caps_.force_cap, caps_.rate_cap * dt_, F_.f);
+  const double dt = in.dt > 0.0 ? std::min(in.dt, dt_) : dt_;  // after a gap no larger step than usual
+  const double explained = trusted ? in.explained : 0.0;       // a released hand moves along no spring
+  const unsigned force =
+      approach(trusted ? commanded.f : Vec3::Zero(), caps_.force_cap, caps_.rate_cap * dt, explained, F_.f);
   const unsigned moment =
-      approach(trusted ? commanded.t : Vec3::Zero(), caps_.moment_cap, caps_.moment_rate_cap * dt_, F_.t);
+      approach(trusted ? commanded.t : Vec3::Zero(), caps_.moment_cap, caps_.moment_rate_cap * dt, 0.0, F_.t);
   out.status |= force | moment;
   out.F_H_L = F_;
   out.F_cut = {commanded.f - F_.f, commanded.t - F_.t};

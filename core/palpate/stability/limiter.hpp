@@ -1,6 +1,7 @@
-// The limiter, the last element of the stage. For any input its output is finite, below its cap, and changes no faster
-// than its rate cap. Only the drives' limits (stage `torque`) can reduce the wrench further, in the same direction and
-// without a ramp. rendered() reports such a loss, so that the wrench returns by a ramp.
+// The limiter: for any input its output is finite, below its cap, and grows no faster than its rate cap. It also falls
+// no faster, except as far as the hand's motion along a spring explains. Only the passivity controller and the drives'
+// limits (stage `torque`) reduce the wrench further, in the same direction and without a ramp. rendered() reports such
+// a loss, so that the wrench returns by a ramp.
 #pragma once
 
 #include "palpate/types/motion.hpp"
@@ -24,6 +25,8 @@ struct LimiterInput {
   double t = 0.0;           ///< time of the tick [s]
   Sample leader, follower;  ///< stamps of the states from which the wrench was computed
   bool engaged = true;      ///< following and not clutched; otherwise the wrench ramps to zero
+  double explained = 0.0;   ///< fall of the force in this tick that the hand's motion explains: K |dx| [N]
+  double dt = 0.0;          ///< time since the last tick; 0: one period [s]
 };
 
 /// Output of the limiter.
@@ -36,9 +39,11 @@ struct Limited {
 /// With F_k-1 the last force and dt the period:
 ///
 ///   goal = trusted ? cap(F_commanded, force_cap) : 0
-///   F_k  = F_k-1 + cap(goal - F_k-1, rate_cap dt)         cap() shortens a vector without turning it
+///   F    = trusted ? cap(F_k-1, max(|goal|, |F_k-1| - explained)) : F_k-1        cap() shortens without turning
+///   F_k  = F + cap(goal - F, rate_cap dt)
 ///
-/// Goal and F_k-1 lie in the ball of radius force_cap, so F_k lies in it as well. Moments have caps of their own.
+/// Goal and F_k-1 lie in the ball of radius force_cap, so F_k lies in it as well. A force that fell slower than its
+/// spring would push a hand that moves away with energy that the spring never stored. Moments have caps of their own.
 class Limiter {
  public:
   /// dt: period of the cycle [s]. Throws std::invalid_argument naming an invalid option.
@@ -46,8 +51,6 @@ class Limiter {
 
   /// One tick: limits the wanted wrench.
   Limited step(const LimiterInput& in) noexcept;
-  /// The wrench that step() would render for a trusted F_H_L, without changing the state.
-  [[nodiscard]] Wrench next(const Wrench& F_H_L) const noexcept;
   /// The last rendered wrench.
   [[nodiscard]] const Wrench& now() const noexcept { return F_; }
   /// Sets the wrench that the drives rendered, which their limits may have reduced; the next step starts from it.

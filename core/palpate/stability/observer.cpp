@@ -11,11 +11,11 @@
 namespace palpate::stability {
 namespace {
 
-/// Largest speed of the handle along a force (or its angular speed along a moment). since: the largest change of speed
-/// since the velocity was measured.
-double along(const Vec3& F, const Vec3& v, double since) noexcept {
+/// Largest speed of the handle along a force (or its angular speed along a moment), by two measured velocities. since:
+/// the largest change of speed since the velocity was measured.
+double along(const Vec3& F, const Vec3& v, const Vec3& mean, double since) noexcept {
   const double size = F.norm();
-  return size > 0.0 ? F.dot(v) / size + since : 0.0;
+  return size > 0.0 ? std::max(F.dot(v), F.dot(mean)) / size + since : 0.0;
 }
 
 double square(double x) noexcept { return x * x; }
@@ -26,15 +26,15 @@ double held_cost(double F, double u, double a, double from, double to) noexcept 
   return F * (square(std::max(u + a * to, 0.0)) - square(std::max(u + a * from, 0.0))) / (2.0 * a);
 }
 
-double ramp_cost(double F, double u, double a, double from, double rate) noexcept {
+double fade_cost(double F, double u, double a, double from, double span) noexcept {
   const double u1 = u + a * from;
-  if (u1 >= 0.0) return u1 * F * F / (2.0 * rate) + a * F * F * F / (6.0 * rate * rate);
-  const double left = std::max(F + rate * u1 / a, 0.0);  // rest of the ramp when the hand reverses
-  return a * left * left * left / (6.0 * rate * rate);
+  if (u1 >= 0.0) return F * span * (0.5 * u1 + a * span / 6.0);
+  const double left = std::max(span + u1 / a, 0.0);  // rest of the fade when the hand reverses
+  return F * a * left * left * left / (6.0 * span);
 }
 
 Observer::Observer(const ObserverOptions& options, double dt)
-    : options_(options), dt_(dt), delay_(options.delay), line_(options.delay, dt), stored_(options.allowance) {
+    : options_(options), dt_(dt), line_(options.delay, dt), stored_(options.allowance) {
   require("stability", options.quantum >= 0.0 && options.quantum < 0.01, "quantum", options.quantum,
           "must lie in 0..0.01 m");
   require("stability", options.allowance >= 0.0 && std::isfinite(options.allowance), "allowance", options.allowance,
@@ -45,65 +45,47 @@ Observer::Observer(const ObserverOptions& options, double dt)
           "angular_acceleration", options.angular_acceleration, "must be above 0 rad/s^2, and finite; for example 100");
 }
 
-void Observer::step(const Pose& X_LH, const Twist& V_LH, double dissipated) noexcept {
+void Observer::step(const Pose& X_LH, const Twist& V_LH, double dissipated, double dt) noexcept {
   V_LH_ = V_LH;
   if (!started_) {
     X_LH_ = X_LH;
+    mean_ = V_LH;
     started_ = true;
     return;
   }
-  const double play = std::max(0.5 * (options_.quantum - V_LH.v.norm() * dt_), 0.0);
+  const double play = std::max(0.5 * (options_.quantum - V_LH.v.norm() * dt), 0.0);
   Vec3 dx = X_LH.p - X_LH_.p;
   const double far = dx.norm();
   dx *= far > play ? 1.0 - play / far : 0.0;
   const Vec3 turn = rotation_vector(X_LH.R * X_LH_.R.transpose());
   X_LH_ = {X_LH.R, X_LH_.p + dx};
-
-  const double fraction = line_.fraction();
-  const Wrench &now = line_.acting(0), &before = line_.acting(1);
-  const double work_now = now.f.dot(dx) + now.t.dot(turn);
-  const double work_before = before.f.dot(dx) + before.t.dot(turn);
-  stored_ += dissipated - (1.0 - fraction) * work_now - fraction * work_before;
+  mean_ = {dx / dt, turn / dt};
+  const double last = now_;
+  now_ += dt;
+  stored_ += dissipated;
+  line_.acted(last, now_,
+              [&](const Wrench& F, double fraction) noexcept { stored_ -= fraction * (F.f.dot(dx) + F.t.dot(turn)); });
 }
 
-void Observer::limit(double most) noexcept { stored_ = std::min(stored_, most); }
-
-void Observer::sent(const Wrench& F_H_L) noexcept {
-  line_.push(F_H_L);
-  zero_periods_ = F_H_L.f == Vec3::Zero() && F_H_L.t == Vec3::Zero() ? zero_periods_ + 1 : 0;
-}
-
-void Observer::clear_deficit() noexcept {
-  if (zero_periods_ > line_.steps() + 1) stored_ = std::max(stored_, options_.allowance);
-}
-
-double Observer::credit(double energy, double most) noexcept {
-  if (!(energy > 0.0)) return 0.0;
-  const double credited = std::clamp(most - stored_, 0.0, energy);
-  stored_ += credited;
-  return credited;
-}
+void Observer::sent(const Wrench& F_H_L) noexcept { line_.push(now_, F_H_L); }
 
 double Observer::held(const Wrench& F, double from, double to) const noexcept {
   const double a = options_.acceleration, w = options_.angular_acceleration;
-  return held_cost(F.f.norm(), along(F.f, V_LH_.v, 0.5 * a * dt_), a, from, to) +
-         held_cost(F.t.norm(), along(F.t, V_LH_.w, 0.5 * w * dt_), w, from, to);
+  return held_cost(F.f.norm(), along(F.f, V_LH_.v, mean_.v, 0.5 * a * dt_), a, from, to) +
+         held_cost(F.t.norm(), along(F.t, V_LH_.w, mean_.w, 0.5 * w * dt_), w, from, to);
 }
 
 double Observer::in_flight() const noexcept {
   double sum = 0.0;
-  const auto count = static_cast<std::size_t>(std::ceil(delay_ / dt_ - 1e-9));
-  for (std::size_t i = 0; i < count; ++i) {
-    const double to = delay_ - static_cast<double>(i) * dt_;
-    sum += held(line_.before(i), std::max(to - dt_, 0.0), to);
-  }
+  line_.pending(now_, [&](const Wrench& F, double begin, double end) noexcept { sum += held(F, begin, end); });
   return sum;
 }
 
-double Observer::cost(const Wrench& F, const RampDownRates& rates) const noexcept {
-  const double a = options_.acceleration, w = options_.angular_acceleration, begin = delay_ + dt_;
-  return held(F, delay_, begin) + ramp_cost(F.f.norm(), along(F.f, V_LH_.v, 0.5 * a * dt_), a, begin, rates.force) +
-         ramp_cost(F.t.norm(), along(F.t, V_LH_.w, 0.5 * w * dt_), w, begin, rates.moment);
+double Observer::cost(const Wrench& F, double hold) const noexcept {
+  const double a = options_.acceleration, w = options_.angular_acceleration, begin = options_.delay + hold;
+  return held(F, options_.delay, begin) +
+         fade_cost(F.f.norm(), along(F.f, V_LH_.v, mean_.v, 0.5 * a * dt_), a, begin, kFade) +
+         fade_cost(F.t.norm(), along(F.t, V_LH_.w, mean_.w, 0.5 * w * dt_), w, begin, kFade);
 }
 
 }  // namespace palpate::stability

@@ -30,41 +30,47 @@ DampedWrench with_damping(const Wrench& rendered, const Wrench& commanded, const
 }  // namespace
 
 Stability::Stability(const Options& options, double dt)
-    : coupling_(options.coupling, dt),
+    : dt_(dt),
+      coupling_(options.coupling, dt),
       low_pass_(options.low_pass, dt),
-      passivity_(options.passivity, options, low_pass_.lag(), dt),
-      limiter_(options, dt) {}
+      limiter_(options, dt),
+      passivity_(options.passivity, options, low_pass_.lag(), dt) {}
 
 Output Stability::step(const Input& in) noexcept {
   Output out;
   const Handle& handle = in.handle;
   const Wrench commanded = in.commanded.total(handle.V_LH.v);
-  passivity_.observe(handle.X_LH, handle.V_LH, handle.q, in.potential);
+  const double dt = in.dt > 0.0 ? in.dt : dt_;
+  passivity_.observe(handle.X_LH, handle.V_LH, handle.q, in.potential, dt);
+  Wrench smooth;
   if (!in.engaged || !believable(commanded)) {
     coupling_.reset();
     low_pass_.reset();
-    if (!in.engaged) passivity_.clear_deficit();
-    out.F_capped = passivity_.step({}, limiter_);
   } else {
     passivity_.credit(in.credit);
+    passivity_.share(in.power * dt);
     const Wrench coupled = coupling_.step(commanded, in.stiffness);
-    const Wrench smooth = low_pass_.step(coupled);
-    out.F_capped = passivity_.step(smooth, limiter_);
+    smooth = low_pass_.step(coupled);
     out.F_coupling = commanded - coupled;
     out.F_low_pass = coupled - smooth;
-    out.F_passivity = smooth - out.F_capped;
     out.lag = {coupling_.lag(in.stiffness), low_pass_.lag(), 0.0, 0.0};
   }
+  const double moved = started_ ? (handle.X_LH.p - p_LH_).norm() : 0.0;
+  p_LH_ = handle.X_LH.p;
+  started_ = true;
   // A wanted wrench that is not finite is passed on, so that the limiter reports it; the limiter takes it as zero.
-  const Limited limited =
-      limiter_.step({finite(commanded) ? out.F_capped : commanded, in.t, in.handle, in.tool, in.engaged});
-  out.F_H_L = limited.F_H_L;
+  const Limited limited = limiter_.step(
+      {finite(commanded) ? smooth : commanded, in.t, in.handle, in.tool, in.engaged, in.stiffness * moved, dt});
+  out.F_capped = limited.F_H_L;
+  out.F_cut = limited.F_cut;
+  out.F_H_L = passivity_.step(out.F_capped);
+  out.F_passivity = out.F_capped - out.F_H_L;
   out.on_hand = with_damping(out.F_H_L, commanded, in.commanded, handle.V_LH.v);
   out.status = limited.status;
   if (out.F_passivity.f.norm() + out.F_passivity.t.norm() > kRounding) out.status |= kPassivity;
   const double rate = limiter_.caps().rate_cap;
   out.lag.passivity = out.F_passivity.f.norm() / rate;
-  out.lag.caps = (out.F_capped - out.F_H_L).f.norm() / rate;
+  out.lag.caps = out.F_cut.f.norm() / rate;
   return out;
 }
 

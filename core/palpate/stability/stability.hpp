@@ -1,9 +1,9 @@
 // Stage `stability`: a chain of elements, each in a file of its own.
 //
-//   wanted -> virtual coupling -> low-pass -> passivity controller -> caps, rate limit, watchdog -> rendered
+//   wanted -> virtual coupling -> low-pass -> caps, rate limit, watchdog -> passivity controller -> rendered
 //
-// Only the drives' limits (stage `torque`) can reduce the wrench further, in the same direction and without a ramp.
-// rendered() reports such a loss, so that the wrench returns by a ramp.
+// The passivity controller and the drives' limits (stage `torque`) only reduce the wrench, in the same direction and
+// without a ramp. rendered() reports what is left, so that the wrench returns by a ramp.
 #pragma once
 
 #include <limits>
@@ -36,6 +36,8 @@ struct Input {
   bool engaged = true;     ///< following and not clutched; otherwise the wrench ramps to zero
   double stiffness = 0.0;  ///< stiffness felt by the hand along the wanted force [N/m]
   double credit = 0.0;     ///< energy of potentials that were switched on in this tick, at the hand's port [J]
+  double dt = 0.0;         ///< time since the last tick; 0: one period [s]
+  double power = 0.0;      ///< of the motion of surfaces and other instruments on the tool, at the hand's port [W]
   /// Energy that the springs behind `commanded` store now, at the hand's port; infinity: unknown [J].
   double potential = std::numeric_limits<double>::infinity();
 };
@@ -50,16 +52,18 @@ struct Lag {
 
 /// Output of the stage, on the hand in L.
 struct Output {
-  Wrench F_H_L;                                ///< rendered wrench, including the damping
-  DampedWrench on_hand;                        ///< the same wrench; its damping is reduced as much as the force
-  Wrench F_capped;                             ///< input of the limiter
-  Wrench F_coupling, F_low_pass, F_passivity;  ///< withheld by each element: its input minus its output
+  Wrench F_H_L;          ///< rendered wrench, including the damping
+  DampedWrench on_hand;  ///< the same wrench; its damping is reduced as much as the force
+  Wrench F_capped;       ///< output of the limiter, input of the passivity controller
+  /// Withheld by each element: its input minus its output.
+  Wrench F_coupling, F_low_pass, F_cut, F_passivity;
   Lag lag;
   unsigned status = 0;  ///< bits of Status
 };
 
-/// The stage. For any input its output is finite, below its cap and changes no faster than its rate cap, because the
-/// limiter is the last element. A wrench that is not finite does not enter the filters and resets them.
+/// The stage. For any input its output is finite, below its cap and grows no faster than its rate cap, because only the
+/// passivity controller follows the limiter, which reduces the wrench. A wrench that is not finite does not enter the
+/// filters and resets them.
 class Stability {
  public:
   /// dt: period of the cycle [s]. Throws std::invalid_argument naming an invalid option.
@@ -74,10 +78,13 @@ class Stability {
   [[nodiscard]] const PassivityController& passivity() const noexcept { return passivity_; }
 
  private:
+  double dt_;
+  Vec3 p_LH_ = Vec3::Zero();  ///< position of the handle at the last tick [m]
+  bool started_ = false;
   Coupling coupling_;
   LowPass low_pass_;
-  PassivityController passivity_;
   Limiter limiter_;
+  PassivityController passivity_;
 };
 
 }  // namespace palpate::stability

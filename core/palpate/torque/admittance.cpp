@@ -42,6 +42,7 @@ class Admittance final : public ControlLaw {
   void reset() noexcept override { started_ = false; }
   [[nodiscard]] bool needs_load_cell() const noexcept override { return true; }
   [[nodiscard]] bool renders_damping() const noexcept override { return true; }
+  [[nodiscard]] bool removes_friction() const noexcept override { return true; }
   [[nodiscard]] Vec3 neglected_force(const ControlLawInput& /*in*/, const Vec3& /*a*/) const noexcept override {
     return Vec3::Zero();
   }

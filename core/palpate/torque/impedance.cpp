@@ -21,6 +21,7 @@ class Impedance final : public ControlLaw {
   }
 
   [[nodiscard]] bool needs_load_cell() const noexcept override { return options_.shape_inertia; }
+  [[nodiscard]] bool removes_friction() const noexcept override { return options_.shape_inertia; }
   [[nodiscard]] Vec3 neglected_force(const ControlLawInput& in, const Vec3& a) const noexcept override {
     return options_.shape_inertia ? Vec3(Vec3::Zero()) : inertia(in, a).f;
   }

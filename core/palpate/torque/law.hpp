@@ -48,6 +48,9 @@ class ControlLaw {
   [[nodiscard]] virtual bool needs_load_cell() const noexcept { return false; }
   /// True if the law itself renders the damping ControlLawInput::B_L.
   [[nodiscard]] virtual bool renders_damping() const noexcept { return false; }
+  /// True if the hand does not feel the arm's friction, or not all of it: no energy that friction takes may then be
+  /// counted as taken from the hand.
+  [[nodiscard]] virtual bool removes_friction() const noexcept { return false; }
   /// Force of the arm's own dynamics in L [N] that the hand feels in addition to the rendered force, at the
   /// acceleration a of the handle [m/s^2].
   [[nodiscard]] virtual Vec3 neglected_force(const ControlLawInput& in, const Vec3& a) const noexcept = 0;

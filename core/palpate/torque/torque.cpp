@@ -57,6 +57,10 @@ double saturation_factor(const JointVector& tau_force, const JointVector& tau_ho
 
 }  // namespace
 
+double removed_friction(const Options& options, double dt) {
+  return make_control_law(options.law, options.laws, dt)->removes_friction() ? 1.0 : options.friction.gain;
+}
+
 Torque::Torque(Options options, JointVector tau_max, double dt)
     : options_(std::move(options)), tau_max_(std::move(tau_max)), dt_(dt) {
   if (!(tau_max_.array() > 0.0).all()) {

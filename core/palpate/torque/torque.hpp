@@ -30,6 +30,10 @@ struct Options {
   JointVector rotor_inertia;      ///< rotor inertia of the controller's model at the joints (n,) [kg m^2]; empty: none
 };
 
+/// Fraction of the arm's friction that friction compensation or the control law removes, 0-1. dt: period of the cycle
+/// [s]. Throws std::invalid_argument with the name of an invalid option of the law.
+[[nodiscard]] double removed_friction(const Options& options, double dt);
+
 /// Input of the stage at every tick.
 struct Input {
   const LeaderState& leader;  ///< measured state of the leader

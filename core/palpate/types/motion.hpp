@@ -35,6 +35,7 @@ struct ToolState : Sample {
   double jaw = 0.0;                    ///< measured jaw angle [rad]
   Wrench F_others_W;                   ///< wrench of other instruments on the tool, rendered in addition [N, N m]
   double K_others = 0.0;               ///< stiffness of this contact [N/m]
+  double power_others = 0.0;           ///< power of the motion of other instruments on the tool [W]
   Vec3 F_estimate_W = Vec3::Zero();    ///< estimated force of the environment on the tool, if in use [N]
   const ToolJoints* joints = nullptr;  ///< joint state, for hard fixtures that respect the joint limits; may be null
 };

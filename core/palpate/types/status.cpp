@@ -52,6 +52,10 @@ constexpr std::array kStatusDescriptions = {
     StatusDescription{"clutched", kClutched, "clutched: the hand moves freely, the instrument stays"},
     StatusDescription{"force_capped", kForceCapped, "force capped"},
     StatusDescription{"rate_capped", kRateCapped, "force rises no faster than its cap allows"},
+    StatusDescription{"energy_deficit", kDeficit,
+                      "the hand has got more energy than the passivity layer allows: the hand moved faster than "
+                      "stability.acceleration, or the loop is slower or less even than before; forces only resist the "
+                      "motion until the hand's work has covered the deficit"},
     StatusDescription{"passivity", kPassivity, "passivity: the force is held back to what the hand has put in"},
     StatusDescription{"torque_limited", kTorqueLimited, "a motor is at its torque limit"},
     StatusDescription{"no_load_cell", kNoLoadCell, "no load cell: the control law renders as stiffness control does"},

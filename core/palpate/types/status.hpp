@@ -63,6 +63,11 @@ enum DeviceStatus : std::uint64_t {
   kAlternating = 1ull << 41,      ///< poses jump to and fro
 };
 
+/// Further bits of the recorded signal `status`: of the energy account.
+enum EnergyStatus : std::uint64_t {
+  kDeficit = 1ull << 42,  ///< the hand has got more energy than the passivity layer allows: bounds were exceeded
+};
+
 /// Name and description of one status bit, for records and reports.
 struct StatusDescription {
   const char* name;         ///< identifier, for example "force_capped"

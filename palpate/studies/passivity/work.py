@@ -126,14 +126,14 @@ def silent(axis: _verify.AxisOptions, o: _core.StabilityOptions, force: float, s
 def pays(K: float, o: _core.StabilityOptions, force: float, speed: float, rate: float = 1000.0) -> bool:
     """True if a spring K [N/m] stores enough energy to remove its force, for all forces and speeds up to the bounds.
 
-    The condition is F^2 / 2K + allowance >= cost of holding F until delay + T plus cost of its ramp to zero.
+    The condition is F^2 / 2K + allowance >= cost of holding F until delay + T and fading it out.
     """
     t, a = o.delay + 1.0 / rate, o.acceleration
     older = 0.5 * a / rate  # possible change of the velocity since its measurement [m/s]
     return all(
         F**2 / (2.0 * K) + o.allowance
-        >= _verify.held_cost(F, u + older, a, 0.0, t) + _verify.ramp_cost(F, u + older, a, t, o.rate_cap)
-        for F in np.linspace(0.0, force, 16)[1:]
+        >= _verify.held_cost(F, u + older, a, 0.0, t) + _verify.fade_cost(F, u + older, a, t, _verify.FADE)
+        for F in np.linspace(0.0, force, 65)[1:]
         for u in np.linspace(0.0, speed, 5)
     )
 

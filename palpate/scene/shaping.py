@@ -1,0 +1,53 @@
+"""Checks before a run that the law `impedance` with `shape_inertia` does not shake a free handle."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from palpate import _core
+from palpate.arm import Arm
+from palpate.arrays import Array
+from palpate.errors import SceneError
+from palpate.scene.scene import Scene
+
+_SURE = 0.8  # fraction of the limit that is accepted: the inertia of the arm changes with its pose
+
+
+def least_mass(inertia: float, hand: float) -> float:
+    """The smallest virtual mass [kg] for which the loop through the load cell is stable in free motion.
+
+    The law adds (Lambda / m - 1) F_hand, and F_hand = m_hand a is known one period late, so that
+
+        a_k+1 (Lambda + m_hand) = - (Lambda / m - 1) m_hand a_k + ...
+
+    which grows from tick to tick with alternating sign once (Lambda / m - 1) m_hand > Lambda + m_hand.
+
+    Args:
+        inertia: largest inertia Lambda of the arm at the handle [kg].
+        hand: mass of the hand that moves with the handle [kg].
+    """
+    return inertia * hand / (_SURE * (inertia + hand) + hand)
+
+
+def check_mass(scene: Scene, arm: Arm, q: Array, o: _core.SimulationOptions) -> None:
+    """Refuse a virtual mass below `least_mass` at the joints q (n,) of the leader.
+
+    Raises:
+        SceneError: the message names the inertia of the arm, the mass of the hand and the smallest virtual mass.
+    """
+    if scene.torque.law != "impedance" or not scene.torque.shape_inertia:
+        return
+    whole = arm.orients and str(o.torque.mode).endswith("full")
+    cartesian = _core.cartesian if whole else _core.cartesian_place
+    Lambda = np.asarray(cartesian(arm, q, np.zeros(arm.n), o.torque.rotor_inertia)[0])[:3, :3]
+    inertia = float(np.linalg.eigvalsh(0.5 * (Lambda + Lambda.T)).max())
+    least = least_mass(inertia, o.hand.mass)
+    if scene.torque.virtual_mass >= least:
+        return
+    raise SceneError(
+        f"torque.virtual_mass = {scene.torque.virtual_mass:g} kg with shape_inertia: the free handle would shake",
+        where=scene.where("torque", "virtual_mass"),
+        why=f"the arm has {inertia:.3g} kg at the handle, the hand {o.hand.mass:.3g} kg, and the load cell answers a "
+        "period late",
+        mend=f"use at least {least:.3g} kg, or law stiffness",
+    )
