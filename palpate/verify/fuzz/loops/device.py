@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from palpate import _core
 from palpate.arrays import Array
 from palpate.arrays.plain import Content
-from palpate.devices.loop import device_options, device_scene
+from palpate.devices.loop import device_options, device_port, device_scene
 from palpate.scene import Scene
 from palpate.scene.rig import Rig, build
 from palpate.verify.fuzz.loops.port import rotations
@@ -68,7 +68,7 @@ class Device:
     def cycle(self) -> _core.DeviceCycle:
         """A new cycle."""
         rig = self._rig
-        cycle = _core.DeviceCycle(device_options(rig), rig.arms.follower, rig.snapshot)
+        cycle = _core.DeviceCycle(device_options(rig, device_port(rig.scene)), rig.arms.follower, rig.snapshot)
         cycle.set_fixtures(rig.fixtures)
         return cycle
 
