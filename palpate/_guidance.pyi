@@ -233,9 +233,9 @@ class Guidance:
         takes_damping: bool = False,
     ) -> dict[str, Any]:
         """
-        One tick, as a dict: corrected goal X_WT_goal (4, 4), wrench of the fixtures F_T_W (6,) [N, N m], damping B_W
-        (3, 3) [N s/m], index `strongest` of the fixture with the largest force (-1: none), its gap [m, rad], correction
-        (3,) of the goal [m], status bits.
+        One tick, as a dict: corrected goal X_WT_goal (4, 4), its derivative J_goal (6, 6) with respect to the mapped
+        goal, wrench of the fixtures F_T_W (6,) [N, N m], damping B_W (3, 3) [N s/m], index `strongest` of the fixture
+        with the largest force (-1: none), its gap [m, rad], correction (3,) of the goal [m], status bits.
         """
 
     def authority(self, i: int) -> float:
