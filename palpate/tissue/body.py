@@ -132,13 +132,7 @@ class Tissue(Surface):
 
         if 0.0 not in self._cores:
             self._cores[0.0] = _tissue.TissueSurface(self.body, 0.0, self.period)
-        small = self._cores[0.0]
-        width = 0.45 * radius
-        if width <= small.width:
-            return small
-        if radius not in self._cores:
-            self._cores[radius] = _tissue.TissueSurface(self.body, width, self.period, small)
-        return self._cores[radius]
+        return self._cores[0.0]
 
     def __str__(self) -> str:
         """Number of tetrahedra and time step."""

@@ -51,6 +51,7 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   /// The newest shape that is touched.
   [[nodiscard]] const Shape& shape() const noexcept { return shape_; }
   [[nodiscard]] scene::Response respond(const scene::SpherePlace& at) const noexcept override;
+  [[nodiscard]] Vec3 velocity(const Vec3& p) const noexcept override;
   void advance(std::span<const scene::SurfaceLoad> loads, double dt) noexcept override;
   /// Instead of advance(), for a view of a body that is stepped elsewhere (shared_surface.hpp): advances the viscous
   /// memory under the contacts by a tick, and then takes over the shape of that body.
@@ -75,27 +76,30 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
  private:
   static constexpr int kSpheres = kTools * kSpheresOfTool;
   using Memory = std::array<double, kMaxProny>;
-  /// Where a sphere touches, and its depth below the touched surface.
-  struct Site {
-    scene::SurfacePoint at;
-    double depth = 0.0;
+  /// A sphere that meets the surface.
+  struct Met {
+    Patch patch;
+    Meeting at;
+    LocalLaw law{1.0, 1.0, 0.0};
+    std::array<double, kPatchVertices> share{};  ///< of the vertices of the patch
+    Vec3 centre = Vec3::Zero();                  ///< of the sphere [m]
+    double radius = 0.0;
+    bool found = false;
   };
   /// Motion of a sphere that touches.
   struct Motion {
-    Vec3 p_OS = Vec3::Zero();
-    double rate = 0.0;                                 ///< against the normal [m/s]
-    Vec3 centre = Vec3::Zero(), force = Vec3::Zero();  ///< of the sphere [m], on it [N]
+    Vec3 centre = Vec3::Zero(), velocity = Vec3::Zero(), force = Vec3::Zero();  ///< of the sphere; on it [N]
+    Vec3 axis = Vec3::Zero();                                                   ///< of its patch
     bool known = false;
   };
 
   SoftSurface(const SoftSurface& from, std::uint64_t id, double period);
-  [[nodiscard]] Site locate(const scene::SpherePlace& place) const noexcept;
-  [[nodiscard]] LocalLaw law_at(const scene::SurfacePoint& at, double radius) const noexcept;
-  [[nodiscard]] LocalLaw::Value value_at(const Site& site, const LocalLaw& law, int sphere) const noexcept;
+  const Met& meet(const scene::SpherePlace& place) const noexcept;
+  [[nodiscard]] LocalLaw law_of(const Met& met) const noexcept;
+  [[nodiscard]] LocalLaw::Value value_of(const Met& met, int sphere) const noexcept;
   [[nodiscard]] double viscous_force(int sphere, double elastic) const noexcept;
   void take(std::span<const scene::SurfaceLoad> loads) noexcept;
-  double approach(const scene::SpherePlace& at, double dt) noexcept;
-  void observe(const scene::SurfaceLoad& load) noexcept;
+  void observe(const scene::SurfaceLoad& load, const Met& met, Touch& touch) noexcept;
   void withhold(double dt) noexcept;
   void relax(double dt) noexcept;
   void exchange(double dt) noexcept;
@@ -127,6 +131,13 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   double given_ = 0.0;                                    // energy that the tools get in this tick [J]
   double stored_ = 0.0;                                   // near the contacts of this tick [J]
   double passive_ = 1.0;                                  // share of the force that gives no energy
+
+  static constexpr std::size_t kMet = 16;
+  mutable std::array<Met, kMet> met_;         // spheres that met the surface as it is
+  mutable std::size_t next_met_ = 0;
+  mutable std::vector<std::uint32_t> seen_;   // last round of each triangle
+  mutable std::uint32_t round_ = 0;
+  mutable std::array<Vec3, kPatchVertices> x_, pull_;
 
   Mailbox<std::vector<double>> published_;
   double unpublished_ = 0.0;  // time since the vertices were published [s]

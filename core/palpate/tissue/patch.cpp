@@ -1,0 +1,204 @@
+#include "palpate/tissue/patch.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "palpate/scene/smooth.hpp"
+#include "palpate/types/index.hpp"
+
+namespace palpate::tissue {
+namespace {
+
+constexpr double kPatchReach = 7.0;  // [T] below the sphere where the weight of a point ends
+constexpr double kCap = 0.8660254;   // [R] beside the axis where the sphere becomes a cone
+constexpr double kSteep = kCap / 0.5;  // slope of this cone
+constexpr double kSpacing = 0.5;     // [R] largest distance of sample points
+constexpr double kFacing = -0.2;     // cosine to the way out below which a triangle is on another side
+constexpr int kMostDivisions = 16;
+
+const double kRest = std::exp(-kPatchReach);
+
+/// Height of the tool's surface over its lowest point, at the distance r beside the axis, and its slope. [R]
+std::pair<double, double> profile(double r) noexcept {
+  if (r > kCap) return {0.5 + kSteep * (r - kCap), kSteep};
+  const double height = std::sqrt(1.0 - r * r);
+  return {1.0 - height, r / height};
+}
+
+/// Barycentric weights (v, w) of the middles of the n^2 small triangles of a triangle.
+class Subdivision {
+ public:
+  Subdivision() {
+    for (int n = 1; n <= kMostDivisions; ++n) {
+      const double step = 1.0 / n;
+      for (int i = 0; i < n; ++i)
+        for (int j = 0; i + j < n; ++j) {
+          place_[to_index(n)].push_back({(i + 1.0 / 3.0) * step, (j + 1.0 / 3.0) * step});
+          if (i + j + 1 < n) place_[to_index(n)].push_back({(i + 2.0 / 3.0) * step, (j + 2.0 / 3.0) * step});
+        }
+    }
+  }
+  using Place = std::array<double, 2>;
+  [[nodiscard]] const std::vector<Place>& at(int divisions) const noexcept { return place_[to_index(divisions)]; }
+
+ private:
+  std::array<std::vector<Place>, kMostDivisions + 1> place_;
+};
+const Subdivision kSubdivision;
+
+}  // namespace
+
+Patch& Patch::operator=(const Patch& other) noexcept {
+  axis_ = other.axis_;
+  radius_ = other.radius_;
+  divisions_ = other.divisions_;
+  triangles_ = other.triangles_;
+  vertices_ = other.vertices_;
+  points_ = other.points_;
+  std::copy_n(other.triangle_.begin(), triangles_, triangle_.begin());
+  std::copy_n(other.vertex_.begin(), vertices_, vertex_.begin());
+  std::copy_n(other.point_.begin(), points_, point_.begin());
+  return *this;
+}
+
+bool Patch::add_triangle(const SoftTables& tables, std::int32_t t) noexcept {
+  if (triangles_ == kPatchTriangles) return false;
+  Triangle added{t, {}, 0.0F};
+  for (std::int32_t k = 0; k < 3; ++k) {
+    const std::int32_t vertex = tables.rest->triangles()[to_index(3 * t + k)];
+    const auto end = vertex_.begin() + vertices_;
+    const auto found = std::find(vertex_.begin(), end, vertex);
+    if (found == end) {
+      if (vertices_ == kPatchVertices) return false;
+      vertex_[to_index(vertices_++)] = vertex;
+    }
+    added.corner[to_index(k)] = static_cast<std::uint16_t>(found - vertex_.begin());
+  }
+  triangle_[to_index(triangles_++)] = added;
+  return true;
+}
+
+void Patch::gather(const SoftTables& tables, const scene::Mesh::Impl& mesh, const Vec3& centre, double radius,
+                   const Vec3& out, std::int32_t start, std::vector<std::uint32_t>& seen,
+                   std::uint32_t round) noexcept {
+  radius_ = radius;
+  triangles_ = vertices_ = points_ = 0;
+  const double reach = radius * (1.0 + kPatchReach * kSoftness);
+  const auto visit = [&](std::int32_t t, bool always) {
+    if (t < 0 || seen[to_index(t)] == round) return;
+    seen[to_index(t)] = round;
+    const Vec3 a = mesh.corner(3 * t), b = mesh.corner(3 * t + 1), c = mesh.corner(3 * t + 2);
+    const Vec3 middle = (a + b + c) / 3.0, normal = (b - a).cross(c - a);
+    const double size = std::sqrt(std::max({(a - middle).squaredNorm(), (b - middle).squaredNorm(),
+                                            (c - middle).squaredNorm()}));
+    if (!always && ((middle - centre).norm() > reach + size || !(normal.dot(out) > kFacing * normal.norm()))) return;
+    add_triangle(tables, t);
+  };
+  visit(start, true);
+  for (int i = 0; i < triangles_; ++i)
+    for (std::int32_t k = 0; k < 3; ++k) {
+      const std::int32_t twin = mesh.topology.twin[to_index(3 * triangle_[to_index(i)].index + k)];
+      if (twin >= 0) visit(twin / 3, false);
+    }
+  find_axis(mesh, centre, out);
+  add_points(tables, mesh, centre);
+}
+
+/// Mean normal of the triangles around the sphere.
+void Patch::find_axis(const scene::Mesh::Impl& mesh, const Vec3& centre, const Vec3& out) noexcept {
+  axis_.setZero();
+  for (int i = 0; i < triangles_; ++i) {
+    const std::int32_t c = 3 * triangle_[to_index(i)].index;
+    const Vec3 area = (mesh.corner(c + 1) - mesh.corner(c)).cross(mesh.corner(c + 2) - mesh.corner(c));
+    const Vec3 middle = (mesh.corner(c) + mesh.corner(c + 1) + mesh.corner(c + 2)) / 3.0;
+    axis_ += std::exp(-0.5 * (middle - centre).squaredNorm() / (radius_ * radius_)) * area;
+  }
+  const double length = axis_.norm();
+  axis_ = length > 0.0 ? Vec3(axis_ / length) : out;
+}
+
+void Patch::add_points(const SoftTables& tables, const scene::Mesh::Impl& mesh, const Vec3& centre) noexcept {
+  divisions_ = std::clamp(static_cast<int>(std::ceil(0.62 * tables.edge / (kSpacing * radius_))), 1, kMostDivisions);
+  const std::vector<Subdivision::Place>& places = kSubdivision.at(divisions_);
+  const scene::Mesh::Impl& rest = tables.rest->impl();
+  const double reach = radius_ * (1.0 + kPatchReach * kSoftness), reach2 = reach * reach;
+  for (int i = 0; i < triangles_; ++i) {
+    Triangle& triangle = triangle_[to_index(i)];
+    const std::int32_t t = triangle.index, c = 3 * t;
+    const Vec3 area = (rest.corner(c + 1) - rest.corner(c)).cross(rest.corner(c + 2) - rest.corner(c));
+    triangle.area = static_cast<float>(0.5 * area.norm() / static_cast<double>(places.size()));
+    for (std::size_t k = 0; k < places.size() && points_ < kPatchPoints; ++k) {
+      const scene::SurfacePoint at{t, places[k][0], places[k][1]};
+      const Vec3 away = centre - mesh.position(at);
+      if (divisions_ > 2 && (away - axis_.dot(away) * axis_).squaredNorm() > reach2) continue;
+      double height = 0.0;
+      if (tables.rounded) {
+        const scene::SmoothPoint smooth = scene::smooth_at(rest, at, rest.position(at));
+        if (smooth.found) height = -smooth.distance;
+      }
+      point_[to_index(points_++)] = {static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(k),
+                                     static_cast<float>(height)};
+    }
+  }
+}
+
+Meeting Patch::meet(const SoftTables& tables, const Vec3& centre, const Vec3* x, Vec3* pull,
+                    double* share) const noexcept {
+  Meeting out;
+  const double T = kSoftness * radius_;
+  std::fill_n(pull, vertices_, Vec3::Zero());
+  std::fill_n(share, vertices_, 0.0);
+  const std::vector<Subdivision::Place>& places = kSubdivision.at(divisions_);
+  double S = 0.0, sum = 0.0;
+  int last = -1;
+  Vec3 a = Vec3::Zero(), e1 = a, e2 = a, normal = a;
+  double area = 0.0;
+  for (int i = 0; i < points_; ++i) {
+    const Point& point = point_[to_index(i)];
+    const Triangle& triangle = triangle_[point.triangle];
+    if (point.triangle != last) {
+      last = point.triangle;
+      a = x[triangle.corner[0]];
+      e1 = x[triangle.corner[1]] - a;
+      e2 = x[triangle.corner[2]] - a;
+      normal = e1.cross(e2);
+      const double size = normal.norm();
+      if (size > 0.0) normal /= size;
+      area = static_cast<double>(triangle.area) * std::clamp(normal.dot(axis_), 0.0, 1.0);
+    }
+    if (!(area > 0.0)) continue;
+    const double v = places[point.place][0], w = places[point.place][1];
+    const Vec3 away = centre - a - v * e1 - w * e2 - static_cast<double>(point.height) * normal;
+    const double h = axis_.dot(away);
+    const Vec3 side = away - h * axis_;
+    const double r = side.norm();
+    const auto [rise, slope] = profile(r / radius_);
+    const double s = (radius_ * (1.0 - rise) - h) / T;
+    if (!(s > -kPatchReach)) continue;
+    const double e = std::exp(s), weight = area * e;
+    S += area * (e - kRest);
+    const Vec3 along = axis_ + (r > 0.0 ? Vec3(slope / r * side) : Vec3(Vec3::Zero()));
+    const double b[3] = {1.0 - v - w, v, w};
+    for (std::size_t k = 0; k < 3; ++k) {
+      pull[triangle.corner[k]] += weight * b[k] * along;
+      share[triangle.corner[k]] += weight * b[k];
+    }
+    out.yield += weight * tables.spreading.yield(triangle.index, b);
+    sum += weight;
+  }
+  if (!(S > 0.0)) {
+    out.depth = -radius_;
+    return out;
+  }
+  out.depth = T * std::log(S / (2.0 * std::numbers::pi * T * (radius_ - T)));
+  out.yield /= sum;
+  for (int i = 0; i < vertices_; ++i) {
+    pull[i] /= S;
+    share[i] /= sum;
+    out.push += pull[i];
+  }
+  return out;
+}
+
+}  // namespace palpate::tissue

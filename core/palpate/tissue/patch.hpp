@@ -1,0 +1,83 @@
+// The part of a surface under a sphere, and how deep the sphere is in it as a whole.
+//
+// Points x_q of the surface, each with an area A_q, lie at distances rho_q from the sphere's centre c. Their sum
+//
+//   S(c, x) = sum A_q phi(R - rho_q),   phi(s) = exp(s / T) - exp(-7) for s > -7 T, otherwise 0,
+//
+// grows with the depth. The depth D of the contact is the depth in a flat surface with the same sum. D is a smooth
+// function of the centre and of all points, also where the sphere fills its dent and several points are equally near.
+// An energy V(D) therefore gives forces that share themselves out over the points, and that are exactly opposite on
+// sphere and surface. On a flat surface they have a Gaussian profile of the standard deviation sqrt(R T).
+//
+// Above its equator the tool is a cone with the slope kSlope to its axis, which is the mean normal of the patch, so that
+// points above the centre still know the way out.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "palpate/tissue/soft_tables.hpp"
+
+namespace palpate::tissue {
+
+inline constexpr int kPatchTriangles = 384, kPatchVertices = 256, kPatchPoints = 512;
+inline constexpr double kSoftness = 0.09;  ///< T / R
+
+/// Depth of a sphere in a patch, with its derivatives.
+struct Meeting {
+  double depth = 0.0;        ///< D; zero or less: no contact [m]
+  double yield = 0.0;        ///< of the mesh under the contact's load, times E* (Spreading::yield) [1/m]
+  Vec3 push = Vec3::Zero();  ///< -dD/dc: the force on the sphere over V'(D) [-]
+};
+
+/// Triangles under a sphere with their sample points.
+class Patch {
+ public:
+  /// Collects the triangles around the sphere on the side of the surface that faces along `out`. mesh: the surface as
+  /// it is; start: a triangle near the sphere; seen: one number a triangle, with values up to `round` - 1.
+  void gather(const SoftTables& tables, const scene::Mesh::Impl& mesh, const Vec3& centre, double radius,
+              const Vec3& out, std::int32_t start, std::vector<std::uint32_t>& seen, std::uint32_t round) noexcept;
+
+  /// Depth of the sphere with its centre at c [m]. x: positions of the vertices() [m]. pull: (vertices()) result: the
+  /// derivatives dD/dx, whose sum is `push` [-]; share: (vertices()) result: weights of the vertices, sum 1.
+  [[nodiscard]] Meeting meet(const SoftTables& tables, const Vec3& centre, const Vec3* x, Vec3* pull,
+                             double* share) const noexcept;
+
+  [[nodiscard]] int vertices() const noexcept { return vertices_; }
+  [[nodiscard]] std::int32_t vertex(int i) const noexcept { return vertex_[static_cast<std::size_t>(i)]; }
+  [[nodiscard]] std::span<const std::int32_t> all() const noexcept {
+    return {vertex_.data(), static_cast<std::size_t>(vertices_)};
+  }
+  [[nodiscard]] const Vec3& axis() const noexcept { return axis_; }
+
+  Patch() = default;
+  Patch(const Patch& other) noexcept { *this = other; }
+  /// Copies the used entries.
+  Patch& operator=(const Patch& other) noexcept;
+
+ private:
+  struct Triangle {
+    std::int32_t index = -1;                ///< of the mesh
+    std::array<std::uint16_t, 3> corner{};  ///< entries of vertex_
+    float area = 0.0F;                      ///< of each of its sample points, at rest [m^2]
+  };
+  struct Point {
+    std::uint16_t triangle = 0, place = 0;  ///< place: of the subdivision
+    float height = 0.0F;                    ///< of the smooth surface over the facet [m]
+  };
+
+  bool add_triangle(const SoftTables& tables, std::int32_t t) noexcept;
+  void find_axis(const scene::Mesh::Impl& mesh, const Vec3& centre, const Vec3& out) noexcept;
+  void add_points(const SoftTables& tables, const scene::Mesh::Impl& mesh, const Vec3& centre) noexcept;
+
+  Vec3 axis_ = Vec3::UnitZ();
+  double radius_ = 0.0;
+  int divisions_ = 1, triangles_ = 0, vertices_ = 0, points_ = 0;
+  std::array<Triangle, kPatchTriangles> triangle_;
+  std::array<std::int32_t, kPatchVertices> vertex_{};
+  std::array<Point, kPatchPoints> point_;
+};
+
+}  // namespace palpate::tissue
