@@ -11,8 +11,12 @@ namespace palpate::tissue {
 namespace {
 
 constexpr double kPatchReach = 7.0;  // [T] below the sphere where the weight of a point ends
-constexpr double kCap = 0.8660254;   // [R] beside the axis where the sphere becomes a cone
-constexpr double kSteep = kCap / 0.5;  // slope of this cone
+constexpr double kCap = 0.9;         // [R] beside the axis where the sphere becomes a cone
+constexpr double kCapHeight = 0.43588989;  // [R] of the centre over this circle
+constexpr double kSteep = kCap / kCapHeight;  // slope of the cone
+constexpr double kInside = 1.0, kWidest = 1.3;  // [R] beside the axis where the weight of a point begins to fall, and ends
+constexpr double kAround = 1.6, kEdges = 1.2;   // [R], [edge] the larger one: range of the mean normal
+constexpr double kFarthest = 4.0;               // [R] triangles beyond are not under the sphere
 constexpr double kSpacing = 0.5;     // [R] largest distance of sample points
 constexpr double kFacing = -0.2;     // cosine to the way out below which a triangle is on another side
 constexpr int kMostDivisions = 16;
@@ -21,7 +25,7 @@ const double kRest = std::exp(-kPatchReach);
 
 /// Height of the tool's surface over its lowest point, at the distance r beside the axis, and its slope. [R]
 std::pair<double, double> profile(double r) noexcept {
-  if (r > kCap) return {0.5 + kSteep * (r - kCap), kSteep};
+  if (r > kCap) return {1.0 - kCapHeight + kSteep * (r - kCap), kSteep};
   const double height = std::sqrt(1.0 - r * r);
   return {1.0 - height, r / height};
 }
@@ -84,16 +88,18 @@ void Patch::gather(const SoftTables& tables, const scene::Mesh::Impl& mesh, cons
                    std::uint32_t round) noexcept {
   radius_ = radius;
   triangles_ = vertices_ = points_ = 0;
-  const double reach = radius * (1.0 + kPatchReach * kSoftness);
+  const double around = std::max(kAround * radius, kEdges * tables.edge);
   const auto visit = [&](std::int32_t t, bool always) {
     if (t < 0 || seen[to_index(t)] == round) return;
     seen[to_index(t)] = round;
     const Vec3 a = mesh.corner(3 * t), b = mesh.corner(3 * t + 1), c = mesh.corner(3 * t + 2);
-    const Vec3 middle = (a + b + c) / 3.0, normal = (b - a).cross(c - a);
+    const Vec3 middle = (a + b + c) / 3.0, away = middle - centre, normal = (b - a).cross(c - a);
     const double size = std::sqrt(std::max({(a - middle).squaredNorm(), (b - middle).squaredNorm(),
                                             (c - middle).squaredNorm()}));
-    if (!always && ((middle - centre).norm() > reach + size || !(normal.dot(out) > kFacing * normal.norm()))) return;
-    add_triangle(tables, t);
+    const double far = away.norm();
+    const bool near = far < around || (far < kFarthest * radius + size &&
+                                       (away - out.dot(away) * out).norm() < kWidest * radius + size);
+    if (always || (near && normal.dot(out) > kFacing * normal.norm())) add_triangle(tables, t);
   };
   visit(start, true);
   for (int i = 0; i < triangles_; ++i)
@@ -101,18 +107,19 @@ void Patch::gather(const SoftTables& tables, const scene::Mesh::Impl& mesh, cons
       const std::int32_t twin = mesh.topology.twin[to_index(3 * triangle_[to_index(i)].index + k)];
       if (twin >= 0) visit(twin / 3, false);
     }
-  find_axis(mesh, centre, out);
+  find_axis(mesh, centre, around, out);
   add_points(tables, mesh, centre);
 }
 
-/// Mean normal of the triangles around the sphere.
-void Patch::find_axis(const scene::Mesh::Impl& mesh, const Vec3& centre, const Vec3& out) noexcept {
+/// Mean normal of the triangles in a ball around the sphere's centre.
+void Patch::find_axis(const scene::Mesh::Impl& mesh, const Vec3& centre, double around, const Vec3& out) noexcept {
   axis_.setZero();
   for (int i = 0; i < triangles_; ++i) {
     const std::int32_t c = 3 * triangle_[to_index(i)].index;
     const Vec3 area = (mesh.corner(c + 1) - mesh.corner(c)).cross(mesh.corner(c + 2) - mesh.corner(c));
     const Vec3 middle = (mesh.corner(c) + mesh.corner(c + 1) + mesh.corner(c + 2)) / 3.0;
-    axis_ += std::exp(-0.5 * (middle - centre).squaredNorm() / (radius_ * radius_)) * area;
+    const double weight = std::max(1.0 - (middle - centre).squaredNorm() / (around * around), 0.0);
+    axis_ += weight * weight * area;
   }
   const double length = axis_.norm();
   axis_ = length > 0.0 ? Vec3(axis_ / length) : out;
@@ -122,7 +129,7 @@ void Patch::add_points(const SoftTables& tables, const scene::Mesh::Impl& mesh, 
   divisions_ = std::clamp(static_cast<int>(std::ceil(0.62 * tables.edge / (kSpacing * radius_))), 1, kMostDivisions);
   const std::vector<Subdivision::Place>& places = kSubdivision.at(divisions_);
   const scene::Mesh::Impl& rest = tables.rest->impl();
-  const double reach = radius_ * (1.0 + kPatchReach * kSoftness), reach2 = reach * reach;
+  const double reach = 1.5 * radius_, reach2 = reach * reach;  // the axis turns until the next tick
   for (int i = 0; i < triangles_; ++i) {
     Triangle& triangle = triangle_[to_index(i)];
     const std::int32_t t = triangle.index, c = 3 * t;
@@ -175,9 +182,10 @@ Meeting Patch::meet(const SoftTables& tables, const Vec3& centre, const Vec3* x,
     const double r = side.norm();
     const auto [rise, slope] = profile(r / radius_);
     const double s = (radius_ * (1.0 - rise) - h) / T;
-    if (!(s > -kPatchReach)) continue;
-    const double e = std::exp(s), weight = area * e;
-    S += area * (e - kRest);
+    if (!(s > -kPatchReach) || r > kWidest * radius_) continue;
+    const double inside = std::min((kWidest - r / radius_) / (kWidest - kInside), 1.0);
+    const double a2 = area * inside * inside * (3.0 - 2.0 * inside), e = std::exp(s), weight = a2 * e;
+    S += a2 * (e - kRest);
     const Vec3 along = axis_ + (r > 0.0 ? Vec3(slope / r * side) : Vec3(Vec3::Zero()));
     const double b[3] = {1.0 - v - w, v, w};
     for (std::size_t k = 0; k < 3; ++k) {

@@ -69,7 +69,7 @@ class Patch {
   };
 
   bool add_triangle(const SoftTables& tables, std::int32_t t) noexcept;
-  void find_axis(const scene::Mesh::Impl& mesh, const Vec3& centre, const Vec3& out) noexcept;
+  void find_axis(const scene::Mesh::Impl& mesh, const Vec3& centre, double around, const Vec3& out) noexcept;
   void add_points(const SoftTables& tables, const scene::Mesh::Impl& mesh, const Vec3& centre) noexcept;
 
   Vec3 axis_ = Vec3::UnitZ();
