@@ -19,6 +19,8 @@ constexpr double kMotion = 3e-3;            // [s] time constant of the velocity
 constexpr double kFastest = 0.5;            // [m/s] largest velocity that a sphere is taken to keep for a period
 constexpr double kStalled = 0.05;           // [s] delay of the thread beside after which the force fades
 constexpr double kSettle = 3e-3;            // [s] time constant of the share of the force that gives no energy
+constexpr double kMostBridge = 4.0;         // of the force of one shape over that of the next
+constexpr double kResting = 1e-9;           // [m] a shorter motion in a tick is rounding
 constexpr double kLongest = 0.05;           // [s] longest period
 
 double checked_period(double period) {
@@ -120,7 +122,8 @@ scene::Response SoftSurface::respond(const scene::SpherePlace& at) const noexcep
   const Met& met = meet(at);
   if (!(met.at.depth > 0.0)) return out;
   const LocalLaw::Value value = value_of(met, at.sphere);
-  const double share = share_ * passive_, slope = met.at.push.norm();
+  const bool bridged = at.sphere >= 0 && at.sphere < kSpheres && motion_[to_index(at.sphere)].known;
+  const double share = share_ * passive_ * (bridged ? motion_[to_index(at.sphere)].bridge : 1.0), slope = met.at.push.norm();
   const double force = share * slope * std::max(value.force + viscous_force(at.sphere, value.force), 0.0);
   out.depth = met.at.depth;
   out.normal = met.at.push / slope;
@@ -150,7 +153,8 @@ void SoftSurface::advance(std::span<const scene::SurfaceLoad> loads, double dt) 
   relax(dt);
   if (period_ > 0.0) {
     withhold(dt);
-    exchange(dt);
+    for (Motion& m : motion_) m.bridge += (1.0 - m.bridge) / std::max(m.bridging--, 1);
+    if (exchange(dt)) bridge(loads);
   } else {
     pressed_.advance(press_, shape_);
     show();
@@ -178,11 +182,13 @@ void SoftSurface::observe(const scene::SurfaceLoad& load, const Met& met, Touch&
   if (touch.sphere < 0 || touch.sphere >= kSpheres) return;
   Motion& m = motion_[to_index(touch.sphere)];
   if (m.known) {
-    const Vec3 moved = met.centre - m.centre;
+    Vec3 moved = met.centre - m.centre;
+    if (moved.cwiseAbs().maxCoeff() < kResting) moved.setZero();
     given_ += 0.5 * (m.force + load.force).dot(moved);
     m.velocity += press_.dt / (kMotion + press_.dt) * (moved / press_.dt - m.velocity);
   } else {
     m.velocity.setZero();
+    m.bridge = 1.0;
   }
   m.centre = met.centre;
   m.force = load.force;
@@ -219,6 +225,7 @@ void SoftSurface::take(std::span<const scene::SurfaceLoad> loads) noexcept {
     if (touch.sphere < kSpheres) seen[to_index(touch.sphere)] = true;
     const LocalLaw::Value value = value_of(met, touch.sphere);
     stored_ += value.stored;
+    if (touch.sphere >= 0 && touch.sphere < kSpheres) motion_[to_index(touch.sphere)].felt = met.at.push.norm() * value.force;
     elastic_[to_index(press_.touches++)] = value.force;
     const double elastic = touch.law.at(met.at.depth).force;
     touch.viscous = viscous_force(load.at.sphere, elastic) - elastic * (instantaneous_ - 1.0);
@@ -245,7 +252,7 @@ void SoftSurface::relax(double dt) noexcept {
 }
 
 /// Hands over the contacts at the first tick of a period, and takes the shape at the last one, or later.
-void SoftSurface::exchange(double dt) noexcept {
+bool SoftSurface::exchange(double dt) noexcept {
   if (!waiting_) {
     ++press_.number;
     presses_.write(press_);
@@ -257,12 +264,25 @@ void SoftSurface::exchange(double dt) noexcept {
   if (!beside_.load(std::memory_order_relaxed)) work();
   if (patient_ && std::abs(overdue_) < 0.5 * dt) wait_for_thread();
   late_ = overdue_ > 0.5 * dt;
-  if (overdue_ < -0.5 * dt) return;
+  if (overdue_ < -0.5 * dt) return false;
   const Shape& newest = shapes_.read();
-  if (newest.number != press_.number) return;
+  if (newest.number != press_.number) return false;
   shape_ = newest;
   show();
   waiting_ = false;
+  return true;
+}
+
+/// Leads the force of each sphere over from the shape before to the new one within a period.
+void SoftSurface::bridge(std::span<const scene::SurfaceLoad> loads) noexcept {
+  for (const scene::SurfaceLoad& load : loads) {
+    if (load.at.sphere < 0 || load.at.sphere >= kSpheres) continue;
+    Motion& m = motion_[to_index(load.at.sphere)];
+    const Met& met = meet(load.at);
+    const double now = met.at.push.norm() * value_of(met, load.at.sphere).force;
+    m.bridge = m.known && now > 0.0 ? std::clamp(m.bridge * m.felt / now, 0.0, kMostBridge) : 1.0;
+    m.bridging = press_.ticks;
+  }
 }
 
 /// In the tick in which a shape is due: takes part in its work, or waits for it, if the loop is ahead of real time.

@@ -90,6 +90,9 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   struct Motion {
     Vec3 centre = Vec3::Zero(), velocity = Vec3::Zero(), force = Vec3::Zero();  ///< of the sphere; on it [N]
     Vec3 axis = Vec3::Zero();                                                   ///< of its patch
+    double felt = 0.0;    ///< elastic force by the shape of this tick [N]
+    double bridge = 1.0;  ///< share of the force that leads over from the shape before
+    int bridging = 0;     ///< ticks until it is 1
     bool known = false;
   };
 
@@ -102,8 +105,9 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   void observe(const scene::SurfaceLoad& load, const Met& met, Touch& touch) noexcept;
   void withhold(double dt) noexcept;
   void relax(double dt) noexcept;
-  void exchange(double dt) noexcept;
+  bool exchange(double dt) noexcept;
   void wait_for_thread() noexcept;
+  void bridge(std::span<const scene::SurfaceLoad> loads) noexcept;
   void show() noexcept;
   void ramp(double dt) noexcept;
   void publish(double dt) noexcept;
