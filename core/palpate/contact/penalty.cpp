@@ -23,8 +23,7 @@ const ContactSet& Penalty::step(const scene::Snapshot& scene, const Vec3& p_WT, 
     if (!(near_depth > 0.0) || !std::isfinite(near_depth)) continue;
     const Vec3 away = p_OT - near.point;
     const double length = away.norm();
-    Vec3 n_O =
-        length > kOnSurface * radius_ ? Vec3(std::copysign(1.0, near.distance) / length * away) : near.normal;
+    Vec3 n_O = length > kOnSurface * radius_ ? Vec3(std::copysign(1.0, near.distance) / length * away) : near.normal;
     double depth = near_depth;
     if (const scene::Deformable* const soft = object.surface->deformable(); soft != nullptr) {
       const scene::Response met = soft->respond({near.point, n_O, depth, radius_, sphere_});

@@ -10,24 +10,22 @@
 namespace palpate::tissue {
 namespace {
 
-constexpr double kPatchReach = 7.0;  // [T] below the sphere where the weight of a point ends
-constexpr double kCap = 0.9;         // [R] beside the axis where the sphere becomes a cone
-constexpr double kCapHeight = 0.43588989;  // [R] of the centre over this circle
+constexpr double kPatchReach = 14.0;          // [T] below the sphere where the weight of a point is nothing
+constexpr double kCap = 0.9;                  // [R] beside the axis where the sphere becomes a cone
+constexpr double kCapHeight = 0.43588989;     // [R] of the centre over this circle
 constexpr double kSteep = kCap / kCapHeight;  // slope of the cone
-constexpr double kInside = 1.0, kWidest = 1.3;  // [R] beside the axis where the weight of a point begins to fall, and ends
-constexpr double kAround = 1.6, kEdges = 1.2;   // [R], [edge] the larger one: range of the mean normal
-constexpr double kFarthest = 4.0;               // [R] triangles beyond are not under the sphere
-constexpr double kSpacing = 0.5;     // [R] largest distance of sample points
-constexpr double kFacing = -0.2;     // cosine to the way out below which a triangle is on another side
+constexpr double kInside = 1.0,
+                 kWidest = 1.3;  // [R] beside the axis where the weight of a point begins to fall, and ends
+constexpr double kAround = 1.6, kEdges = 1.2;  // [R], [edge] the larger one: range of the mean normal
+constexpr double kFarthest = 4.0;              // [R] triangles beyond are not under the sphere
+constexpr double kDense = 1.75;                // small triangles along an edge for each radius in it
+constexpr double kFacing = -0.2;               // cosine to the way out below which a triangle is on another side
+constexpr double kLeastCosine = 0.35;          // of a normal to the axis; a steeper one is cut
 constexpr int kMostDivisions = 16;
 
-const double kRest = std::exp(-kPatchReach);
-
-/// Height of the tool's surface over its lowest point, at the distance r beside the axis, and its slope. [R]
-std::pair<double, double> profile(double r) noexcept {
-  if (r > kCap) return {1.0 - kCapHeight + kSteep * (r - kCap), kSteep};
-  const double height = std::sqrt(1.0 - r * r);
-  return {1.0 - height, r / height};
+/// Height of the tool's surface over its lowest point, at the distance r beside the axis [R].
+double profile(double r) noexcept {
+  return r > kCap ? 1.0 - kCapHeight + kSteep * (r - kCap) : 1.0 - std::sqrt(1.0 - r * r);
 }
 
 /// Barycentric weights (v, w) of the middles of the n^2 small triangles of a triangle.
@@ -68,7 +66,7 @@ Patch& Patch::operator=(const Patch& other) noexcept {
 
 bool Patch::add_triangle(const SoftTables& tables, std::int32_t t) noexcept {
   if (triangles_ == kPatchTriangles) return false;
-  Triangle added{t, {}, 0.0F};
+  Triangle added{t, {}};
   for (std::int32_t k = 0; k < 3; ++k) {
     const std::int32_t vertex = tables.rest->triangles()[to_index(3 * t + k)];
     const auto end = vertex_.begin() + vertices_;
@@ -94,8 +92,8 @@ void Patch::gather(const SoftTables& tables, const scene::Mesh::Impl& mesh, cons
     seen[to_index(t)] = round;
     const Vec3 a = mesh.corner(3 * t), b = mesh.corner(3 * t + 1), c = mesh.corner(3 * t + 2);
     const Vec3 middle = (a + b + c) / 3.0, away = middle - centre, normal = (b - a).cross(c - a);
-    const double size = std::sqrt(std::max({(a - middle).squaredNorm(), (b - middle).squaredNorm(),
-                                            (c - middle).squaredNorm()}));
+    const double size =
+        std::sqrt(std::max({(a - middle).squaredNorm(), (b - middle).squaredNorm(), (c - middle).squaredNorm()}));
     const double far = away.norm();
     const bool near = far < around || (far < kFarthest * radius + size &&
                                        (away - out.dot(away) * out).norm() < kWidest * radius + size);
@@ -126,26 +124,25 @@ void Patch::find_axis(const scene::Mesh::Impl& mesh, const Vec3& centre, double 
 }
 
 void Patch::add_points(const SoftTables& tables, const scene::Mesh::Impl& mesh, const Vec3& centre) noexcept {
-  divisions_ = std::clamp(static_cast<int>(std::ceil(0.62 * tables.edge / (kSpacing * radius_))), 1, kMostDivisions);
+  divisions_ = std::clamp(static_cast<int>(std::ceil(kDense * tables.edge / radius_ - 0.05)), 1, kMostDivisions);
   const std::vector<Subdivision::Place>& places = kSubdivision.at(divisions_);
   const scene::Mesh::Impl& rest = tables.rest->impl();
   const double reach = 1.5 * radius_, reach2 = reach * reach;  // the axis turns until the next tick
   for (int i = 0; i < triangles_; ++i) {
-    Triangle& triangle = triangle_[to_index(i)];
-    const std::int32_t t = triangle.index, c = 3 * t;
-    const Vec3 area = (rest.corner(c + 1) - rest.corner(c)).cross(rest.corner(c + 2) - rest.corner(c));
-    triangle.area = static_cast<float>(0.5 * area.norm() / static_cast<double>(places.size()));
+    const std::int32_t t = triangle_[to_index(i)].index, c = 3 * t;
     for (std::size_t k = 0; k < places.size() && points_ < kPatchPoints; ++k) {
       const scene::SurfacePoint at{t, places[k][0], places[k][1]};
       const Vec3 away = centre - mesh.position(at);
-      if (divisions_ > 2 && (away - axis_.dot(away) * axis_).squaredNorm() > reach2) continue;
+      if ((away - axis_.dot(away) * axis_).squaredNorm() > reach2) continue;
       double height = 0.0;
       if (tables.rounded) {
         const scene::SmoothPoint smooth = scene::smooth_at(rest, at, rest.position(at));
         if (smooth.found) height = -smooth.distance;
       }
+      const Vec3 normal = (1.0 - at.v - at.w) * mesh.normal(c) + at.v * mesh.normal(c + 1) + at.w * mesh.normal(c + 2);
+      const Vec3 slope = normal / std::max(normal.dot(axis_), kLeastCosine * normal.norm());
       point_[to_index(points_++)] = {static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(k),
-                                     static_cast<float>(height)};
+                                     static_cast<float>(height), slope.cast<float>()};
     }
   }
 }
@@ -157,7 +154,7 @@ Meeting Patch::meet(const SoftTables& tables, const Vec3& centre, const Vec3* x,
   std::fill_n(pull, vertices_, Vec3::Zero());
   std::fill_n(share, vertices_, 0.0);
   const std::vector<Subdivision::Place>& places = kSubdivision.at(divisions_);
-  double S = 0.0, sum = 0.0;
+  double S = 0.0;
   int last = -1;
   Vec3 a = Vec3::Zero(), e1 = a, e2 = a, normal = a;
   double area = 0.0;
@@ -170,9 +167,8 @@ Meeting Patch::meet(const SoftTables& tables, const Vec3& centre, const Vec3* x,
       e1 = x[triangle.corner[1]] - a;
       e2 = x[triangle.corner[2]] - a;
       normal = e1.cross(e2);
-      const double size = normal.norm();
-      if (size > 0.0) normal /= size;
-      area = static_cast<double>(triangle.area) * std::clamp(normal.dot(axis_), 0.0, 1.0);
+      area = 0.5 * std::max(normal.dot(axis_), 0.0) / static_cast<double>(places.size());
+      normal.normalize();
     }
     if (!(area > 0.0)) continue;
     const double v = places[point.place][0], w = places[point.place][1];
@@ -180,30 +176,28 @@ Meeting Patch::meet(const SoftTables& tables, const Vec3& centre, const Vec3* x,
     const double h = axis_.dot(away);
     const Vec3 side = away - h * axis_;
     const double r = side.norm();
-    const auto [rise, slope] = profile(r / radius_);
-    const double s = (radius_ * (1.0 - rise) - h) / T;
+    const double s = (radius_ * (1.0 - profile(r / radius_)) - h) / T;
     if (!(s > -kPatchReach) || r > kWidest * radius_) continue;
     const double inside = std::min((kWidest - r / radius_) / (kWidest - kInside), 1.0);
     const double a2 = area * inside * inside * (3.0 - 2.0 * inside), e = std::exp(s), weight = a2 * e;
-    S += a2 * (e - kRest);
-    const Vec3 along = axis_ + (r > 0.0 ? Vec3(slope / r * side) : Vec3(Vec3::Zero()));
+    S += weight;
+    const Vec3 along = point.slope.cast<double>();
     const double b[3] = {1.0 - v - w, v, w};
     for (std::size_t k = 0; k < 3; ++k) {
       pull[triangle.corner[k]] += weight * b[k] * along;
       share[triangle.corner[k]] += weight * b[k];
     }
     out.yield += weight * tables.spreading.yield(triangle.index, b);
-    sum += weight;
   }
   if (!(S > 0.0)) {
     out.depth = -radius_;
     return out;
   }
   out.depth = T * std::log(S / (2.0 * std::numbers::pi * T * (radius_ - T)));
-  out.yield /= sum;
+  out.yield /= S;
   for (int i = 0; i < vertices_; ++i) {
     pull[i] /= S;
-    share[i] /= sum;
+    share[i] /= S;
     out.push += pull[i];
   }
   return out;

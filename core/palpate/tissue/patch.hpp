@@ -1,16 +1,16 @@
 // The part of a surface under a sphere, and how deep the sphere is in it as a whole.
 //
-// Points x_q of the surface, each with an area A_q, lie at distances rho_q from the sphere's centre c. Their sum
+// A point of the surface lies below the tool's surface by s_q along the axis of the contact, the mean normal of the
+// patch. Sample points with areas A_q, projected along the axis, make the sum S = sum A_q exp(s_q / T). The depth of
+// the contact is
 //
-//   S(c, x) = sum A_q phi(R - rho_q),   phi(s) = exp(s / T) - exp(-7) for s > -7 T, otherwise 0,
+//   D = T ln(S / S_0),   T = kSoftness R,   S_0 = 2 pi T (R - T),
 //
-// grows with the depth. The depth D of the contact is the depth in a flat surface with the same sum. D is a smooth
-// function of the centre and of all points, also where the sphere fills its dent and several points are equally near.
-// An energy V(D) therefore gives forces that share themselves out over the points, and that are exactly opposite on
-// sphere and surface. On a flat surface they have a Gaussian profile of the standard deviation sqrt(R T).
-//
-// Above its equator the tool is a cone with the slope kSlope to its axis, which is the mean normal of the patch, so that
-// points above the centre still know the way out.
+// which is the depth of the sphere where the surface is flat. D is smooth in the centre and in all points, also where
+// the sphere fills its dent and many points are equally near. The energy V(D) gives forces along the normals of the
+// surface, which share themselves out over the points and are exactly opposite on sphere and surface. On a flat surface
+// their profile is a Gaussian of the standard deviation sqrt(R T). Where the sphere is steep, a cone continues it, and
+// the weight of points beside it ends softly.
 #pragma once
 
 #include <array>
@@ -23,12 +23,12 @@
 namespace palpate::tissue {
 
 inline constexpr int kPatchTriangles = 384, kPatchVertices = 256, kPatchPoints = 512;
-inline constexpr double kSoftness = 0.09;  ///< T / R
+inline constexpr double kSoftness = 0.09;  ///< T / R; less makes the contact stiffer against its own dent
 
 /// Depth of a sphere in a patch, with its derivatives.
 struct Meeting {
   double depth = 0.0;        ///< D; zero or less: no contact [m]
-  double yield = 0.0;        ///< of the mesh under the contact's load, times E* (Spreading::yield) [1/m]
+  double yield = 0.0;        ///< mean of Spreading::yield over the points [1/m]
   Vec3 push = Vec3::Zero();  ///< -dD/dc: the force on the sphere over V'(D) [-]
 };
 
@@ -61,11 +61,11 @@ class Patch {
   struct Triangle {
     std::int32_t index = -1;                ///< of the mesh
     std::array<std::uint16_t, 3> corner{};  ///< entries of vertex_
-    float area = 0.0F;                      ///< of each of its sample points, at rest [m^2]
   };
   struct Point {
-    std::uint16_t triangle = 0, place = 0;  ///< place: of the subdivision
-    float height = 0.0F;                    ///< of the smooth surface over the facet [m]
+    std::uint16_t triangle = 0, place = 0;            ///< place: of the subdivision
+    float height = 0.0F;                              ///< of the smooth surface over the facet [m]
+    Eigen::Vector3f slope = Eigen::Vector3f::Zero();  ///< smooth normal n over n . axis: the force over its axial part
   };
 
   bool add_triangle(const SoftTables& tables, std::int32_t t) noexcept;

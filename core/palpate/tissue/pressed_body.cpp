@@ -66,8 +66,7 @@ Meeting PressedBody::meet(const Touch& touch, double since) noexcept {
 /// Motion of the vertices that held the contact when the press began, after meet().
 Vec3 PressedBody::moved(int touch, int vertices) const noexcept {
   Vec3 out = -start_[to_index(touch)];
-  for (std::size_t k = 0; k < to_index(vertices); ++k)
-    out += static_cast<double>(held_[to_index(touch)][k]) * x_[k];
+  for (std::size_t k = 0; k < to_index(vertices); ++k) out += static_cast<double>(held_[to_index(touch)][k]) * x_[k];
   return out;
 }
 

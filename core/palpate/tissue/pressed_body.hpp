@@ -94,13 +94,13 @@ class PressedBody {
 
   Body body_;
   std::shared_ptr<const SoftTables> tables_;
-  double instantaneous_ = 1.0;  ///< 1 + sum of the Prony shares
-  std::array<Vec3, kPatchVertices> x_, pull_;   ///< of the vertices under a contact
-  std::array<double, kPatchVertices> share_{};  ///< of these vertices
+  double instantaneous_ = 1.0;                                         ///< 1 + sum of the Prony shares
+  std::array<Vec3, kPatchVertices> x_, pull_;                          ///< of the vertices under a contact
+  std::array<double, kPatchVertices> share_{};                         ///< of these vertices
   std::array<std::array<float, kPatchVertices>, kMaxTouches> held_{};  ///< shares at the beginning of a press
   std::array<Vec3, kMaxTouches> start_;                                ///< mean place of the vertices at that time [m]
-  std::vector<double> safe_u_, zero_;  ///< displacements before the tick; zeros
-  double safe_volume_ = 1.0;           ///< least det F before the last step of that tick [-]
+  std::vector<double> safe_u_, zero_;                                  ///< displacements before the tick; zeros
+  double safe_volume_ = 1.0;  ///< least det F before the last step of that tick [-]
   bool hurried_ = false;
   double still_ = 0.0, healthy_ = HUGE_VAL;  ///< time left of standing still; time since it ended [s]
 };

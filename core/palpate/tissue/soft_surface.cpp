@@ -94,9 +94,8 @@ const SoftSurface::Met& SoftSurface::meet(const scene::SpherePlace& place) const
 
 LocalLaw SoftSurface::law_of(const Met& met) const noexcept {
   const DepthModuli::Felt felt = tables_->moduli.at(met.patch.all(), met.share.data(), met.radius);
-  const double width = tables_->spreading.width(), wider = std::sqrt(kSoftness) * met.radius;
-  const double narrower = width / std::sqrt(width * width + wider * wider);
-  return {felt.pressed, met.radius, narrower * met.at.yield / felt.spread, felt.growth};
+  const double yield = Spreading::widened(met.at.yield, tables_->edge, std::sqrt(kSoftness) * met.radius);
+  return {felt.pressed, met.radius, yield / felt.spread, felt.growth};
 }
 
 /// Value of the local law, which also gives way for a body that steps less often than the cycle.
@@ -123,7 +122,8 @@ scene::Response SoftSurface::respond(const scene::SpherePlace& at) const noexcep
   if (!(met.at.depth > 0.0)) return out;
   const LocalLaw::Value value = value_of(met, at.sphere);
   const bool bridged = at.sphere >= 0 && at.sphere < kSpheres && motion_[to_index(at.sphere)].known;
-  const double share = share_ * passive_ * (bridged ? motion_[to_index(at.sphere)].bridge : 1.0), slope = met.at.push.norm();
+  const double share = share_ * passive_ * (bridged ? motion_[to_index(at.sphere)].bridge : 1.0),
+               slope = met.at.push.norm();
   const double force = share * slope * std::max(value.force + viscous_force(at.sphere, value.force), 0.0);
   out.depth = met.at.depth;
   out.normal = met.at.push / slope;
@@ -225,13 +225,14 @@ void SoftSurface::take(std::span<const scene::SurfaceLoad> loads) noexcept {
     if (touch.sphere < kSpheres) seen[to_index(touch.sphere)] = true;
     const LocalLaw::Value value = value_of(met, touch.sphere);
     stored_ += value.stored;
-    if (touch.sphere >= 0 && touch.sphere < kSpheres) motion_[to_index(touch.sphere)].felt = met.at.push.norm() * value.force;
+    if (touch.sphere >= 0 && touch.sphere < kSpheres)
+      motion_[to_index(touch.sphere)].felt = met.at.push.norm() * value.force;
     elastic_[to_index(press_.touches++)] = value.force;
     const double elastic = touch.law.at(met.at.depth).force;
     touch.viscous = viscous_force(load.at.sphere, elastic) - elastic * (instantaneous_ - 1.0);
     touch.normal = met.at.push.normalized();
-    const double normal_force = load.force.dot(touch.normal);
-    touch.secant = std::max(normal_force, 0.0) / met.at.depth;
+    const double normal_force = respond(load.at).force;
+    touch.secant = normal_force / met.at.depth;
     touch.force = load.force - normal_force * touch.normal;
   }
   for (std::size_t s = 0; s < seen.size(); ++s) motion_[s].known = seen[s];

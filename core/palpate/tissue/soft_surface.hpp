@@ -32,8 +32,8 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   static constexpr int kTools = 8;           ///< tools with a viscous memory
   static constexpr int kSpheresOfTool = 16;  ///< spheres of a tool with a viscous memory
 
-  /// width: standard deviation of the spread contact force [m]; 0: .7 of the mean length of the surface's edges. It
-  /// should be at least .45 of the largest sphere's radius, or else deep contacts are too stiff. period: of the steps
+  /// width: standard deviation by which the mesh spreads a force [m]; 0: .7 of the mean length of the surface's edges,
+  /// which keeps the contact independent of the place of its nodes. period: of the steps
   /// beside the cycle [s]; 0: the body steps in every tick. continues: id of another surface of the same body; 0: a new
   /// one. Throws std::invalid_argument if the body has no surface, or if the period is negative or above 50 ms.
   explicit SoftSurface(const Body& body, double width = 0.0, double period = 0.0, std::uint64_t continues = 0);
@@ -137,9 +137,9 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   double passive_ = 1.0;                                  // share of the force that gives no energy
 
   static constexpr std::size_t kMet = 16;
-  mutable std::array<Met, kMet> met_;         // spheres that met the surface as it is
+  mutable std::array<Met, kMet> met_;  // spheres that met the surface as it is
   mutable std::size_t next_met_ = 0;
-  mutable std::vector<std::uint32_t> seen_;   // last round of each triangle
+  mutable std::vector<std::uint32_t> seen_;  // last round of each triangle
   mutable std::uint32_t round_ = 0;
   mutable std::array<Vec3, kPatchVertices> x_, pull_;
 

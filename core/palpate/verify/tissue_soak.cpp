@@ -29,7 +29,7 @@ using Centres = std::array<Vec3, 2>;
 struct Action {
   std::vector<Centres> way;
   double speed = 0.1, limit = 3.0, friction = 0.0;
-  bool hard = false;
+  bool hard = false, held = false;
 };
 
 class TissueSoak {
@@ -101,6 +101,7 @@ class TissueSoak {
 
   void poke(Action& a, const Vec3& q, const Vec3& n, const Vec3& along) {
     ++out_.pokes;
+    a.held = true;
     const Vec3 in = (-n + between(0.0, 0.8) * along).normalized();
     const Vec3 first = q - 2.5 * range_.radius * in;
     a.way = {alone(first), alone(q + between(0.1, 1.0) * range_.depth * in), alone(first)};
@@ -126,6 +127,10 @@ class TissueSoak {
 
   static Centres alone(const Vec3& p) { return {p, p + Vec3(kAway, kAway, kAway)}; }
 
+  struct Flags {
+    bool touched = false, bad = false, popped = false, frozen = false, hurried = false;
+  };
+
   void perform(const Action& a) {
     Flags seen;
     scene_.objects[0].material.mu = a.friction;
@@ -142,15 +147,27 @@ class TissueSoak {
         out = tick(gone.back(), seen) > a.limit;
         if (!a.hard) out_.largest_force = std::max(out_.largest_force, force_);
       }
+      if (a.held && leg == 0 && !gone.empty()) hold(a, gone.back(), seen);
     }
     for (; out && !gone.empty(); gone.pop_back()) tick(gone.back(), seen);
     pause(kSoftPause, &seen);
     count(a, seen);
   }
 
-  struct Flags {
-    bool touched = false, bad = false, popped = false, frozen = false, hurried = false;
-  };
+  /// Holds the tool where it is. After two thirds of the time, the force must only creep.
+  void hold(const Action& a, const Centres& at, Flags& seen) {
+    double largest = 0.0;
+    Vec3 last = Vec3::Zero();
+    const int n = static_cast<int>(range_.hold / kSoftTick);
+    for (int i = 0; i < n; ++i) {
+      tick(at, seen);
+      if (3 * i > 2 * n) largest = std::max(largest, (total_ - last).norm());
+      last = total_;
+    }
+    if (n == 0 || !(force_ > 0.0)) return;
+    ++out_.held;
+    out_.restless += !a.hard && !(largest < range_.restless) ? 1 : 0;
+  }
 
   void count(const Action& a, const Flags& seen) {
     out_.touched += seen.touched ? 1 : 0;
@@ -169,6 +186,7 @@ class TissueSoak {
     ++out_.ticks;
     std::array<double, 2> deflection{};
     force_ = 0.0;
+    total_ = terms.F;
     for (int i = 0; i < contacts.size; ++i) {
       const Contact& c = contacts.contact[to_index(i)];
       deflection[to_index(c.sphere)] = c.delta_x.norm();
@@ -219,7 +237,8 @@ class TissueSoak {
   std::vector<double> rest_;
   Centres tip_;
   std::array<double, 2> last_{};
-  double t_ = 0.0, force_ = 0.0;
+  double t_ = 0.0, force_ = 0.0;  // force_: largest one of a sphere
+  Vec3 total_ = Vec3::Zero();     // on all spheres
   TissueSoakReport out_;
 };
 
