@@ -17,7 +17,7 @@ constexpr double kSteep = kCap / kCapHeight;  // slope of the cone
 constexpr double kInside = 1.0,
                  kWidest = 1.3;  // [R] beside the axis where the weight of a point begins to fall, and ends
 constexpr double kAround = 1.6, kEdges = 1.2;  // [R], [edge] the larger one: range of the mean normal
-constexpr double kFarthest = 4.0;              // [R] triangles beyond are not under the sphere
+constexpr double kFarthest = 12.0;             // [R] triangles beyond are not under the sphere
 constexpr double kDense = 1.75;                // small triangles along an edge for each radius in it
 constexpr double kFacing = -0.2;               // cosine to the way out below which a triangle is on another side
 constexpr double kLeastCosine = 0.35;          // of a normal to the axis; a steeper one is cut

@@ -154,15 +154,16 @@ class TissueSoak {
     count(a, seen);
   }
 
-  /// Holds the tool where it is. After two thirds of the time, the force must only creep.
+  /// Holds the tool where it is. After two thirds of the time, the force must only creep or swing slowly: its second
+  /// difference is small.
   void hold(const Action& a, const Centres& at, Flags& seen) {
     double largest = 0.0;
-    Vec3 last = Vec3::Zero();
+    std::array<Vec3, 2> last{total_, total_};
     const int n = static_cast<int>(range_.hold / kSoftTick);
     for (int i = 0; i < n; ++i) {
       tick(at, seen);
-      if (3 * i > 2 * n) largest = std::max(largest, (total_ - last).norm());
-      last = total_;
+      if (3 * i > 2 * n) largest = std::max(largest, (total_ - 2.0 * last[0] + last[1]).norm());
+      last = {total_, last[0]};
     }
     if (n == 0 || !(force_ > 0.0)) return;
     ++out_.held;

@@ -19,7 +19,7 @@ struct TissueSoakRange {
   int rest_every = 25;                          ///< actions between two checks at rest
   double rest = 0.6;                            ///< time without contact before such a check [s]
   double hold = 0.25;                           ///< time for which a poke is held where it turns back [s]
-  double restless = 5e-3;                       ///< change of the force in a tick that is no rest [N]
+  double restless = 5e-3;                       ///< second difference of the force that is no rest [N]
 };
 
 /// Result of a soak test.
