@@ -82,7 +82,7 @@ bool Patch::add_triangle(const SoftTables& tables, std::int32_t t) noexcept {
 }
 
 void Patch::gather(const SoftTables& tables, const scene::Mesh::Impl& mesh, const Vec3& centre, double radius,
-                   const Vec3& out, std::int32_t start, std::vector<std::uint32_t>& seen,
+                   const Vec3& out, std::span<const std::int32_t> starts, std::vector<std::uint32_t>& seen,
                    std::uint32_t round) noexcept {
   radius_ = radius;
   triangles_ = vertices_ = points_ = 0;
@@ -99,7 +99,8 @@ void Patch::gather(const SoftTables& tables, const scene::Mesh::Impl& mesh, cons
                                        (away - out.dot(away) * out).norm() < kWidest * radius + size);
     if (always || (near && normal.dot(out) > kFacing * normal.norm())) add_triangle(tables, t);
   };
-  visit(start, true);
+  visit(starts.front(), true);
+  for (const std::int32_t start : starts.subspan(1)) visit(start, false);
   for (int i = 0; i < triangles_; ++i)
     for (std::int32_t k = 0; k < 3; ++k) {
       const std::int32_t twin = mesh.topology.twin[to_index(3 * triangle_[to_index(i)].index + k)];
@@ -145,6 +146,19 @@ void Patch::add_points(const SoftTables& tables, const scene::Mesh::Impl& mesh, 
                                      static_cast<float>(height), slope.cast<float>()};
     }
   }
+}
+
+std::int32_t Patch::heaviest(const double* share) const noexcept {
+  std::int32_t out = -1;
+  double most = 0.0;
+  for (int i = 0; i < triangles_; ++i) {
+    const auto& corner = triangle_[to_index(i)].corner;
+    const double sum = share[corner[0]] + share[corner[1]] + share[corner[2]];
+    if (!(sum > most)) continue;
+    most = sum;
+    out = triangle_[to_index(i)].index;
+  }
+  return out;
 }
 
 Meeting Patch::meet(const SoftTables& tables, const Vec3& centre, const Vec3* x, Vec3* pull,

@@ -36,15 +36,19 @@ struct Meeting {
 class Patch {
  public:
   /// Collects the triangles around the sphere on the side of the surface that faces along `out`. mesh: the surface as
-  /// it is; start: a triangle near the sphere; seen: one number a triangle, with values up to `round` - 1.
+  /// it is; starts: triangles from which the search begins, -1: none; the first one is always a part; seen: one number
+  /// a triangle, with values up to `round` - 1.
   void gather(const SoftTables& tables, const scene::Mesh::Impl& mesh, const Vec3& centre, double radius,
-              const Vec3& out, std::int32_t start, std::vector<std::uint32_t>& seen, std::uint32_t round) noexcept;
+              const Vec3& out, std::span<const std::int32_t> starts, std::vector<std::uint32_t>& seen,
+              std::uint32_t round) noexcept;
 
   /// Depth of the sphere with its centre at c [m]. x: positions of the vertices() [m]. pull: (vertices()) result: the
   /// derivatives dD/dx, whose sum is `push` [-]; share: (vertices()) result: weights of the vertices, sum 1.
   [[nodiscard]] Meeting meet(const SoftTables& tables, const Vec3& centre, const Vec3* x, Vec3* pull,
                              double* share) const noexcept;
 
+  /// Triangle whose corners carry the largest share, from which the search of the next tick begins; -1: none.
+  [[nodiscard]] std::int32_t heaviest(const double* share) const noexcept;
   [[nodiscard]] int vertices() const noexcept { return vertices_; }
   [[nodiscard]] std::int32_t vertex(int i) const noexcept { return vertex_[static_cast<std::size_t>(i)]; }
   [[nodiscard]] std::span<const std::int32_t> all() const noexcept {

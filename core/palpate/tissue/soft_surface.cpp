@@ -83,8 +83,13 @@ const SoftSurface::Met& SoftSurface::meet(const scene::SpherePlace& place) const
   met.at = {};
   if (hit.triangle < 0) return met;
   const bool before = place.sphere >= 0 && place.sphere < kSpheres && motion_[to_index(place.sphere)].known;
-  const Vec3 out = before ? motion_[to_index(place.sphere)].axis : place.normal;
-  met.patch.gather(*tables_, mesh_->impl(), centre, place.radius, out, hit.triangle, seen_, ++round_);
+  const Motion* const last = before ? &motion_[to_index(place.sphere)] : nullptr;
+  // The point of the proxy can lie on another side of the body than the dent that the sphere has made.
+  const double any = std::numeric_limits<double>::infinity();
+  const std::array starts{hit.triangle, last != nullptr ? last->heaviest : -1,
+                          mesh_->impl().closest(centre, any, hit.triangle).triangle};
+  met.patch.gather(*tables_, mesh_->impl(), centre, place.radius, last != nullptr ? last->axis : place.normal, starts,
+                   seen_, ++round_);
   for (int k = 0; k < met.patch.vertices(); ++k)
     x_[to_index(k)] = Vec3(&mesh_->impl().vertices[3 * to_index(met.patch.vertex(k))]);
   met.at = met.patch.meet(*tables_, centre, x_.data(), pull_.data(), met.share.data());
@@ -193,6 +198,7 @@ void SoftSurface::observe(const scene::SurfaceLoad& load, const Met& met, Touch&
   m.centre = met.centre;
   m.force = load.force;
   m.axis = met.patch.axis();
+  m.heaviest = met.patch.heaviest(met.share.data());
   const double speed = m.velocity.norm();
   if (period_ > 0.0) touch.velocity = speed > kFastest ? Vec3(kFastest / speed * m.velocity) : m.velocity;
 }

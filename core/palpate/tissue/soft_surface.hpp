@@ -90,9 +90,10 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   struct Motion {
     Vec3 centre = Vec3::Zero(), velocity = Vec3::Zero(), force = Vec3::Zero();  ///< of the sphere; on it [N]
     Vec3 axis = Vec3::Zero();                                                   ///< of its patch
-    double felt = 0.0;    ///< elastic force by the shape of this tick [N]
-    double bridge = 1.0;  ///< share of the force that leads over from the shape before
-    int bridging = 0;     ///< ticks until it is 1
+    double felt = 0.0;           ///< elastic force by the shape of this tick [N]
+    double bridge = 1.0;         ///< share of the force that leads over from the shape before
+    std::int32_t heaviest = -1;  ///< triangle of its patch with the largest share
+    int bridging = 0;            ///< ticks until it is 1
     bool known = false;
   };
 

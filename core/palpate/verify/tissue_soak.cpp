@@ -21,6 +21,7 @@ constexpr double kSoftTick = 1e-3;    // [s] period of a tick
 constexpr double kAway = 10.0;        // [m] where a sphere that takes no part is parked
 constexpr double kReach = 3.0;        // [r] contact may be lost where the deflection is below this, at 1 m/s
 constexpr double kMoved = 0.1;        // [edge] displacement of a node that is at rest
+constexpr double kDecay = 0.9;        // of the kinetic energy of a swing from one third of a hold to the next
 constexpr double kSoftPause = 20e-3;  // [s] pause between two actions
 
 using Centres = std::array<Vec3, 2>;
@@ -154,20 +155,23 @@ class TissueSoak {
     count(a, seen);
   }
 
-  /// Holds the tool where it is. After two thirds of the time, the force must only creep or swing slowly: its second
-  /// difference is small.
+  /// Holds the tool where it is. In the last third of the time, the force must only creep or swing slowly, with a small
+  /// second difference, or the body's swing must decay: a contact that chatters sustains it.
   void hold(const Action& a, const Centres& at, Flags& seen) {
-    double largest = 0.0;
+    std::array<double, 3> jump{}, kinetic{};  // largest ones of each third
     std::array<Vec3, 2> last{total_, total_};
     const int n = static_cast<int>(range_.hold / kSoftTick);
     for (int i = 0; i < n; ++i) {
       tick(at, seen);
-      if (3 * i > 2 * n) largest = std::max(largest, (total_ - 2.0 * last[0] + last[1]).norm());
+      const std::size_t third = to_index(3 * i / n);
+      jump[third] = std::max(jump[third], (total_ - 2.0 * last[0] + last[1]).norm());
+      kinetic[third] = std::max(kinetic[third], soft_->state().kinetic);
       last = {total_, last[0]};
     }
     if (n == 0 || !(force_ > 0.0)) return;
     ++out_.held;
-    out_.restless += !a.hard && !(largest < range_.restless) ? 1 : 0;
+    const bool rests = jump[2] < range_.restless || kinetic[2] < kDecay * kinetic[1];
+    out_.restless += !a.hard && !rests ? 1 : 0;
   }
 
   void count(const Action& a, const Flags& seen) {
