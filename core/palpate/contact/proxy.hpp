@@ -25,10 +25,15 @@ class Proxy final : public Method {
  private:
   /// State of the proxy of one object.
   struct ProxyState {
-    ObjectProxy proxy;  // used for a mesh
-    FieldProxy field;   // used for any other surface
+    ObjectProxy proxy;                        // used for a mesh
+    FieldProxy field;                         // used for any other surface
+    const scene::Surface* surface = nullptr;  // of the previous step
+    Vec3 p_OT = Vec3::Zero();                 // tool in the previous step [m]
+    Vec3 p_OP = Vec3::Zero();                 // proxy in the previous step as it was felt, or the free tool [m]
   };
 
+  static bool keep_nearer(ProxyState& state, const scene::Surface& surface, const Vec3& p_OT,
+                          ObjectProxy::ProxyContact& touch) noexcept;
   void touch(const scene::Object& object, int index, const Pose& X_WO, const Vec3& p_WT) noexcept;
 
   Options options_;
