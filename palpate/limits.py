@@ -15,6 +15,7 @@ import stat
 import struct
 import zipfile
 import zlib
+from collections.abc import Callable
 from math import prod
 from typing import Any, BinaryIO
 
@@ -107,9 +108,19 @@ def gunzip(data: bytes, most: int = MOST_UNPACKED) -> bytes:
     Raises:
         LimitError: it unfolds to more than `most` bytes. zlib.error, EOFError: the data are damaged or cut short.
     """
+    return _members(data, most, lambda: zlib.decompressobj(zlib.MAX_WBITS | 32))
+
+
+def bunzip2(data: bytes, most: int = MOST_UNPACKED) -> bytes:
+    """Unpacked bzip2 data, all members. Errors as in `gunzip`; OSError of damaged data."""
+    return _members(data, most, bz2.BZ2Decompressor)
+
+
+def _members(data: bytes, most: int, make: Callable[[], Any]) -> bytes:
+    """All members of packed data, each unpacked by a new object of `make`; zeros between members are padding."""
     parts, left = [], most
     while data:
-        unpack = zlib.decompressobj(zlib.MAX_WBITS | 32)
+        unpack = make()
         part = unpack.decompress(data, left + 1)
         if len(part) > left:
             raise LimitError(f"it unfolds to more than {most:,} bytes")
@@ -118,22 +129,6 @@ def gunzip(data: bytes, most: int = MOST_UNPACKED) -> bytes:
         parts.append(part)
         left -= len(part)
         data = unpack.unused_data.lstrip(b"\0")
-    return parts[0] if len(parts) == 1 else b"".join(parts)
-
-
-def bunzip2(data: bytes, most: int = MOST_UNPACKED) -> bytes:
-    """Unpacked bzip2 data, all members. Errors as in `gunzip`; OSError of damaged data."""
-    parts, left = [], most
-    while data:
-        unpack = bz2.BZ2Decompressor()
-        part = unpack.decompress(data, left + 1)
-        if len(part) > left:
-            raise LimitError(f"it unfolds to more than {most:,} bytes")
-        if not unpack.eof:
-            raise EOFError("the packed data end too early")
-        parts.append(part)
-        left -= len(part)
-        data = unpack.unused_data
     return parts[0] if len(parts) == 1 else b"".join(parts)
 
 
