@@ -138,10 +138,7 @@ def test_account_is_limited_to_potential_and_reserve(potential):
     assert port.stage.stored == pytest.approx(before if math.isnan(potential) else limit, rel=1e-12)
 
 
-_SOFT = pytest.mark.xfail(reason="the reserve for a cut at once is smaller: a soft spring put back is felt late")
-
-
-@pytest.mark.parametrize("K", [pytest.param(100.0, marks=_SOFT), pytest.param(500.0, marks=_SOFT), 3000.0])
+@pytest.mark.parametrize("K", [100.0, 500.0, 3000.0])
 def test_object_that_disappears_for_a_moment_is_released_as_before(K):
     """While the tool presses an object, it is taken away and put back; the release is that of an unlimited account."""
     depth = 2.5 / K

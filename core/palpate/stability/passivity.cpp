@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "palpate/types/require.hpp"
+#include "palpate/types/so3.hpp"
 
 namespace palpate::stability {
 namespace {
@@ -65,11 +66,12 @@ void PassivityController::observe(const Pose& X_LH, const Twist& V_LH, const Joi
   hold_ = std::max({dt_, std::min(dt, kLongest * dt_), hold_ - (hold_ - dt_) * std::min(dt / kForget, 1.0)});
   const double dissipated = dissipation_.step(q, dt);
   for (Observer& one : observers_) one.step(X_LH, V_LH, dissipated, dt);
-  if (mode_ == Passivity::observer) limit(potential + reserve_);
+  if (mode_ == Passivity::observer) limit_to(potential, X_LH, dt);
   if (mode_ == Passivity::tank) limit(capacity_);
 }
 
 Wrench PassivityController::step(const Wrench& F) noexcept {
+  F_ = F;
   if (mode_ == Passivity::off) return F;
   double share = 1.0;
   reserved_ = 0.0;
@@ -93,11 +95,35 @@ void PassivityController::share(double work) noexcept {
   for (Observer& one : observers_) one.add(moving_share_ * work);
 }
 
-// Takes the energy beyond `most` out of the account. It repays the credit; the rest is discarded.
-void PassivityController::limit(double most) noexcept {
-  if (std::isnan(most)) return;  // the potential is unknown
-  credited_ -= std::clamp(stored() - most, 0.0, credited_);
+// Takes the energy beyond `most` out of the account. It repays the credit; the rest is returned [J].
+double PassivityController::limit(double most) noexcept {
+  if (std::isnan(most)) return 0.0;  // the potential is unknown
+  const double excess = std::max(stored() - most, 0.0), repaid = std::min(excess, credited_);
+  credited_ -= repaid;
   for (Observer& one : observers_) one.add(-std::max(one.stored() - most, 0.0));
+  return excess - repaid;
+}
+
+// Limits the account to the potential and the reserve. The energy of an object that disappears is set aside.
+void PassivityController::limit_to(double potential, const Pose& X_LH, double dt) noexcept {
+  const double change = potential - potential_;
+  const double work =
+      F_.f.norm() * (X_LH.p - X_LH_.p).norm() + F_.t.norm() * rotation_vector(X_LH.R * X_LH_.R.transpose()).norm();
+  const double jump = std::isfinite(change) ? std::max(std::abs(change) - work, 0.0) : 0.0;
+  aside_age_ += dt;
+  if (aside_age_ > kAside) aside_ = 0.0;
+  if (change > 0.0 && jump > 0.5 * potential) {  // an object appears
+    const double back = std::min(aside_, jump);
+    aside_ -= back;
+    for (Observer& one : observers_) one.add(back);
+  }
+  const double taken = limit(potential + reserve_);
+  if (change < 0.0 && jump > 0.5 * potential_) {  // an object disappears
+    aside_ += std::min(taken, jump);
+    aside_age_ = 0.0;
+  }
+  potential_ = potential;
+  X_LH_ = X_LH;
 }
 
 void PassivityController::rendered(const Wrench& F_H_L) noexcept {

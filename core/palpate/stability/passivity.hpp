@@ -53,6 +53,9 @@ struct PassivityOptions {
 ///
 ///   stored <= potential + reserve     (mode `tank`: stored <= capacity)
 ///
+/// Where the potential falls by more than the motion explains, an object has disappeared. What the limit then takes,
+/// and no credit needs, is set aside for `kAside` and comes back with the object.
+///
 /// Credit is a loan: energy beyond this limit repays it before it is discarded, and what is outstanding never exceeds
 /// `capacity`. So for any sequence of motions, clutches and switches
 ///
@@ -94,7 +97,10 @@ class PassivityController {
  private:
   static constexpr double kUnfelt = 5e-5;  ///< [J]
 
-  void limit(double most) noexcept;
+  static constexpr double kAside = 0.5;  ///< [s]
+
+  double limit(double most) noexcept;
+  void limit_to(double potential, const Pose& X_LH, double dt) noexcept;
 
   Passivity mode_;
   std::vector<Observer> observers_;  ///< one for each assumed delay
@@ -102,6 +108,10 @@ class PassivityController {
   double dt_, hold_;  ///< nominal period; time for which a wrench may act until the next tick [s]
   double capacity_, moving_share_, reserve_;
   double credited_ = 0.0, reserved_ = 0.0;
+  Wrench F_;                              ///< wrench of the last tick before the controller
+  Pose X_LH_;                             ///< handle at the last tick
+  double potential_ = 0.0;                ///< at the last tick [J]
+  double aside_ = 0.0, aside_age_ = 0.0;  ///< energy set aside [J], and the time since then [s]
 };
 
 }  // namespace palpate::stability
