@@ -31,7 +31,12 @@ LASTING = 0.5
 """Time after which a withheld force is told [s]."""
 SHIFT = 1e-3
 """Smallest shift of the tool against the hand that is told [m]."""
-_GATES = ("clutched", "not_following", "no_operator", "not_enabled", "settling")
+_GATES = (
+    *("clutched", "not_following", "no_operator", "not_enabled", "two_sources", "no_listener", "base_moved", "guarded"),
+    *("second_writer", "other_teleop", "frame_unsure", "not_finite", "not_rotation", "too_far", "bad_stamp"),
+    *("clock_offset", "clock_jumped", "jumped", "alternating", "streams_disagree", "stalled", "slow", "lagging"),
+    *("leader_stale", "follower_stale", "settling"),
+)  # conditions that forbid a force
 
 
 def parts(F_withheld: Array, asked: float) -> dict[str, float]:

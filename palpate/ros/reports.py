@@ -36,9 +36,11 @@ _SETTLING = STATUS["settling"][0]
 class _Cause:
     name: str
     bit: int
-    words: str = ""  # of the newest occurrence, with its value
+    words: str = ""  # of the newest episode, with its value
+    now: str = ""  # of the present occurrence
     new: int = 0  # episodes that are not yet reported
     since: float | None = None  # begin of the present occurrence [s]
+    told_at: float = -np.inf  # time of the last report [s]
     last: float = -np.inf  # last tick with the bit [s]
     told: deque[float] = field(default_factory=lambda: deque(maxlen=SEVERAL))  # times of the last reports [s]
     lasting_after: float = -np.inf  # no report of a lasting fault before this time [s]
@@ -101,7 +103,7 @@ class ForceReports:
             if first - cause.last >= CALM:
                 cause.new += 1
                 cause.words = _words(cause, ticks[begins[0]])
-            cause.since = float(t[begins[-1]])
+            cause.since, cause.now = float(t[begins[-1]]), _words(cause, ticks[begins[-1]])
         if not status[-1] & cause.bit:
             cause.since = None
         present = np.flatnonzero(status & cause.bit)
@@ -138,12 +140,14 @@ class ForceReports:
         t = self._t
         lasts = cause.since is not None and t - cause.since >= LASTING and t >= cause.lasting_after
         crowded = len(cause.told) == SEVERAL and t < cause.told[0] + WINDOW
-        if not cause.new or (crowded and not lasts):
+        stays = lasts and cause.since is not None and cause.told_at < cause.since  # also without a new episode
+        if not stays and (not cause.new or (crowded and not lasts)):
             return ""
+        words = cause.words if cause.new else cause.now
         repeated = f" ({cause.new} times in the last {WINDOW:g} s)" if cause.new > 1 else ""
-        cause.new, cause.lasting_after = 0, t + PAUSE
+        cause.new, cause.lasting_after, cause.told_at = 0, t + PAUSE, t
         cause.told.extend([t] * (SEVERAL if crowded or len(cause.told) == SEVERAL else 1))
-        return cause.words + repeated
+        return words + repeated
 
 
 def _words(cause: _Cause, tick: Ticks) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import deque
 
 import numpy as np
 
@@ -35,6 +36,7 @@ class StandIn:
         self.latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.p, self.quat, self.late, self.frame, self.bad_stamp, self.twist = HOME.copy(), QUAT, 0.0, "", False, None
         self.wrenches = []  # (monotonic time [s], magnitude [N])
+        self.poses = deque(maxlen=10_000)  # monotonic times at which poses were sent [s]
         make = self.node.create_publisher
         self._cp, self._cv = (
             make(PoseStamped, f"/{name}/measured_cp", 10),
@@ -94,12 +96,18 @@ class StandIn:
                 twist.twist.linear.y = float(self.twist)
                 self._cv.publish(twist)
             self._cp.publish(message)
+            self.poses.append(time.monotonic())
         executor.remove_node(self.node)
 
     def end(self):
         self._running = False
         self._thread.join()
         self.node.destroy_node()
+
+    def paused(self, begin):
+        """Longest time without a pose since `begin` [s]: on a starved machine this process itself is silent."""
+        times = np.array([t for t in list(self.poses) if t >= begin - 0.1] + [time.monotonic()])
+        return float(np.diff(times).max(initial=0.0))
 
     def force(self, seconds=0.2):
         """Largest force within the last `seconds` [N]; NaN without a wrench."""

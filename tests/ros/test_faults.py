@@ -246,7 +246,21 @@ def test_node_and_guardian_suspended_together_begin_again_at_zero(stand, node):
 
 
 def test_every_message_fault_is_in_the_record_and_the_summary(stand, node):
-    """The node ends cleanly; the record is complete and contains all faults."""
+    """The node ends cleanly; the record is complete and contains all faults, each of which is planted here."""
+    for plant in (
+        lambda: stand.inject(not_finite=True),
+        lambda: stand.inject(zero_stamp=True),
+        lambda: stand.inject(silent=True),
+        lambda: stand.mock_leader.follow(False),
+    ):
+        stand.press(60.0)
+        plant()
+        stand.released(time.monotonic(), seconds=10.0)
+    stand.press(60.0)
+    node.process.send_signal(signal.SIGSTOP)
+    time.sleep(0.2)
+    node.process.send_signal(signal.SIGCONT)
+    stand.press(60.0)
     summary = node.end()
     assert stand.force() == 0.0
     faults = " ".join(summary["faults"])

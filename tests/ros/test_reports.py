@@ -78,6 +78,32 @@ def test_lasting_fault_is_told_among_flickers():
     assert run.told[-1][1] == FREE
 
 
+@pytest.mark.parametrize("period", [0.2, 0.35, 0.9])
+def test_fault_that_stays_after_flickers_within_one_episode_is_told(period):
+    """The flickers follow each other sooner than an episode ends, so the last one is no new episode."""
+    run = Run()
+    for _ in range(8):
+        run.add(0.1, "leader_stale", cause=("leader_stale", 0.04))
+        run.add(period)
+    begin = run.t
+    run.add(5.0, "leader_stale")
+    told = [t - begin for t, words in run.told if t > begin and words == SILENT]
+    assert told == [pytest.approx(reports.LASTING, abs=0.2)], "once"
+
+
+def test_fault_that_stays_is_told_once():
+    run = Run()
+    run.add(5.0, "leader_stale")
+    assert [words for _, words in run.told] == [SILENT]
+
+
+@pytest.mark.parametrize("fault", ["leader_stale", "guarded", "not_finite", "clutched", "second_writer"])
+def test_closed_gate_is_told_with_its_reason(fault):
+    asked, F = np.array([1.0, 1.0, 0.0]), np.array([0, 0, 0, 0, 0, 0, 1.0])
+    words = withheld.sentence(asked, F, STATUS[fault][0])
+    assert f"a closed gate ({STATUS[fault][1].partition(':')[0]}) withholds 1.00 N" in words
+
+
 def test_another_cause_is_told_at_once_among_flickers():
     run = Run()
     run.flicker(2)
