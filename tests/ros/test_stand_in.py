@@ -101,7 +101,7 @@ WRONG = {
     "zero": ({"quat": 0.0 * QUAT}, "a quaternion was zero"),
     "millimetres": ({"p": np.array([0.0, -364.5, -128.8])}, "364.5 m from the origin of its frame (in millimetres?)"),
     "an hour ahead": ({"late": -3600.0}, "1 h ahead"),
-    "behind": ({"late": 0.05}, "50"),
+    "behind": ({"late": 0.08}, "80 ms behind"),  # beyond the largest tolerance
     "stamp": ({"bad_stamp": True}, "a stamp was 0"),
     "twist": ({"twist": 0.25}, "measured_cv reports 0.250 m/s"),
     "frame": ({"frame": "elsewhere"}, 'frame_id "elsewhere" instead of ""'),
