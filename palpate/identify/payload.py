@@ -7,15 +7,16 @@ recording. The difference of the two torques is that of a body of mass m,
 
 where filter is that of the observer, and drift is a constant, dry friction and a cable stiffness per joint and tare.
 Each row is weighted by how well the unloaded recordings agree there. The differences have heavy tails (cables stick and
-slip), hence Cauchy weights. The confidence interval combines a jackknife over six blocks of time (a stuck cable stays
-stuck for seconds, so rows are not independent) with the variance between tares. The attachment of the body must be
-known: gravity alone determines only the product of mass and lever arm.
+slip), hence Cauchy weights. The torque is quadratic in the place of the body on its bar, so it is linearised about the
+place found. The confidence interval combines a jackknife over six blocks of time (a stuck cable stays stuck for
+seconds, so rows are not independent) with the variance between recordings, of which the loaded one has its own. The
+attachment of the body must be known: gravity alone determines only the product of mass and lever arm.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,6 +36,9 @@ _STRIDE = 4
 _REPEATS = 5e-3  # torque repeatability between recordings of one motion without stick-slip [N m]
 _OFF = 0.03  # prior standard deviation of load times distance from the bar's pivot [kg m]
 _DRIFT = 0.1  # prior standard deviation of each part of the drift [N m, N m/rad]
+_ROUNDS, _STILL = 10, 1e-4  # linearisations about the load's place, and the change that ends them [m]
+_LIGHT = 0.02  # lighter loads do not show their place [kg]
+_LONGEST = 0.3  # largest distance of a load from its bar's pivot [m]
 _BLOCKS = 6  # blocks of time of the jackknife
 _TUNING = 2.385  # constant of the Cauchy weights: 95 % efficient for normal errors (Holland and Welsch, 1977)
 
@@ -60,7 +64,9 @@ class Load:
 
     mass: float  # [kg]
     deviation: float  # standard deviation [kg]
-    explained: tuple[float, float]  # explained fraction of the tared torque's variance (robust), yaw and pitch
+    freedom: float  # degrees of freedom of the deviation
+    place: tuple[float, float]  # of the load along and across its bar, from the bar's pivot [m]
+    explained: tuple[float, float]  # by the load, of the variance that drift leaves (robust), yaw and pitch
     hang: Hang
     t: Array  # (k,) [s]
     tared: Array  # (k, 2) torque of yaw and pitch minus the mean tare and its drift [N m]
@@ -69,8 +75,8 @@ class Load:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """95 % confidence interval [kg], from Student's t with `_BLOCKS` - 1 degrees of freedom."""
-        reach = float(stats.t.ppf(0.975, _BLOCKS - 1)) * self.deviation
+        """95 % confidence interval [kg], from Student's t."""
+        reach = float(stats.t.ppf(0.975, self.freedom)) * self.deviation
         return self.mass - reach, self.mass + reach
 
 
@@ -98,20 +104,50 @@ def estimate_load(
         return np.asarray(lowpass(x, d.cutoff, loaded.rate)[rows])
 
     r = [smooth(external_torque(d, m)[:, :2]) for m in (loaded, *unloaded)]
-    body, drift = _body(d, loaded, hang, smooth), _drift(d, loaded, smooth)
+    bar, drift = _Bar(d, loaded), _drift(d, loaded, smooth)
     share = 0.5 * d.cutoff * _STRIDE / loaded.rate  # independent observations per row
     trust = 1.0 / (_REPEATS**2 + np.var(r[1:], axis=0, ddof=1) * 2.0)
-    whole = _Tared(body, drift, [r[0] - x for x in r[1:]], trust, share)
-    x = whole.fit()
-    time = np.arange(len(body)) * _BLOCKS // len(body)
+    place = np.zeros(2)
+    for _ in range(_ROUNDS):
+        whole = _Tared(_body(bar, loaded, hang, place, smooth), drift, [r[0] - x for x in r[1:]], trust, share, place)
+        x = whole.fit()
+        moved = _place(x, place) - place
+        if np.abs(moved).max() < _STILL:
+            break
+        place = place + moved
+    time = np.arange(len(drift)) * _BLOCKS // len(drift)
     parts = np.array([whole.only(time != b).fit()[0] for b in range(_BLOCKS)])
-    tares = np.array([_Tared(body, drift, [r[0] - one], trust, share).fit()[0] for one in r[1:]])
-    variance = (_BLOCKS - 1) / _BLOCKS * ((parts - parts.mean()) ** 2).sum() + tares.var(ddof=1) / len(tares)
-    fitted, tared = body @ x[:3], whole.without_drift(x)
-    ratio = np.median(np.abs(tared - fitted), axis=0) / np.median(np.abs(tared - np.median(tared, axis=0)), axis=0)
+    tares = np.array([replace(whole, tared=[r[0] - one]).fit()[0] for one in r[1:]])
+    variance, freedom = _variance(parts, tares)
+    fitted, tared = whole.body @ x[:3], whole.without_drift(x)
+    alone = whole.without_drift(np.concatenate([np.zeros(3), whole.fit(without_load=True)]))
+    ratio = np.median(np.abs(tared - fitted), axis=0) / np.median(np.abs(alone), axis=0)
     explained = (float(1.0 - ratio[0] ** 2), float(1.0 - ratio[1] ** 2))
     t = np.arange(len(loaded))[rows] / loaded.rate
-    return Load(float(x[0]), float(np.sqrt(variance)), explained, hang, t, tared, fitted, tuple(map(float, tares)))
+    return Load(
+        float(x[0]), float(np.sqrt(variance)), freedom, (float(place[0]), float(place[1])), explained, hang, t, tared,
+        fitted, tuple(map(float, tares)),
+    )  # fmt: skip
+
+
+def _place(x: Array, about: Array) -> Array:
+    """Place (2,) of the load on its bar [m]; near the pivot where the mass is too small to show it."""
+    mass = float(x[0])
+    return np.asarray(np.clip(mass * (x[1:3] + mass * about) / (mass**2 + _LIGHT**2), -_LONGEST, _LONGEST))
+
+
+def _variance(parts: Array, tares: Array) -> tuple[float, float]:
+    """Variance of the mass and its degrees of freedom (Satterthwaite, Biometrics Bulletin 2(6), 1946).
+
+    Args:
+        parts: masses without one block of time each [kg].
+        tares: masses with one unloaded recording each [kg]; the loaded recording varies as an unloaded one does.
+    """
+    n, u = len(parts), len(tares)
+    within = (n - 1) / n * float(np.square(parts - parts.mean()).sum())
+    between = (1.0 + 1.0 / u) * float(tares.var(ddof=1))
+    freedom = (within + between) ** 2 / max(within**2 / (n - 1) + between**2 / (u - 1), 1e-300)
+    return within + between, float(max(freedom, 1.0))
 
 
 def _require_tares(loaded: RecordedMotion, unloaded: Sequence[RecordedMotion]) -> None:
@@ -134,47 +170,68 @@ def _require_tares(loaded: RecordedMotion, unloaded: Sequence[RecordedMotion]) -
 
 @dataclass(frozen=True)
 class _Tared:
-    """Linear model of the tared torques; x = (m, m times position on the bar (2), drift of each tare (6))."""
+    """Linear model of the tared torques about a place of the load on its bar.
+
+    x = (m, m times the load's position from that place (2), drift of each tare (6)).
+    """
 
     body: Array  # (k, 2, 3)
     drift: Array  # (k, 2, 6)
     tared: list[Array]  # (k, 2) per tare [N m]
     trust: Array  # (k, 2) weight: inverse variance [1/(N m)^2]
     share: float  # independent observations per row
+    place: Array  # (2,) [m]
 
     def only(self, rows: NDArray[np.bool_]) -> _Tared:
         """The model restricted to some rows."""
-        return _Tared(self.body[rows], self.drift[rows], [y[rows] for y in self.tared], self.trust[rows], self.share)
+        return replace(
+            self, body=self.body[rows], drift=self.drift[rows], tared=[y[rows] for y in self.tared],
+            trust=self.trust[rows],
+        )  # fmt: skip
 
     def without_drift(self, x: Array) -> Array:
         """Tared torque (k, 2) minus its drift, mean over the tares [N m]."""
         drifts = x[3:].reshape(len(self.tared), -1)
         return np.asarray(np.mean([y - self.drift @ x for y, x in zip(self.tared, drifts, strict=True)], axis=0))
 
-    def fit(self) -> Array:
-        """The most probable x under a Cauchy likelihood, by iterative reweighting."""
+    def fit(self, without_load: bool = False) -> Array:
+        """The most probable x, or its drift alone, under a Cauchy likelihood, by iterative reweighting."""
         u = len(self.tared)
         drifts = [np.concatenate([self.drift if i == k else 0.0 * self.drift for i in range(u)], axis=2)
                   for k in range(u)]  # fmt: skip
         A = np.concatenate([np.concatenate([self.body, part], axis=2).reshape(-1, 3 + 6 * u) for part in drifts])
         y, root = np.concatenate([y.ravel() for y in self.tared]), np.sqrt(np.tile(self.trust.ravel(), u))
         A, y = A * root[:, None], y * root
-        prior = np.concatenate([[0.0], np.full(2, _OFF**-2.0), np.full(6 * u, _DRIFT**-2.0)]) * u / self.share
+        prior = self._prior()
+        if without_load:
+            A, prior = A[:, 3:], prior[3:, 3:]
         w, size = np.ones(len(y)), float(np.sqrt((y**2).mean()))
         for _ in range(40):
             Aw = A * w[:, None]
-            x = np.linalg.solve(A.T @ Aw + np.diag(prior) * size**2, Aw.T @ y)
+            x = np.linalg.solve(A.T @ Aw + prior * size**2, Aw.T @ y)
             e = y - A @ x
             size = 1.4826 * float(np.median(np.abs(e)))
             w = 1.0 / (1.0 + (e / (_TUNING * size)) ** 2)
         return np.asarray(x)
 
+    def _prior(self) -> Array:
+        """Information of x known beforehand; that of the load is about its bar's pivot, not about `place`."""
+        u = len(self.tared)
+        prior = np.diag(np.concatenate([np.zeros(3), np.full(6 * u, _DRIFT**-2.0)]))
+        moments = np.column_stack([self.place, np.eye(2)])
+        prior[:3, :3] = moments.T @ moments * _OFF**-2.0
+        return np.asarray(prior * u / self.share)
 
-def _body(d: Dynamics, m: RecordedMotion, hang: Hang, smooth: Callable[[Array], Array]) -> Array:
-    """(k, 2, 3): observed torque of 1 kg at the pivot, and of 1 kg m along and across the bar."""
-    bar, pivot, zero = _Bar(d, m), np.array([*hang.p_pivot, 0.0]), np.zeros(3)
-    places = ((zero, pivot), (np.eye(3)[0], zero), (np.eye(3)[1], zero))
-    parts = [bar.torque(p_yaw, p_pitch) for p_yaw, p_pitch in places]
+
+def _body(bar: _Bar, m: RecordedMotion, hang: Hang, place: Array, smooth: Callable[[Array], Array]) -> Array:
+    """(k, 2, 3): observed torque of 1 kg at a place on the bar, and its derivatives along and across the bar."""
+    pivot, p = np.array([*hang.p_pivot, 0.0]), np.array([*place, 0.0])
+
+    def torque(dx: float = 0.0, dy: float = 0.0) -> Array:
+        return bar.torque(p + np.array([dx, dy, 0.0]), pivot)
+
+    h = 0.01  # [m]; central differences of a quadratic are exact
+    parts = [torque(), (torque(h) - torque(-h)) / (2.0 * h), (torque(0.0, h) - torque(0.0, -h)) / (2.0 * h)]
     return np.stack([smooth(_observed(part, m.rate)) for part in parts], axis=2)
 
 

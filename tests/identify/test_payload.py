@@ -71,6 +71,24 @@ def test_known_body_on_the_bar_is_identified(known):
     np.testing.assert_allclose(load.tared, load.fitted, atol=0.02)
 
 
+@pytest.mark.parametrize(("mass", "height"), [(0.12, 0.13), (0.4, -0.05)])
+def test_load_far_from_the_pivot_is_exact_without_noise(known, mass, height):
+    """The torque is quadratic in the place; `torque_of_a_kilogram` differentiates the path instead."""
+    q, v, a = excited()
+    exact = motion(Moving(q, v, known.torque(q, v, a), 200.0, "exact"))
+    tau = exact.tau.copy()
+    tau[:, :2] += mass * torque_of_a_kilogram(height)
+    loaded = RecordedMotion(exact.q, exact.v, exact.a, tau, exact.rate, 0, "loaded")
+    load = payload.estimate_load(known, loaded, [exact, exact])
+    assert load.mass == pytest.approx(mass, rel=2e-3)
+    assert load.place == pytest.approx((height, 0.0), rel=0.1, abs=1e-3)
+
+
+def test_missing_load_explains_nothing(known):
+    load = payload.estimate_load(known, unloaded(known, 3), [unloaded(known, 1), unloaded(known, 2)])
+    assert max(load.explained) < 0.1
+
+
 def test_missing_load_is_identified_as_zero(known):
     load = payload.estimate_load(known, unloaded(known, 3), [unloaded(known, 1), unloaded(known, 2)])
     assert load.mass == pytest.approx(0.0, abs=0.01)
