@@ -40,6 +40,7 @@ class Weight(TypedDict):
 
     mass_kg: float
     deviation_kg: float
+    degrees_of_freedom: float
     interval_kg: list[float]
     true_kg: float
     error: float
@@ -107,6 +108,7 @@ def weight_json(load: Load, filtered: dict[float, Load]) -> Weight:
     return {
         "mass_kg": load.mass,
         "deviation_kg": load.deviation,
+        "degrees_of_freedom": load.freedom,
         "interval_kg": list(load.interval),
         "true_kg": WEIGHT,
         "error": load.mass / WEIGHT - 1.0,
