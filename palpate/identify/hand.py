@@ -2,23 +2,25 @@
 
 The arm pushes the hand with a broadband force. Along the direction of that force the hand moves as
 
-    F(t) = m x_tt + b x_t + k (x - x_path)
+    F(t + T) = m x_tt + b x_t + k (x - x_path)
 
-F is the force of the arm on the hand (load cell) and x is the position of the handle. x_path is the position that the
-person intends: it drifts and trembles, and through the closed loop it moves x and F alike, so F / x is biased. The
-intended motion is independent of the excitation u (position of a moving wall, or a force commanded in open loop), so
-cross spectra with u are unbiased:
+F is the force of the arm on the hand, from a load cell that lags by T behind the position x of the handle. x_path is
+the position that the person intends: it drifts and trembles, and through the closed loop it moves x and F alike, so
+F / x is biased. The intended motion is independent of the excitation u (position of a moving wall, or a force commanded
+in open loop), so cross spectra with u are unbiased:
 
-    S_uF(f) = m S_ux_tt + b S_ux_t + k S_ux        u is an instrumental variable (Ljung 1999, section 7.6)
+    S_uF(f) = H(f) (m S_ux_tt + b S_ux_t + k S_ux)      u is an instrumental variable (Ljung 1999, section 7.6)
 
-The fit is linear least squares over the spectral lines f, each weighted by its coherence with u. The confidence
-intervals come from leaving out one section of the recording at a time (jackknife): they cover noise, but neither a hand
-of another form nor a load cell that lags. Without u, x replaces u and the result carries a warning.
+H = (1 + s T/n)^-n is that of the load cell: a low-pass of first order (n = 1) to a delay (n infinite); filters of higher
+order lie between. The fit is least squares over the spectral lines f, each weighted by its coherence with u, and a mean
+over the forms of H, by their likelihood. The confidence intervals come from leaving out one section of the recording at
+a time (jackknife), with Student's factor, and the spread over the forms. The residual of each line over its scatter
+between sections tells a hand of another form. Without u, x replaces u and the result carries a warning.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -37,7 +39,13 @@ LEAST_SEGMENTS = 6
 LEAST_MOTION = 5e-5  # least RMS motion of the handle [m]
 _GOOD_FIT = 0.85  # fraction of the impedance that the second-order model should explain
 _WIDE = 0.2  # relative half width of a confidence interval above which a warning is given
-_Z95 = 1.96
+_LAG = (-0.004, 0.02)  # range that is searched for the load cell's lag [s]
+_ORDERS = (1.0, 4.0 / 3.0, 2.0, 3.0, 6.0, np.inf)  # of the load cell's filter
+_LAGS = 13  # lags at which the search starts
+_BLOCKS = 10  # sections of the jackknife
+_IMPROBABLE = 1e-3  # probability of the lines' residuals below which the hand has another form
+_EXACT = 1e-3  # error of a line relative to its force that the finite segments cause
+_OVERLAP = (2.0 / 3.0, 1.0 / 6.0)  # correlation of Hann's window between lines one and two apart
 
 
 @dataclass(frozen=True)
@@ -66,6 +74,14 @@ class HandFit:
     """(3,) mass [kg], damping [N s/m], stiffness [N/m]."""
     std: Array
     """(3,) standard deviations."""
+    freedom: int
+    """Degrees of freedom of the standard deviations."""
+    lag: float
+    """Lag of the force behind the position [s]."""
+    lag_std: float
+    """Its standard deviation [s]."""
+    order: float
+    """Order n of the most probable filter (1 + s T/n)^-n of the load cell; infinity: a delay."""
     f: Array
     """(l,) spectral lines used [Hz]."""
     Z: NDArray[np.complex128]
@@ -74,6 +90,10 @@ class HandFit:
     """(l,) coherence of each line with the excitation, 0..1."""
     explained: float
     """Fraction of the squared impedance that the second-order model explains."""
+    misfit: float
+    """Squared residuals of the lines over what their scatter explains; 1 for a hand of this form."""
+    p_misfit: float
+    """Probability of such residuals for a hand of this form."""
     seconds: float
     """Duration of the recording [s]."""
     warnings: tuple[str, ...]
@@ -86,13 +106,21 @@ class HandFit:
     @property
     def interval(self) -> Array:
         """(3, 2) 95 % confidence intervals of `value`."""
-        return np.stack([self.value - _Z95 * self.std, self.value + _Z95 * self.std], axis=1)
+        reach = self.student * self.std
+        return np.stack([self.value - reach, self.value + reach], axis=1)
+
+    @property
+    def student(self) -> float:
+        """Student's factor of the 95 % intervals."""
+        from scipy.special import stdtrit
+
+        return float(stdtrit(self.freedom, 0.975))
 
     def impedance(self, f: Array) -> NDArray[np.complex128]:
-        """Impedance F / x of the fitted hand at frequencies f [Hz], in N/m."""
+        """Impedance F / x of the fitted hand at frequencies f [Hz], as the load cell shows it, in N/m."""
         m, b, k = self.value
         w = 2 * np.pi * f
-        return np.asarray(k - m * w**2 + 1j * w * b)
+        return np.asarray((k - m * w**2 + 1j * w * b) * _response(f, self.lag, self.order))
 
 
 def fit(grip: Grip) -> HandFit:
@@ -106,22 +134,33 @@ def fit(grip: Grip) -> HandFit:
     f, parts = _spectra(grip)
     whole = {key: S.sum(axis=0) for key, S in parts.items()}
     used, coherence = _lines(f, whole, grip)
+    lines = f[used]
     Z = (whole["uF"] / whole["ux"])[used]
     weight = np.sqrt(coherence / (1.0 - np.minimum(coherence, 0.999))) / np.abs(whole["uF"][used])
-    value = _solve({key: S[used] for key, S in whole.items()}, weight)
-    _require_hand(value, f[used], grip)
     n = len(parts["ux"])
-    blocks = np.array_split(np.arange(n), min(n, 10))
-    left_out = []
-    for block in blocks:
-        rest = {key: (whole[key] - S[block].sum(axis=0))[used] for key, S in parts.items()}
-        left_out.append(_solve(rest, weight))
+    blocks = np.array_split(np.arange(n), min(n, _BLOCKS))
+    sums = [{key: S[block].sum(axis=0)[used] for key, S in parts.items()} for block in blocks]
+    total = {key: S[used] for key, S in whole.items()}
+    _require_hand(_solve(total, weight), lines, grip, lagging=True)
+    forms = [_Lagged.of(total, lines, weight, order) for order in _ORDERS]
+    best = min(forms, key=lambda one: one.cost)
+    share = _shares(forms, lines)
+    x = np.asarray(share @ [one.x for one in forms])
+    _require_hand(x[:3], lines, grip)
+    left_out = np.array(
+        [_Lagged.of({k: total[k] - S[k] for k in total}, lines, weight, best.order).x for S in sums]
+    )
     g = len(blocks)
-    std = np.sqrt((g - 1) / g * np.sum((np.array(left_out) - value) ** 2, axis=0))
-    bare = HandFit(value, std, f[used], Z, coherence, 0.0, len(grip.x) / grip.rate, ())
-    misfit = np.sum(np.abs(Z - bare.impedance(f[used])) ** 2 / np.abs(Z) ** 2) / len(used)
-    explained = float(1.0 - misfit)
-    return HandFit(value, std, f[used], Z, coherence, explained, bare.seconds, _warn(bare, explained, grip))
+    variance = (g - 1) / g * np.square(left_out - left_out.mean(axis=0)).sum(axis=0)
+    std = np.sqrt(variance + share @ np.square([one.x - x for one in forms]))
+    misfit, p = _lack_of_fit(best, sums, lines)
+    bare = HandFit(
+        x[:3], std[:3], g - 1, float(x[3]), float(std[3]), best.order, lines, Z, coherence, 0.0, misfit, p,
+        len(grip.x) / grip.rate, (),
+    )  # fmt: skip
+    apart = np.sum(np.abs(Z - bare.impedance(lines)) ** 2 / np.abs(Z) ** 2) / len(used)
+    found = replace(bare, explained=float(1.0 - apart))
+    return replace(found, warnings=_warn(found, grip))
 
 
 def _check(grip: Grip) -> None:
@@ -157,10 +196,15 @@ def _spectra(grip: Grip) -> tuple[Array, Spectra]:
         return np.asarray(np.fft.rfft(window * (cut - cut @ basis @ basis.T), axis=1))
 
     v = _derivative(grip.x, grip.rate)
-    X, V, A, F = (transform(signal) for signal in (grip.x, v, _derivative(v, grip.rate), grip.F))
+    a = _derivative(v, grip.rate)
+    X, V, A, J, F = (transform(signal) for signal in (grip.x, v, a, _derivative(a, grip.rate), grip.F))
     U = X if grip.u is None else transform(grip.u)
-    pairs = {"ux": (U, X), "uv": (U, V), "ua": (U, A), "uF": (U, F), "uu": (U, U), "xx": (X, X), "FF": (F, F)}
     f = np.asarray(np.fft.rfftfreq(n, 1.0 / grip.rate), dtype=np.float64)
+    h = 2.0 * np.pi * f / grip.rate
+    gain = np.divide(8.0 * np.sin(h) - np.sin(2.0 * h), 6.0 * h, out=np.ones_like(h), where=h > 0.0)
+    gain[f > 2.0 * BAND[1]] = 1.0  # not used, and zero at half the rate
+    V, A, J = V / gain, A / gain**2, J / gain**3
+    pairs = {"ux": (U, X), "uv": (U, V), "ua": (U, A), "uj": (U, J), "uF": (U, F), "uu": (U, U), "xx": (X, X), "FF": (F, F)}
     return f, {key: np.conj(a) * b for key, (a, b) in pairs.items()}
 
 
@@ -187,13 +231,13 @@ def _lines(f: Array, S: Spectra, grip: Grip) -> tuple[NDArray[np.intp], Array]:
 
 
 def _derivative(x: Array, rate: float) -> Array:
-    """Central differences of fourth order; below a quarter of the rate they are within 2 % of the derivative."""
+    """Central differences of fourth order; `_spectra` corrects their gain."""
     padded = np.concatenate([x[:1], x[:1], x, x[-1:], x[-1:]])
     return np.asarray(rate * (padded[:-4] - 8 * padded[1:-3] + 8 * padded[3:-1] - padded[4:]) / 12)
 
 
 def _solve(S: Spectra, weight: Array) -> Array:
-    """(m, b, k) by weighted least squares of S_uF = m S_ua + b S_uv + k S_ux."""
+    """(m, b, k) without lag, by weighted least squares of S_uF = m S_ua + b S_uv + k S_ux."""
     A = np.stack([S["ua"], S["uv"], S["ux"]], axis=1) * weight[:, None]
     y = S["uF"] * weight
     return np.asarray(
@@ -201,9 +245,104 @@ def _solve(S: Spectra, weight: Array) -> Array:
     )
 
 
-def _require_hand(value: Array, f: Array, grip: Grip) -> None:
+def _response(f: Array, lag: float, order: float) -> NDArray[np.complex128]:
+    """Response (1 + s lag/order)^-order of the load cell at frequencies f [Hz]; a delay for an infinite order."""
+    s = 2j * np.pi * f * lag
+    return np.asarray(np.exp(-s) if np.isinf(order) else (1.0 + s / order) ** -order)
+
+
+@dataclass(frozen=True)
+class _Lagged:
+    """Mass, damping, stiffness and lag that fit the cross spectra of some lines."""
+
+    x: Array  #: (4,)
+    order: float
+    cost: float
+
+    @staticmethod
+    def of(S: Spectra, f: Array, weight: Array, order: float) -> _Lagged:
+        """Weighted least squares of S_uF = H (m S_ua + b S_uv + k S_ux); linear except for the lag."""
+        from scipy.optimize import minimize_scalar
+
+        y = S["uF"] * weight
+        right = np.concatenate([y.real, y.imag])
+
+        def solved(lag: float) -> tuple[Array, float]:
+            A = _lagged(S, f, lag, order) * weight[:, None]
+            A = np.concatenate([A.real, A.imag])
+            found = np.linalg.lstsq(A, right, rcond=None)[0]
+            return found, float(np.square(right - A @ found).sum())
+
+        grid = np.linspace(*_LAG, _LAGS)
+        k = int(np.argmin([solved(lag)[1] for lag in grid]))
+        around = grid[max(k - 1, 0)], grid[min(k + 1, _LAGS - 1)]
+        search = minimize_scalar(lambda T: solved(T)[1], bounds=around, method="bounded", options={"xatol": 1e-7})
+        found, cost = solved(float(search.x))
+        return _Lagged(np.r_[found, search.x], order, cost)
+
+    def residual(self, S: Spectra, f: Array) -> NDArray[np.complex128]:
+        """Residual S_uF - H (m S_ua + b S_uv + k S_ux) of the lines."""
+        return np.asarray(S["uF"] - _lagged(S, f, float(self.x[3]), self.order) @ self.x[:3])
+
+
+def _lagged(S: Spectra, f: Array, lag: float, order: float) -> NDArray[np.complex128]:
+    """Cross spectra (l, 3) with acceleration, velocity and position as the load cell shows them.
+
+    A line holds, within the window's width, motion of other frequencies s': H(s') = H(s) (1 + (s' - s) d ln H / ds), and
+    s' times the motion is its derivative.
+    """
+    s = 2j * np.pi * f
+    slope = -lag / (1.0 if np.isinf(order) else 1.0 + s * lag / order)
+    pairs = (("ua", "uj"), ("uv", "ua"), ("ux", "uv"))
+    columns = [S[key] + slope * (S[derivative] - s * S[key]) for key, derivative in pairs]
+    return np.asarray(np.stack(columns, axis=1) * _response(f, lag, order)[:, None])
+
+
+def _shares(forms: list[_Lagged], f: Array) -> Array:
+    """Probabilities of the forms of the lag, for residuals of an unknown size."""
+    freedom = max(2.0 * _independent(f) - 5.0, 1.0)
+    cost = np.array([one.cost for one in forms])
+    p = (cost.min() / np.maximum(cost, 1e-300)) ** (0.5 * freedom)
+    return np.asarray(p / p.sum())
+
+
+def _independent(f: Array) -> float:
+    """Number of independent lines among f [Hz]: those within the window's width share noise."""
+    steps = np.rint(np.abs(np.subtract.outer(f, f)) * SEGMENT)
+    shared = sum(float((steps == k).sum()) * rho**2 for k, rho in enumerate(_OVERLAP, start=1))
+    return len(f) / (1.0 + shared / len(f))
+
+
+def _lack_of_fit(found: _Lagged, sums: list[Spectra], f: Array) -> tuple[float, float]:
+    """Mean squared residual of the lines over the one that their scatter between sections explains; its probability.
+
+    Each line's ratio follows F(2, 2 (g - 1)) for g sections. Their mean is compared with a gamma distribution of the
+    same mean and variance; lines that lie within the window's width are not independent.
+    """
+    from scipy.special import gammaincc
+
+    e = np.array([found.residual(S, f) for S in sums])  # (g, l)
+    g, n = e.shape
+    floor = np.square(_EXACT * np.abs(sum(S["uF"] for S in sums))) / g
+    scatter = np.square(np.abs(e - e.mean(axis=0))).sum(axis=0) / (g - 1) + floor
+    ratio = np.square(np.abs(e.sum(axis=0))) / g / scatter
+    nu = 2.0 * (g - 1)
+    mean = nu / (nu - 2.0) * (1.0 - 2.0 / n)  # four parameters of 2 n numbers
+    variance = nu**2 * nu / ((nu - 2.0) ** 2 * (nu - 4.0))  # of F(2, nu)
+    shape = mean**2 * _independent(f) / variance
+    found_mean = float(ratio.mean())
+    return found_mean / mean, float(gammaincc(shape, shape * found_mean / mean))
+
+
+def _require_hand(value: Array, f: Array, grip: Grip, lagging: bool = False) -> None:
+    """Check that a hand has these parameters and that lines on both sides of its resonance determine them.
+
+    `lagging`: the lag of the force is not yet taken out, which may make one of the parameters negative.
+    """
     names = ("mass", "damping", "stiffness")
     negative = [f"{name} {x:.3g}" for name, x in zip(names, value, strict=True) if not x > 0.0]
+    if lagging and len(negative) == 1:
+        return
     if negative:
         why = (
             "x or F has the wrong sign"
@@ -223,16 +362,27 @@ def _require_hand(value: Array, f: Array, grip: Grip) -> None:
         )
 
 
-def _warn(found: HandFit, explained: float, grip: Grip) -> tuple[str, ...]:
+def _warn(found: HandFit, grip: Grip) -> tuple[str, ...]:
     warnings = []
     if grip.u is None:
         warnings.append("nothing in the recording says what shook: the hand's own motions bias what is found")
     for name, value, std in zip(("mass", "damping", "stiffness"), found.value, found.std, strict=True):
-        if _Z95 * std > _WIDE * value:
-            warnings.append(f"{name} is known to +-{100 * _Z95 * std / value:.0f} % only: record longer, push more")
-    if explained < _GOOD_FIT:
+        reach = found.student * std
+        if reach > _WIDE * value:
+            warnings.append(f"{name} is known to +-{100 * reach / value:.0f} % only: record longer, push more")
+    if found.explained < _GOOD_FIT:
         warnings.append(
-            f"a mass with spring and damper explains {100 * explained:.0f} % only: the grip changed, or it slid"
+            f"a mass with spring and damper explains {100 * found.explained:.0f} % only: the grip changed, or it slid"
+        )
+    if found.p_misfit < _IMPROBABLE:
+        warnings.append(
+            f"the residuals are {np.sqrt(found.misfit):.2g} times what noise explains: the hand or the load cell has "
+            "another form than a mass with spring, damper and lag, and the intervals do not cover that"
+        )
+    if not _LAG[0] + 1e-4 < found.lag < _LAG[1] - 1e-4:
+        warnings.append(
+            f"the force lags by {1e3 * found.lag:.3g} ms or more, the end of what is searched: synchronise the clocks of "
+            "force and position"
         )
     return tuple(warnings)
 
@@ -247,6 +397,13 @@ class Figures:
     mass_kg_95: Array
     damping_N_s_per_m_95: Array
     stiffness_N_per_m_95: Array
+    lag_s: float
+    """Lag of the force behind the position."""
+    lag_s_95: tuple[float, float]
+    misfit: float
+    """Squared residuals of the lines over what their scatter explains; 1 for a hand of this form."""
+    p_misfit: float
+    """Probability of such residuals for a hand of this form."""
     resonance_Hz: float
     lines: int
     """Number of spectral lines used."""
@@ -269,6 +426,10 @@ def figures(grip: Grip, found: HandFit) -> Figures:
         mass_kg_95=found.interval[0],
         damping_N_s_per_m_95=found.interval[1],
         stiffness_N_per_m_95=found.interval[2],
+        lag_s=found.lag,
+        lag_s_95=(found.lag - found.student * found.lag_std, found.lag + found.student * found.lag_std),
+        misfit=found.misfit,
+        p_misfit=found.p_misfit,
         resonance_Hz=found.resonance,
         lines=len(found.f),
         band_Hz=(float(found.f.min()), float(found.f.max())),

@@ -76,6 +76,53 @@ def test_confidence_covers_the_truth():
     assert np.mean(inside) > 0.85
 
 
+def lagging(F, rate, order):
+    """The force of a load cell with a low-pass of 100 Hz, by its continuous response."""
+    from scipy.signal import bessel, butter
+
+    b, a = butter(1, 2 * np.pi * 100.0, analog=True) if order == 1 else bessel(order, 2 * np.pi * 100.0, analog=True)
+    s = 2j * np.pi * np.fft.rfftfreq(len(F), 1 / rate)
+    return np.fft.irfft(np.fft.rfft(F) * np.polyval(b, s) / np.polyval(a, s), len(F))
+
+
+@pytest.mark.parametrize("order", [1, 2, 4])
+def test_filter_of_the_load_cell_biases_nothing(order):
+    """Its lag is found, and the intervals of forty recordings hold the truth."""
+    rng, (x, F, u) = np.random.default_rng(5), pushed(28.0, 500.0)
+    F, inside, lags = lagging(F, 500.0, order), [], []
+    for _ in range(40):
+        found = fit(Grip(500.0, x + rng.normal(0, 2e-5, len(x)), F + rng.normal(0, 0.05, len(F)), u))
+        inside.append((found.interval[:, 0] < TRUE) & (found.interval[:, 1] > TRUE))
+        lags.append(found.lag)
+        assert found.value == pytest.approx(TRUE, rel=0.06)
+        assert not any("another form" in text for text in found.warnings)
+    assert np.mean(inside) > 0.90
+    slope = {1: 1.0, 2: 3.0**0.5, 4: 105.0**0.25}[order]  # of the phase at zero, times the cut-off
+    assert np.mean(lags) == pytest.approx(slope / (2 * np.pi * 100.0), rel=0.1)
+
+
+@pytest.mark.parametrize("wrong", ["friction", "saturation", "yielding"])
+def test_another_form_of_the_hand_is_told(wrong):
+    rng, (x, F, u) = np.random.default_rng(6), pushed(28.0, 500.0)
+    if wrong == "friction":
+        F = F + 0.1 * np.tanh(np.gradient(x, 1 / 500.0) / 0.005)
+    elif wrong == "saturation":
+        F = np.clip(F, -1.2 * F.std(), 1.2 * F.std())
+    else:  # the fingers' pulp is a spring of 2000 N/m in series
+        s = 2j * np.pi * np.fft.rfftfreq(len(F), 1 / 500.0)
+        Z = TRUE[0] * s**2 + TRUE[1] * s + TRUE[2]
+        F = np.fft.irfft(np.fft.rfft(F) / (1.0 + Z / 2000.0), len(F))
+    found = fit(Grip(500.0, x + rng.normal(0, 2e-5, len(x)), F + rng.normal(0, 0.05, len(F)), u))
+    assert any("another form" in text for text in found.warnings)
+
+
+def test_false_alarms_of_the_form_are_rare():
+    (x, F, u), rng, p = pushed(28.0, 250.0, wander=1e-3), np.random.default_rng(7), []
+    for _ in range(60):
+        p.append(fit(Grip(250.0, x + rng.normal(0, 2e-5, len(x)), F + rng.normal(0, 0.1, len(F)), u)).p_misfit)
+    assert np.mean(np.array(p) < 0.05) < 0.15
+
+
 @pytest.mark.parametrize("name", list(hands.PRESETS))
 def test_presets_are_identified_from_simulated_sessions(name):
     """Within 10 %, with arm friction, encoder counts, load cell noise of 0.05 N and a tremor of 0.1 mm."""

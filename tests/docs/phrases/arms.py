@@ -46,10 +46,10 @@ def weight(found: Result) -> list[str]:
     low, high = (f"{1e3 * mass:.0f}" for mass in one["interval_kg"])
     narrow, wide = (f"{1e3 * one['mass_by_filter_kg'][cutoff]:.0f}" for cutoff in ("1", "4"))
     first, second = (f"{1e3 * mass:.0f}" for mass in one["mass_by_tare_kg"])
-    inside = (*one["mass_by_tare_kg"], *one["mass_by_filter_kg"].values())
-    assert all(one["interval_kg"][0] < mass < one["interval_kg"][1] for mass in inside)
     return [
-        f"**{1e3 * one['mass_kg']:.0f} g, 95 % between {low} and {high} g** ({percent(one['error'], '+')} %)",
+        f"**{1e3 * one['mass_kg']:.0f} g** ({percent(one['error'], '+')} %), standard deviation "
+        f"{1e3 * one['deviation_kg']:.0f} g",
+        f"recordings {one['degrees_of_freedom']:.1f} degrees of freedom, so Student's 95 % interval is {low} to {high} g",
         f"{narrow} g and {wide} g with a filter of 1 Hz or 4 Hz instead of 2, {first} g with only the first tare, "
         f"{second} g with only the second",
     ]
