@@ -11,8 +11,8 @@ in open loop), so cross spectra with u are unbiased:
 
     S_uF(f) = H(f) (m S_ux_tt + b S_ux_t + k S_ux)      u is an instrumental variable (Ljung 1999, section 7.6)
 
-H = (1 + s T/n)^-n is that of the load cell: a low-pass of first order (n = 1) to a delay (n infinite); filters of higher
-order lie between. The fit is least squares over the spectral lines f, each weighted by its coherence with u, and a mean
+H = (1 + s T/n)^-n is that of the load cell: a low-pass of first order (n = 1) to a delay (n infinite); other filters
+lie between. The fit is least squares over the spectral lines f, each weighted by its coherence with u, and a mean
 over the forms of H, by their likelihood. The confidence intervals come from leaving out one section of the recording at
 a time (jackknife), with Student's factor, and the spread over the forms. The residual of each line over its scatter
 between sections tells a hand of another form. Without u, x replaces u and the result carries a warning.
@@ -147,9 +147,7 @@ def fit(grip: Grip) -> HandFit:
     share = _shares(forms, lines)
     x = np.asarray(share @ [one.x for one in forms])
     _require_hand(x[:3], lines, grip)
-    left_out = np.array(
-        [_Lagged.of({k: total[k] - S[k] for k in total}, lines, weight, best.order).x for S in sums]
-    )
+    left_out = np.array([_Lagged.of({k: total[k] - S[k] for k in total}, lines, weight, best.order).x for S in sums])
     g = len(blocks)
     variance = (g - 1) / g * np.square(left_out - left_out.mean(axis=0)).sum(axis=0)
     std = np.sqrt(variance + share @ np.square([one.x - x for one in forms]))
@@ -204,7 +202,8 @@ def _spectra(grip: Grip) -> tuple[Array, Spectra]:
     gain = np.divide(8.0 * np.sin(h) - np.sin(2.0 * h), 6.0 * h, out=np.ones_like(h), where=h > 0.0)
     gain[f > 2.0 * BAND[1]] = 1.0  # not used, and zero at half the rate
     V, A, J = V / gain, A / gain**2, J / gain**3
-    pairs = {"ux": (U, X), "uv": (U, V), "ua": (U, A), "uj": (U, J), "uF": (U, F), "uu": (U, U), "xx": (X, X), "FF": (F, F)}
+    pairs = {"ux": (U, X), "uv": (U, V), "ua": (U, A), "uj": (U, J), "uF": (U, F)}
+    pairs |= {"uu": (U, U), "xx": (X, X), "FF": (F, F)}
     return f, {key: np.conj(a) * b for key, (a, b) in pairs.items()}
 
 
@@ -288,8 +287,8 @@ class _Lagged:
 def _lagged(S: Spectra, f: Array, lag: float, order: float) -> NDArray[np.complex128]:
     """Cross spectra (l, 3) with acceleration, velocity and position as the load cell shows them.
 
-    A line holds, within the window's width, motion of other frequencies s': H(s') = H(s) (1 + (s' - s) d ln H / ds), and
-    s' times the motion is its derivative.
+    A line holds, within the window's width, motion of other frequencies s': H(s') = H(s) (1 + (s' - s) d ln H / ds),
+    and s' times the motion is its derivative.
     """
     s = 2j * np.pi * f
     slope = -lag / (1.0 if np.isinf(order) else 1.0 + s * lag / order)
@@ -381,8 +380,8 @@ def _warn(found: HandFit, grip: Grip) -> tuple[str, ...]:
         )
     if not _LAG[0] + 1e-4 < found.lag < _LAG[1] - 1e-4:
         warnings.append(
-            f"the force lags by {1e3 * found.lag:.3g} ms or more, the end of what is searched: synchronise the clocks of "
-            "force and position"
+            f"the force lags by {1e3 * found.lag:.3g} ms or more, the end of what is searched: synchronise the "
+            "clocks of force and position"
         )
     return tuple(warnings)
 

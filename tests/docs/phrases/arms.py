@@ -49,7 +49,8 @@ def weight(found: Result) -> list[str]:
     return [
         f"**{1e3 * one['mass_kg']:.0f} g** ({percent(one['error'], '+')} %), standard deviation "
         f"{1e3 * one['deviation_kg']:.0f} g",
-        f"recordings {one['degrees_of_freedom']:.1f} degrees of freedom, so Student's 95 % interval is {low} to {high} g",
+        f"recordings {one['degrees_of_freedom']:.1f} degrees of freedom, "
+        f"so Student's 95 % interval is {low} to {high} g",
         f"{narrow} g and {wide} g with a filter of 1 Hz or 4 Hz instead of 2, {first} g with only the first tare, "
         f"{second} g with only the second",
     ]
