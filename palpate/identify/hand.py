@@ -267,8 +267,8 @@ class _Lagged:
         right = np.concatenate([y.real, y.imag])
 
         def solved(lag: float) -> tuple[Array, float]:
-            A = _lagged(S, f, lag, order) * weight[:, None]
-            A = np.concatenate([A.real, A.imag])
+            columns = _lagged(S, f, lag, order) * weight[:, None]
+            A = np.concatenate([columns.real, columns.imag])
             found = np.linalg.lstsq(A, right, rcond=None)[0]
             return found, float(np.square(right - A @ found).sum())
 
