@@ -19,6 +19,13 @@ dvrk::Address address(const dvrk::System& system, const std::string& component) 
   for (const auto& list : {system.arms(), system.teleops()}) {
     for (const auto& name : list) names += ", " + name;
   }
+  for (const dvrk::Kind kind :
+       {dvrk::Kind::camera_teleop, dvrk::Kind::setup, dvrk::Kind::setup_cart, dvrk::Kind::focus}) {
+    for (const dvrk::Address& at : system.components(kind, dvrk::kEveryArm)) {
+      if (system.component_name(at) == component) return at;
+      names += ", " + system.component_name(at);
+    }
+  }
   throw std::invalid_argument("the simulated dVRK has no component '" + component + "'; its components are " + names);
 }
 

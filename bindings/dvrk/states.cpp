@@ -75,6 +75,12 @@ Fields arm_state(const dvrk::ArmState& s) {
   d["jaw/measured_js"] = joint_state(s.jaw_measured_js);
   d["jaw/setpoint_js"] = joint_state(s.jaw_setpoint_js);
   d["F_hand"] = to_vector(s.F_hand);
+  if (s.setup_js.q.size() > 0) {
+    d["SUJ/measured_js"] = joint_state(s.setup_js);
+    d["SUJ/measured_cp"] = to_matrix(s.setup_cp);
+    d["SUJ/local/measured_cp"] = to_matrix(s.local_setup_cp);
+  }
+  d["reference"] = std::string(s.reference);
   return d;
 }
 

@@ -7,11 +7,13 @@
 #pragma once
 
 #include <numbers>
+#include <optional>
 
 #include "dvrk/arm_context.hpp"
 #include "dvrk/controller.hpp"
 #include "dvrk/gripper.hpp"
 #include "dvrk/reporter.hpp"
+#include "dvrk/setup_joints.hpp"
 #include "dvrk/state_machine.hpp"
 
 namespace palpate::dvrk {
@@ -30,6 +32,8 @@ class SimulatedArm {
   void step(double dt) noexcept;                ///< advances the simulated body; called more often than run()
 
   [[nodiscard]] Controller& controller() noexcept { return controller_; }
+  /// The setup joints that carry the arm; nullptr for an MTM.
+  [[nodiscard]] SetupJoints* setup() noexcept { return setup_ ? &*setup_ : nullptr; }
   void state_command(std::string_view command) noexcept { states_.command(command); }
 
   [[nodiscard]] const ArmSpec& spec() const noexcept { return context_.spec; }
@@ -51,8 +55,11 @@ class SimulatedArm {
 
   bool apply_hardware(const Command& command) noexcept;
   bool apply_hand(const Command& command) noexcept;
+  void press_clutch(int button) noexcept;
+  void set_endoscope_type(const Text& type) noexcept;
 
   ArmContext context_;
+  std::optional<SetupJoints> setup_;
   Controller controller_;
   StateMachine states_;
   Reporter reporter_;

@@ -10,10 +10,15 @@ namespace palpate::dvrk {
 /// Teleoperation of an ECM by two MTMs.
 class CameraTeleop {
  public:
-  CameraTeleop(SimulatedArm& mtml, SimulatedArm& mtmr, SimulatedArm& ecm) : mtml_(&mtml), mtmr_(&mtmr), ecm_(&ecm) {}
+  CameraTeleop(SimulatedArm& mtml, SimulatedArm& mtmr, SimulatedArm& ecm, Outbox& out);
 
-  void enable(bool enable) noexcept;  ///< starts once all three arms are ready, or stops
-  void run() noexcept;                ///< one period of 1 kHz
+  void start() noexcept;                        ///< publishes the first states
+  bool apply(const Command& command) noexcept;  ///< applies a command; false if it has no such verb
+  void enable(bool enable) noexcept;            ///< starts once all three arms are ready, or stops
+  void clutch(int button) noexcept;             ///< 0 released, 1 pressed, 2 tapped: nothing follows while pressed
+  void run(double t) noexcept;                  ///< one period of 1 kHz, which ends at t [s]
+  /// Name on the bus, such as MTML_MTMR_ECM.
+  [[nodiscard]] const Text& name() const noexcept { return publisher_.name(); }
   [[nodiscard]] bool following() const noexcept { return following_; }
 
  private:
@@ -25,11 +30,19 @@ class CameraTeleop {
     bool valid = false;  ///< the hands are apart, and the midpoint is not at the origin
   };
   [[nodiscard]] Image image() const noexcept;
+  enum class Phase : unsigned char { disabled, setting_arms_state, enabled };
+  static std::string_view name_of(Phase phase) noexcept;
+  void enter(Phase phase) noexcept;
+  void set_following(bool following) noexcept;
+  void set_scale(double scale) noexcept;
   void begin() noexcept;
   void push(SimulatedArm& mtm, const Vec3& p_goal) const noexcept;
 
   SimulatedArm *mtml_, *mtmr_, *ecm_;
-  bool wanted_ = false, following_ = false;
+  EventPublisher publisher_;
+  Phase phase_ = Phase::disabled;
+  bool wanted_ = false, following_ = false, clutched_ = false;
+  double scale_ = 1.0;  ///< insertion of the endoscope per displacement of the hands [-]
   Image first_;
   JointVector q_first_;
   Mat3 R_left_ = Mat3::Identity(), R_right_ = Mat3::Identity();

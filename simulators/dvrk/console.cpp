@@ -6,7 +6,7 @@ namespace palpate::dvrk {
 namespace {
 
 constexpr double kTap = 0.2;  // [s] clutch and camera: a shorter press is a tap
-constexpr std::size_t kClutch = 0, kCamera = 1, kCoag = 2;
+constexpr std::size_t kClutch = 0, kCamera = 1, kCoag = 2, kFocusIn = 4, kFocusOut = 5;
 
 std::string_view pedal_name(std::size_t pedal) noexcept {
   constexpr std::array<std::string_view, 6> kNames{"clutch", "camera", "coag", "bicoag", "cam_plus", "cam_minus"};
@@ -15,12 +15,13 @@ std::string_view pedal_name(std::size_t pedal) noexcept {
 
 }  // namespace
 
-Console::Console(std::vector<SimulatedArm*> mtms, std::vector<Teleop*> teleops, CameraTeleop* camera, bool head_sensor,
-                 Outbox& out)
+Console::Console(std::vector<SimulatedArm*> mtms, std::vector<Teleop*> teleops, CameraTeleop* camera,
+                 EndoscopeFocus* focus, bool head_sensor, Outbox& out)
     : mtms_(std::move(mtms)),
       teleops_(std::move(teleops)),
       selected_(teleops_.size(), true),
       camera_teleop_(camera),
+      focus_(focus),
       publisher_({Kind::console, 0}, "console", out),
       pedal_publisher_({Kind::footpedals, 0}, "footpedals", out),
       head_sensor_(head_sensor) {
@@ -108,6 +109,9 @@ void Console::report(std::size_t pedal, int button) noexcept {
   if (pedal == kCamera) return camera(button);
   if (pedal == kCoag && !head_sensor_) return operator_present(button);
   publisher_.message(Topic::status, words);
+  if (focus_ == nullptr || button > 1) return;
+  if (pedal == kFocusIn) focus_->focus_in(button == 1);
+  if (pedal == kFocusOut) focus_->focus_out(button == 1);
 }
 
 void Console::operator_present(int button) noexcept {
@@ -124,6 +128,7 @@ void Console::clutch(int button) noexcept {
                                     : button == 1 ? "clutch pressed"
                                                   : "clutch quick tap");
   for (Teleop* teleop : teleops_) teleop->clutch(button);
+  if (camera_teleop_ != nullptr) camera_teleop_->clutch(button);
   publisher_.button(Topic::clutch, button);
 }
 

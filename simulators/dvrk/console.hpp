@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "dvrk/camera_teleop.hpp"
+#include "dvrk/endoscope_focus.hpp"
 #include "dvrk/teleop.hpp"
 
 namespace palpate::dvrk {
@@ -16,8 +17,8 @@ class Console {
  public:
   /// Keeps the addresses of the arms and teleops. head_sensor: presence comes from a head sensor, which
   /// emulate_operator_present sets; otherwise from the coag pedal.
-  Console(std::vector<SimulatedArm*> mtms, std::vector<Teleop*> teleops, CameraTeleop* camera, bool head_sensor,
-          Outbox& out);
+  Console(std::vector<SimulatedArm*> mtms, std::vector<Teleop*> teleops, CameraTeleop* camera, EndoscopeFocus* focus,
+          bool head_sensor, Outbox& out);
 
   void start() noexcept;                        ///< publishes the first states
   bool apply(const Command& command) noexcept;  ///< applies a command; false if the console has no such verb
@@ -46,6 +47,7 @@ class Console {
   std::vector<Teleop*> teleops_;
   std::vector<bool> selected_;
   CameraTeleop* camera_teleop_;
+  EndoscopeFocus* focus_;  ///< moved by the pedals cam_plus and cam_minus; nullptr: no endoscope
   EventPublisher publisher_, pedal_publisher_;
   std::array<Pedal, 6> pedals_;
   bool head_sensor_;

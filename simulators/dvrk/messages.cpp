@@ -7,7 +7,8 @@
 namespace palpate::dvrk {
 namespace {
 
-constexpr unsigned kMtm = static_cast<unsigned>(ArmKind::mtm), kPsm = static_cast<unsigned>(ArmKind::psm);
+constexpr unsigned kMtm = static_cast<unsigned>(ArmKind::mtm), kPsm = static_cast<unsigned>(ArmKind::psm),
+                   kEcm = static_cast<unsigned>(ArmKind::ecm);
 
 constexpr VerbEntry arm_verb(Verb verb, std::string_view name, Payload payload, unsigned arms = kEveryArm) {
   return {verb, Kind::arm, arms, name, payload};
@@ -49,6 +50,8 @@ constexpr std::array kVerbs{
     arm_verb(Verb::emulate_adapter_present, "emulate_adapter_present", Payload::flag, kPsm),
     arm_verb(Verb::emulate_tool_present, "emulate_tool_present", Payload::flag, kPsm),
     arm_verb(Verb::tool_servo_cf, "tool/servo_cf", Payload::wrench, kPsm),
+    arm_verb(Verb::emulate_arm_clutch, "emulate_arm_clutch", Payload::button, kPsm | kEcm),
+    arm_verb(Verb::set_endoscope_type, "set_endoscope_type", Payload::text, kEcm),
     VerbEntry{Verb::power_on, Kind::system, 0, "power_on", Payload::none},
     VerbEntry{Verb::power_off, Kind::system, 0, "power_off", Payload::none},
     VerbEntry{Verb::home, Kind::system, 0, "home", Payload::none},
@@ -74,6 +77,15 @@ constexpr std::array kVerbs{
     VerbEntry{Verb::lock_translation, Kind::teleop, 0, "lock_translation", Payload::flag},
     VerbEntry{Verb::set_align_MTM, Kind::teleop, 0, "set_align_MTM", Payload::flag},
     VerbEntry{Verb::following_mtm_body_servo_cf, Kind::teleop, 0, "following/mtm/body/servo_cf", Payload::wrench},
+    VerbEntry{Verb::camera_state_command, Kind::camera_teleop, 0, "state_command", Payload::text},
+    VerbEntry{Verb::camera_set_scale, Kind::camera_teleop, 0, "set_scale", Payload::value},
+    VerbEntry{Verb::setup_state_command, Kind::setup, kPsm | kEcm, "state_command", Payload::text},
+    VerbEntry{Verb::setup_servo_jp, Kind::setup, kPsm | kEcm, "servo_jp", Payload::joints},
+    VerbEntry{Verb::setup_move_jp, Kind::setup, kPsm | kEcm, "move_jp", Payload::joints},
+    VerbEntry{Verb::set_reference_arm, Kind::setup_cart, 0, "set_reference_arm", Payload::text},
+    VerbEntry{Verb::focus_lock, Kind::focus, 0, "lock", Payload::flag},
+    VerbEntry{Verb::focus_in, Kind::focus, 0, "focus_in", Payload::flag},
+    VerbEntry{Verb::focus_out, Kind::focus, 0, "focus_out", Payload::flag},
 };
 
 constexpr TopicEntry arm_topic(Topic topic, std::string_view name, Payload payload, bool latched,
@@ -97,7 +109,8 @@ constexpr std::array kTopics{
     arm_topic(Topic::orientation_locked, "orientation_locked", Payload::flag, true, kMtm),
     arm_topic(Topic::tool_type, "tool_type", Payload::text, true, kPsm),
     arm_topic(Topic::tool_type_request, "tool_type_request", Payload::none, false, kPsm),
-    arm_topic(Topic::arm_clutch, "arm_clutch", Payload::button, false, kPsm),
+    arm_topic(Topic::arm_clutch, "arm_clutch", Payload::button, false, kPsm | kEcm),
+    arm_topic(Topic::endoscope_type, "endoscope_type", Payload::text, true, kEcm),
     words(Kind::arm, Topic::status, "status"),
     words(Kind::arm, Topic::warning, "warning"),
     words(Kind::arm, Topic::error, "error"),
@@ -131,6 +144,20 @@ constexpr std::array kTopics{
     words(Kind::teleop, Topic::status, "status"),
     words(Kind::teleop, Topic::warning, "warning"),
     words(Kind::teleop, Topic::error, "error"),
+    TopicEntry{Topic::teleop_desired_state, Kind::camera_teleop, 0, "desired_state", Payload::text, true},
+    TopicEntry{Topic::teleop_current_state, Kind::camera_teleop, 0, "current_state", Payload::text, true},
+    TopicEntry{Topic::following, Kind::camera_teleop, 0, "following", Payload::flag, true},
+    TopicEntry{Topic::scale, Kind::camera_teleop, 0, "scale", Payload::value, true},
+    words(Kind::camera_teleop, Topic::status, "status"),
+    words(Kind::camera_teleop, Topic::warning, "warning"),
+    words(Kind::camera_teleop, Topic::error, "error"),
+    TopicEntry{Topic::operating_state, Kind::setup, kPsm | kEcm, "operating_state", Payload::operating, true},
+    TopicEntry{Topic::status, Kind::setup, kPsm | kEcm, "status", Payload::text, false},
+    TopicEntry{Topic::warning, Kind::setup, kPsm | kEcm, "warning", Payload::text, false},
+    TopicEntry{Topic::error, Kind::setup, kPsm | kEcm, "error", Payload::text, false},
+    TopicEntry{Topic::locked, Kind::focus, 0, "locked", Payload::flag, true},
+    TopicEntry{Topic::focusing_in, Kind::focus, 0, "focusing_in", Payload::flag, true},
+    TopicEntry{Topic::focusing_out, Kind::focus, 0, "focusing_out", Payload::flag, true},
 };
 
 }  // namespace

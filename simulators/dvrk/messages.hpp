@@ -11,13 +11,23 @@
 namespace palpate::dvrk {
 
 /// Kinds of components.
-enum class Kind : unsigned char { system, console, footpedals, arm, teleop };
+enum class Kind : unsigned char {
+  system,
+  console,
+  footpedals,
+  arm,
+  teleop,
+  camera_teleop,  ///< teleoperation of the endoscope by both MTMs
+  setup,          ///< setup joints of one PSM or ECM
+  setup_cart,     ///< all setup joints
+  focus,          ///< focus motor of the endoscope
+};
 
-/// Address of a component. Its name on the bus is `system`, `console`, `footpedals`, or an entry of System::arms() or
-/// System::teleops().
+/// Address of a component. Its name on the bus is `system`, `console`, `footpedals`, `endoscope_focus`, `SUJ`, SUJ/ARM,
+/// the three arms of the camera's teleoperation, or an entry of System::arms() or System::teleops().
 struct Address {
   Kind kind = Kind::system;
-  int index = 0;  ///< index of the arm or teleop
+  int index = 0;  ///< index of the arm, of the arm that setup joints carry, or of the teleop
   friend bool operator==(const Address&, const Address&) = default;
 };
 
@@ -88,12 +98,14 @@ enum class Verb : unsigned char {
   set_tool_type,
   emulate_adapter_present,
   emulate_tool_present,
-  // simulated arms only: a hand on the handle, a force on the tool, a fault
+  set_endoscope_type,
+  // simulated arms only: a hand on the handle, a force on the tool, the clutch button of an arm, a fault
   hand_servo_cp,
   hand_servo_cf,
   hand_gripper,
   hand_free,
   tool_servo_cf,
+  emulate_arm_clutch,
   emulate_fault,
   // system
   power_on,
@@ -124,6 +136,18 @@ enum class Verb : unsigned char {
   lock_translation,
   set_align_MTM,
   following_mtm_body_servo_cf,
+  // teleoperation of the camera
+  camera_state_command,
+  camera_set_scale,
+  // setup joints
+  setup_state_command,
+  setup_servo_jp,
+  setup_move_jp,
+  set_reference_arm,
+  // focus
+  focus_lock,
+  focus_in,
+  focus_out,
 };
 
 /// A message to a component. Only the fields of its payload are used. A bus adapter passes numbers on unchecked; the
@@ -179,6 +203,7 @@ enum class Topic : unsigned char {
   tool_type,
   tool_type_request,
   arm_clutch,
+  endoscope_type,
   // every component
   status,
   warning,
@@ -208,6 +233,10 @@ enum class Topic : unsigned char {
   rotation_locked,
   translation_locked,
   align_MTM,
+  // focus
+  locked,
+  focusing_in,
+  focusing_out,
 };
 
 /// A row of the table of topics, with the fields of VerbEntry; latched: late subscribers receive the last event.
@@ -273,6 +302,10 @@ struct ArmState {
   JointState gripper;  ///< MTM: one joint, position only
   bool jaw_valid = false;
   JointState jaw_measured_js, jaw_setpoint_js;  ///< PSM: one joint
+  Pose base_frame;               ///< of the arm's own base, in the frame of measured_cp
+  std::string_view reference;    ///< name of the arm in whose tip frame measured_cp is told; empty: the cart's frame
+  JointState setup_js;           ///< of the setup joints of a PSM or an ECM [m, rad]
+  Pose setup_cp, local_setup_cp; ///< of the arm's base, in the frame of measured_cp and in the cart's
   Wrench F_hand;  ///< simulation only: wrench of the MTM on the hand that holds it, in base axes [N, N m]
 };
 

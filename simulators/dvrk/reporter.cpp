@@ -50,6 +50,7 @@ void Reporter::measure(double gripper) noexcept {
   state.jaw_valid = arm_.spec.kind == ArmKind::psm && arm_.is_cartesian_ready();
   state.jaw_measured_js = arm_.instrument.measured();
   state.jaw_setpoint_js = arm_.instrument.setpoint();
+  state.base_frame = arm_.base_frame;
   state.F_hand = rotated(arm_.base_frame.R, arm_.body->F_hand());
   if (state.joints_valid) {
     measure_joints();

@@ -53,12 +53,19 @@ struct System::Impl {
     }
     if (spec.camera_ecm >= 0) {
       camera = std::make_unique<CameraTeleop>(at_index(spec.camera_mtml), at_index(spec.camera_mtmr),
-                                              at_index(spec.camera_ecm));
+                                              at_index(spec.camera_ecm), out);
+      camera_name = camera->name().view();
     }
-    console = std::make_unique<Console>(std::move(mtms), std::move(list), camera.get(), spec.head_sensor, out);
+    for (const auto& arm : arms) {
+      if (arm->spec().kind == ArmKind::ecm && !focus) focus = std::make_unique<EndoscopeFocus>(out);
+    }
+    console = std::make_unique<Console>(std::move(mtms), std::move(list), camera.get(), focus.get(), spec.head_sensor,
+                                        out);
     publisher.value(Topic::volume, audio.volume());
     for (auto& arm : arms) arm->start();
     for (auto& teleop : teleops) teleop->start();
+    if (camera) camera->start();
+    if (focus) focus->start();
     console->start();
   }
 
@@ -75,7 +82,9 @@ struct System::Impl {
     if (ticks % kTeleopTicks != 0) return;
     console->run(now, kTeleopTicks * kTick);
     for (auto& teleop : teleops) teleop->run(now, kTeleopTicks * kTick);
-    if (camera) camera->run();
+    if (camera) camera->run(now);
+    if (focus) focus->run(now);
+    if (reference != nullptr) refer();
   }
 
   bool apply(const Command& c) noexcept {
@@ -90,6 +99,14 @@ struct System::Impl {
         return index < arms.size() && arms[index]->apply(c);
       case Kind::teleop:
         return index < teleops.size() && teleops[index]->apply(c);
+      case Kind::camera_teleop:
+        return camera && camera->apply(c);
+      case Kind::focus:
+        return focus && focus->apply(c);
+      case Kind::setup:
+        return index < arms.size() && arms[index]->setup() != nullptr && arms[index]->setup()->apply(c);
+      case Kind::setup_cart:
+        return c.verb == Verb::set_reference_arm && (set_reference(c.text), true);
     }
     return false;
   }
@@ -110,8 +127,35 @@ struct System::Impl {
     Text words(command);
     words << " requested for every arm";
     publisher.message(Topic::status, words);
-    for (auto& arm : arms) arm->state_command(command);
+    for (auto& arm : arms) {
+      arm->state_command(command);
+      if (arm->setup() != nullptr) arm->setup()->state_command(command);
+    }
     return true;
+  }
+
+  // The poses of all arms that setup joints carry are told in the tip frame of one of them, or of the cart again.
+  void set_reference(const Text& name) noexcept {
+    reference = nullptr;
+    for (auto& arm : arms) {
+      if (arm->setup() != nullptr && name == arm->spec().name) reference = arm.get();
+    }
+    if (reference == nullptr && !name.empty() && !(name == "Cart")) {
+      Text words("SUJ/set_reference_arm can't find ");
+      words << name.view() << ": a PSM, the ECM or Cart";
+      publisher.message(Topic::warning, words);
+    }
+    refer();
+  }
+  void refer() noexcept {
+    const Pose X_RC = reference == nullptr
+                          ? Pose{}
+                          : (reference->setup()->X_CB() * reference->state().local_measured_cp).inverse();
+    for (auto& arm : arms) {
+      if (arm->setup() == nullptr) continue;
+      const bool other = reference != nullptr && arm.get() != reference;
+      arm->setup()->set_reference(other ? X_RC : Pose{}, other ? std::string_view(reference->spec().name) : "");
+    }
   }
 
   Outbox out;
@@ -121,6 +165,9 @@ struct System::Impl {
   std::vector<std::unique_ptr<SimulatedArm>> arms;
   std::vector<std::unique_ptr<Teleop>> teleops;
   std::unique_ptr<CameraTeleop> camera;
+  std::unique_ptr<EndoscopeFocus> focus;
+  SimulatedArm* reference = nullptr;  ///< measured_cp of the other arms is told in its tip frame; nullptr: in the cart's
+  std::string camera_name;
   std::unique_ptr<Console> console;
   std::int64_t ticks = 0;
 };
@@ -144,8 +191,32 @@ std::string System::component_name(const Address& at) const {
       return arms()[static_cast<std::size_t>(at.index)];
     case Kind::teleop:
       return teleops()[static_cast<std::size_t>(at.index)];
+    case Kind::camera_teleop:
+      return impl_->camera_name;
+    case Kind::focus:
+      return "endoscope_focus";
+    case Kind::setup:
+      return "SUJ/" + arms()[static_cast<std::size_t>(at.index)];
+    case Kind::setup_cart:
+      return "SUJ";
   }
   return {};
+}
+std::vector<Address> System::components(Kind kind, unsigned arms) const {
+  const bool of_arm = kind == Kind::arm || kind == Kind::setup;
+  int count = 1;
+  if (of_arm) count = static_cast<int>(impl_->arms.size());
+  if (kind == Kind::teleop) count = static_cast<int>(impl_->teleops.size());
+  if (kind == Kind::camera_teleop) count = impl_->camera ? 1 : 0;
+  if (kind == Kind::focus) count = impl_->focus ? 1 : 0;
+  if (kind == Kind::setup_cart) count = components(Kind::setup, kEveryArm).empty() ? 0 : 1;
+  std::vector<Address> found;
+  for (int i = 0; i < count; ++i) {
+    if (of_arm && (arms & static_cast<unsigned>(this->kind(i))) == 0) continue;
+    if (kind == Kind::setup && impl_->at_index(i).setup() == nullptr) continue;
+    found.push_back({kind, i});
+  }
+  return found;
 }
 ArmKind System::kind(int arm) const noexcept { return impl_->at_index(arm).spec().kind; }
 const std::vector<std::string>& System::joint_names(int arm) const noexcept {

@@ -30,6 +30,8 @@ class System {
   [[nodiscard]] const std::vector<std::string>& teleops() const noexcept;  ///< names, such as MTMR_PSM1
   /// Name of an existing component on the bus, such as MTMR or console.
   [[nodiscard]] std::string component_name(const Address& at) const;
+  /// Addresses of all components of a kind; `arms`: kinds of arms that count, as ArmKind bits.
+  [[nodiscard]] std::vector<Address> components(Kind kind, unsigned arms) const;
   [[nodiscard]] ArmKind kind(int arm) const noexcept;
   [[nodiscard]] const std::vector<std::string>& joint_names(int arm) const noexcept;
 

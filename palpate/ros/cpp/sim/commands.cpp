@@ -67,11 +67,13 @@ void read(const crtk_msgs::msg::CartesianImpedance& m, Command& c) {
 template <class Msg>
 std::unique_ptr<Entity> reader(Node& node, const std::string& topic, const Command& command,
                                const OnCommand& on_command) {
-  return std::make_unique<Subscription<Msg>>(node, topic, [command, on_command](const Msg& message, const Info&) {
-    Command filled = command;
-    read(message, filled);
-    on_command(filled);
-  });
+  const std::string full = "/" + topic;
+  return std::make_unique<Subscription<Msg>>(
+      node, topic, [command, on_command, full](const Msg& message, const Info& info) {
+        Command filled = command;
+        read(message, filled);
+        on_command(filled, full, info.publisher);
+      });
 }
 
 std::unique_ptr<Entity> reader(Node& node, const std::string& topic, const dvrk::VerbEntry& verb,
@@ -110,10 +112,10 @@ std::unique_ptr<Entity> reader(Node& node, const std::string& topic, const dvrk:
 template <class Msg>
 std::unique_ptr<LatchingSearch> latched(Node& node, const std::string& topic, const Command& command,
                                         const OnCommand& on_command) {
-  const auto take = [command, on_command](const Msg& message) {
+  const auto take = [command, on_command, topic](const Msg& message) {
     Command filled = command;
     read(message, filled);
-    on_command(filled);
+    on_command(filled, topic, Gid{});
   };
   return std::make_unique<LatchedSubscriber<Msg>>(node, topic, take, kOldest, kKept);
 }
@@ -130,20 +132,10 @@ std::unique_ptr<LatchingSearch> setting_reader(Node& node, const std::string& to
 
 }  // namespace
 
-std::vector<dvrk::Address> components(const dvrk::System& robot, dvrk::Kind kind, unsigned arms) {
-  std::size_t count = 1;
-  if (kind == dvrk::Kind::arm) count = robot.arms().size();
-  if (kind == dvrk::Kind::teleop) count = robot.teleops().size();
-  std::vector<dvrk::Address> found;
-  for (int i = 0; i < static_cast<int>(count); ++i)
-    if (kind != dvrk::Kind::arm || (arms & static_cast<unsigned>(robot.kind(i))) != 0) found.push_back({kind, i});
-  return found;
-}
-
 Subscriptions listen(Node& node, const dvrk::System& robot, const OnCommand& on_command) {
   Subscriptions subscriptions;
   for (const dvrk::VerbEntry& verb : dvrk::verbs()) {
-    for (const dvrk::Address& at : components(robot, verb.kind, verb.arms)) {
+    for (const dvrk::Address& at : robot.components(verb.kind, verb.arms)) {
       Command command;
       command.to = at;
       command.verb = verb.verb;

@@ -13,10 +13,8 @@
 
 namespace palpate::ros {
 
-/// All components of a kind; `arms` selects arms by a bit mask of dvrk::ArmKind.
-[[nodiscard]] std::vector<dvrk::Address> components(const dvrk::System& robot, dvrk::Kind kind, unsigned arms);
-
-using OnCommand = std::function<void(const dvrk::Command&)>;
+/// Called with a command, its full topic and its publisher, which is unknown (zero) for settings.
+using OnCommand = std::function<void(const dvrk::Command&, const std::string& topic, const Gid& publisher)>;
 
 /// Subscriptions to every verb of every component. CRTK's clients latch commands that are settings, such as
 /// state_command, so that DDS keeps those that were sent before it has connected client and robot.

@@ -1,6 +1,7 @@
 #include "sim/events.hpp"
 
 #include <crtk_msgs/msg/operating_state.hpp>
+#include <rcl_interfaces/msg/log.hpp>
 #include <sensor_msgs/msg/joy.hpp>
 #include <std_msgs/msg/bool.hpp>
 #include <std_msgs/msg/empty.hpp>
@@ -96,9 +97,18 @@ std::unique_ptr<Events::TopicPublisher> make_publisher(Node& node, const std::st
 
 }  // namespace
 
-Events::Events(Node& node, const dvrk::System& robot) : node_(node) {
+/// The log of the ROS network, with the quality of service that rclcpp gives it.
+struct Events::Log {
+  explicit Log(Node& node) : publisher(node, "/rosout", Qos{.depth = 1000, .transient_local = true}) {
+    message.name = "dvrk";
+  }
+  Publisher<rcl_interfaces::msg::Log> publisher;
+  rcl_interfaces::msg::Log message;
+};
+
+Events::Events(Node& node, const dvrk::System& robot) : node_(node), log_(std::make_unique<Log>(node)) {
   for (const dvrk::TopicEntry& entry : dvrk::topics()) {
-    for (const dvrk::Address& at : components(robot, entry.kind, entry.arms)) {
+    for (const dvrk::Address& at : robot.components(entry.kind, entry.arms)) {
       const std::string topic = robot.component_name(at) + "/" + std::string(entry.name);
       publishers_[{at.kind, at.index, entry.topic}] = make_publisher(node, topic, entry);
     }
@@ -112,7 +122,30 @@ bool Events::publish(const dvrk::Event& event, std::int64_t time_ns) {
   if (found == publishers_.end()) return true;
   const Status published = found->second->publish(event, time_ns);
   if (!published) node_.problem(published.problem);
+  if (published) log(event, time_ns);
   return static_cast<bool>(published);
+}
+
+// As on the real robot, where status, warning and error are also entries of the log.
+void Events::log(const dvrk::Event& event, std::int64_t time_ns) {
+  using Log = rcl_interfaces::msg::Log;
+  auto& m = log_->message;
+  switch (event.topic) {
+    case dvrk::Topic::status:
+      m.level = Log::INFO;
+      break;
+    case dvrk::Topic::warning:
+      m.level = Log::WARN;
+      break;
+    case dvrk::Topic::error:
+      m.level = Log::ERROR;
+      break;
+    default:
+      return;
+  }
+  m.stamp = stamp(time_ns);
+  m.msg = letters(event.text.view());
+  if (const Status sent = log_->publisher.publish(m); !sent) node_.problem(sent.problem);
 }
 
 }  // namespace palpate::ros

@@ -21,8 +21,12 @@ class Events {
   struct TopicPublisher;  ///< publisher of one topic
 
  private:
+  struct Log;
+  void log(const dvrk::Event& event, std::int64_t time_ns);
+
   using Key = std::tuple<dvrk::Kind, int, dvrk::Topic>;
   Node& node_;
+  std::unique_ptr<Log> log_;
   std::map<Key, std::unique_ptr<TopicPublisher>> publishers_;
 };
 

@@ -10,6 +10,7 @@
 
 #include "convert.hpp"
 #include "rcl/publisher.hpp"
+#include "sim/frames.hpp"
 
 namespace palpate::ros {
 
@@ -28,6 +29,8 @@ using dvrk::ArmState;
 
 constexpr unsigned kMtm = static_cast<unsigned>(dvrk::ArmKind::mtm), kPsm = static_cast<unsigned>(dvrk::ArmKind::psm);
 constexpr std::int64_t kLook = 20'000'000;  // interval of the checks for subscribers [ns]
+
+constexpr std::string_view kSetup = "SUJ/";  // name of the setup joints, before that of the arm that they carry
 
 bool always(const ArmState&) { return true; }
 bool joints_valid(const ArmState& s) { return s.joints_valid; }
@@ -64,6 +67,14 @@ constexpr Row<Pose> kPoses[] = {
     {"setpoint_cp", [](const ArmState& s) { return s.setpoint_cp; }, base_valid},
     {"local/measured_cp", [](const ArmState& s) { return s.local_measured_cp; }, cartesian_valid},
     {"local/setpoint_cp", [](const ArmState& s) { return s.local_setpoint_cp; }, cartesian_valid},
+};
+/// Topics of the setup joints that carry an arm, below SUJ/.
+constexpr Row<dvrk::JointState> kSetupJoints[] = {
+    {"measured_js", [](const ArmState& s) { return s.setup_js; }, always},
+};
+constexpr Row<Pose> kSetupPoses[] = {
+    {"measured_cp", [](const ArmState& s) { return s.setup_cp; }, always},
+    {"local/measured_cp", [](const ArmState& s) { return s.local_setup_cp; }, always},
 };
 constexpr Row<Twist> kTwists[] = {
     {"measured_cv", [](const ArmState& s) { return s.measured_cv; }, base_valid},
@@ -125,18 +136,27 @@ void sign(Msg& m, std::int64_t time_ns, bool valid) {
 template <class Value, class Msg>
 struct MeasurePublisher final : ArmMeasures::TopicPublisher {
   MeasurePublisher(Node& node, const std::string& arm, const Row<Value>& row, const std::vector<std::string>& joints)
-      : row(row), publisher(node, arm + "/" + row.topic) {
-    if constexpr (requires { message.header; }) message.header.frame_id = arm + "_base";
+      : row(row), name(arm), publisher(node, arm + "/" + row.topic) {
+    of_setup = arm.starts_with(kSetup);
+    referred = !of_setup && (arm + "/" + row.topic).ends_with("_cp") && !std::string_view(row.topic).starts_with("local");
+    if constexpr (requires { message.header; }) message.header.frame_id = of_setup ? "Cart" : arm + "_base";
     if constexpr (requires { message.name; }) message.name = joints;
   }
   void find_subscribers() override { has_subscribers = publisher.listeners() > 0; }
   Status publish(const ArmState& state, std::int64_t time_ns) override {
     if (!has_subscribers) return {};
+    if constexpr (requires { message.header; }) {
+      if (referred) message.header.frame_id = reference_of(name, state);
+      if (of_setup && !state.reference.empty()) message.header.frame_id = local ? "Cart" : std::string(state.reference);
+    }
     write(row.value(state), message);
     sign(message, time_ns, row.valid(state));
     return publisher.publish(message);
   }
   Row<Value> row;
+  std::string name;  ///< of the component
+  bool of_setup = false, local = std::string_view(row.topic).starts_with("local");
+  bool referred = false;  ///< told in the frame of the reference arm
   Publisher<Msg> publisher;
   Msg message;
   bool has_subscribers = false;
@@ -165,6 +185,11 @@ ArmMeasures::ArmMeasures(Node& node, const std::string& name, dvrk::ArmKind kind
   add<geometry_msgs::msg::WrenchStamped>(publishers_, node, name, kind, joints, kWrenches);
   add<std_msgs::msg::Float64MultiArray>(publishers_, node, name, kind, joints, kJacobians);
   add<crtk_msgs::msg::CartesianState>(publishers_, node, name, kind, joints, kCartesians);
+  if (kind == dvrk::ArmKind::mtm) return;
+  const std::string carrying = std::string(kSetup) + name;
+  const std::vector<std::string> setup{"lift", "shoulder", "elbow", "wrist", "tilt", "roll"};
+  add<sensor_msgs::msg::JointState>(publishers_, node, carrying, kind, setup, kSetupJoints);
+  add<geometry_msgs::msg::PoseStamped>(publishers_, node, carrying, kind, setup, kSetupPoses);
 }
 
 ArmMeasures::~ArmMeasures() = default;

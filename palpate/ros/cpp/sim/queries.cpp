@@ -51,9 +51,15 @@ Queries::Queries(Node& node, dvrk::System& twin) : twin_(twin) {
 
 Queries::~Queries() = default;
 
-void Queries::apply(const dvrk::Command& set_base_frame) {
-  const std::lock_guard<std::mutex> lock(mutex_);
-  twin_.apply(set_base_frame);
+bool Queries::set_base(int arm, const Pose& X_RB) {
+  const std::unique_lock<std::mutex> lock(mutex_, std::try_to_lock);
+  if (!lock) return false;
+  dvrk::Command command;
+  command.to = {dvrk::Kind::arm, arm};
+  command.verb = dvrk::Verb::set_base_frame;
+  command.X = X_RB;
+  twin_.apply(command);
+  return true;
 }
 
 }  // namespace palpate::ros

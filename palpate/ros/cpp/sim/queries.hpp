@@ -16,8 +16,8 @@ class Queries {
   /// `twin`: a second instance of the running robot, which is never stepped.
   Queries(Node& node, dvrk::System& twin);
   ~Queries();
-  /// Applies a change of the frame of measured_cp to the twin.
-  void apply(const dvrk::Command& set_base_frame);
+  /// Tells the twin where the base of an arm stands. Does nothing, and returns false, while a query computes.
+  bool set_base(int arm, const Pose& X_RB);
 
  private:
   dvrk::System& twin_;

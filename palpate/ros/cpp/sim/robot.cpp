@@ -10,6 +10,8 @@ namespace {
 constexpr double kEnd = 0.1;                  // time between power-off and the end of the threads [s]
 constexpr std::int64_t kCatchUp = 30;         // most ticks that are caught up after a delay of the servo thread [-]
 constexpr std::int64_t kSearch = 20'000'000;  // interval of the searches for latching clients [ns]
+constexpr int kLooks = 3;                     // searches per look for clients that are gone
+constexpr std::int64_t kListenWait = 100'000'000;  // longest wait of the subscribing thread [ns]
 constexpr int kServo = 70;                    // priority of the servo; the haptic loop has 80
 constexpr int kPublish = 69, kListen = 71;    // priorities of the publishing and the subscribing thread
 
@@ -32,30 +34,41 @@ Robot::Robot(const std::shared_ptr<Context>& context, dvrk::System& robot, dvrk:
       query_node_(context, "dvrk_queries"),
       queries_(query_node_, twin),
       events_(node_, robot),
+      frames_(node_, robot),
+      statistics_(node_, robot),
+      holders_(robot),
       servo_(at(kServo)) {
   for (int i = 0; i < static_cast<int>(robot.arms().size()); ++i) {
     const std::string& name = robot.arms()[static_cast<std::size_t>(i)];
     arms_.push_back(std::make_unique<ArmMeasures>(node_, name, robot.kind(i), robot.joint_names(i)));
     arm_states_.push_back(std::make_unique<Mailbox<Stamped<dvrk::ArmState>>>());
+    bases_.push_back(robot.arm(i).base_frame);
   }
   for (const std::string& name : robot.teleops()) {
     teleops_.push_back(std::make_unique<TeleopMeasures>(node_, name));
     teleop_states_.push_back(std::make_unique<Mailbox<Stamped<dvrk::TeleopState>>>());
   }
-  subscriptions_ = listen(node_, robot, [this](const dvrk::Command& command) {
-    ++commands_received_;
-    commands_.push(command);
-    if (command.verb == dvrk::Verb::set_base_frame) queries_.apply(command);
-  });
+  subscriptions_ =
+      listen(node_, robot, [this](const dvrk::Command& command, const std::string& topic, const Gid& publisher) {
+        ++commands_received_;
+        holders_.note(command, topic, publisher);
+        commands_.push(command);
+      });
   publisher_ = std::thread([this] {
     loop::schedule(at(kPublish));
     publish();
   });
   servo_.start(1.0 / dvrk::System::kTick, [this](const loop::Wake& wake) { return tick(wake); });
-  spinner_ = std::make_unique<Spinner>(node_, SpinnerOptions{.in_thread = [] { loop::schedule(at(kListen)); }});
+  spinner_ = std::make_unique<Spinner>(node_, SpinnerOptions{.in_thread = [] { loop::schedule(at(kListen)); },
+                                                                .after = [this] {
+                                                                  const std::int64_t now = loop::now_ns();
+                                                                  statistics_.commands.add(now, now);
+                                                                  return kListenWait;
+                                                                }});
   query_spinner_ = std::make_unique<Spinner>(query_node_, SpinnerOptions{.after = [this] {
                                                for (const auto& command : subscriptions_.settings)
                                                  command->find_latching_publisher();
+                                               if (++searches_ % kLooks == 0) holders_.look(node_);
                                                return kSearch;
                                              }});
 }
@@ -72,12 +85,14 @@ void Robot::stop() {
 }
 
 bool Robot::tick(const loop::Wake& wake) noexcept {
+  const std::int64_t begin = loop::now_ns();
   if (wake.stopping && ticks_left_ < 0) {
     ticks_left_ = static_cast<int>(kEnd / dvrk::System::kTick);
     dvrk::Command off;
     off.verb = dvrk::Verb::power_off;
     robot_.apply(off);
   }
+  holders_.let_go(robot_);
   dvrk::Command command;
   while (commands_.pop(command)) robot_.apply(command);
   const std::int64_t ticks = 1 + std::min(wake.missed, kCatchUp);
@@ -85,6 +100,7 @@ bool Robot::tick(const loop::Wake& wake) noexcept {
     robot_.step();
     if (++ticks_ % every_ == 0) hand_over();
   }
+  statistics_.servo.add(begin, loop::now_ns());
   if (ticks_left_ < 0) return true;
   --ticks_left_;
   return ticks_left_ > 0;
@@ -125,6 +141,7 @@ void Robot::publish() noexcept {
 // An event that cannot be published stays first in the queue and is published later. Events keep their order, so a
 // subscriber ends with the right state, although late.
 void Robot::publish_round() {
+  const std::int64_t now = loop::now_ns();
   for (Happened next; unpublished_ || happened_.pop(next);) {
     if (!unpublished_) unpublished_ = next;
     if (!events_.publish(unpublished_->event, unpublished_->time_ns)) break;
@@ -133,12 +150,26 @@ void Robot::publish_round() {
   for (std::size_t i = 0; i < arms_.size(); ++i) {
     const auto& [state, time_ns] = arm_states_[i]->read();
     arms_[i]->publish(state, time_ns);
+    const bool moved = state.base_frame.p != bases_[i].p || state.base_frame.R != bases_[i].R;
+    if (moved && queries_.set_base(static_cast<int>(i), state.base_frame)) bases_[i] = state.base_frame;
   }
   for (std::size_t i = 0; i < teleops_.size(); ++i) {
     const auto& [state, time_ns] = teleop_states_[i]->read();
     teleops_[i]->publish(state, time_ns);
   }
+  publish_frames(now);
+  statistics_.send(now, wall_ns());
+  statistics_.publish.add(now, loop::now_ns());
   rounds_published_.fetch_add(1, std::memory_order_relaxed);
+}
+
+void Robot::publish_frames(std::int64_t now) {
+  if (!frames_.due(now)) return;
+  for (std::size_t i = 0; i < arms_.size(); ++i) {
+    const auto& [state, time_ns] = arm_states_[i]->read();
+    frames_.add(static_cast<int>(i), state, time_ns);
+  }
+  frames_.send();
 }
 
 }  // namespace palpate::ros

@@ -16,8 +16,11 @@
 #include "rcl/spinner.hpp"
 #include "sim/commands.hpp"
 #include "sim/events.hpp"
+#include "sim/frames.hpp"
+#include "sim/holders.hpp"
 #include "sim/measures.hpp"
 #include "sim/queries.hpp"
+#include "sim/statistics.hpp"
 
 namespace palpate::ros {
 
@@ -58,12 +61,16 @@ class Robot {
   void hand_over() noexcept;
   void publish() noexcept;
   void publish_round();
+  void publish_frames(std::int64_t now);
 
   dvrk::System& robot_;
   int every_;  // simulation steps between publications
   Node node_, query_node_;
   Queries queries_;
   Events events_;
+  Frames frames_;
+  Statistics statistics_;
+  Holders holders_;
   std::vector<std::unique_ptr<ArmMeasures>> arms_;
   std::vector<std::unique_ptr<TeleopMeasures>> teleops_;
 
@@ -72,10 +79,11 @@ class Robot {
   std::vector<std::unique_ptr<Mailbox<Stamped<dvrk::ArmState>>>> arm_states_;
   std::vector<std::unique_ptr<Mailbox<Stamped<dvrk::TeleopState>>>> teleop_states_;
   std::atomic<std::uint64_t> commands_received_{0}, rounds_published_{0};
+  std::vector<Pose> bases_;  ///< of the arms, as told to the twin
   std::optional<Happened> unpublished_;
   std::atomic<std::uint32_t> rounds_{0};  // number of rounds handed to the publishing thread
   std::atomic<bool> ending_{false};
-  int ticks_ = 0, ticks_left_ = -1;
+  int ticks_ = 0, ticks_left_ = -1, searches_ = 0;
 
   Subscriptions subscriptions_;
   std::unique_ptr<Spinner> spinner_, query_spinner_;
