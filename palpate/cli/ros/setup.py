@@ -9,7 +9,7 @@ from palpate.console.output import console_for, say
 
 @dataclass
 class Command:
-    """Find ROS 2, compile Palpate's nodes and messages for it once, and print where they are kept.
+    """Find ROS 2 and PyKDL, compile Palpate's nodes and messages once, and print where they are kept.
 
     examples:
       palpate ros setup
@@ -20,7 +20,7 @@ class Command:
 
     def __call__(self) -> int:
         """Find, compile, print."""
-        from palpate.ros import build, where
+        from palpate.ros import build, pykdl, where
 
         console = console_for(None)
         say(console, where.find().words)
@@ -28,5 +28,6 @@ class Command:
         for name, prefix in built.messages.items():
             say(console, f"{name}: {'compiled by Palpate' if built.ours(name) else 'part of ROS 2'}, {prefix}")
         say(console, f"nodes: {built.extension}")
+        say(console, pykdl.link())
         say(console, f"compiled in {built.seconds:.0f} s" if built.seconds else "everything was compiled already")
         return 0
