@@ -48,7 +48,8 @@ def roles() -> dict[str, Role]:
         "*/body/jacobian",
         "*/spatial/jacobian",
         "*/alignment_offset",
-        "*/stats",
+        "stats/*",
+        "publishers/period_statistics",
     )
     haptics = Role(
         publish=(

@@ -67,12 +67,24 @@ def require_free(arms: Sequence[str], network: bool = False) -> None:
             topic.spin(here, 0.05)
             taken = [name for name in names if here.count_publishers(name)]
             if taken:
-                nodes = sorted({_full_name(one) for name in taken for one in here.get_publishers_info_by_topic(name)})
+                nodes = _names(here, taken)
+                while _UNNAMED in nodes and time.monotonic() < end:  # discovery tells a publisher before its node
+                    topic.spin(here, 0.05)
+                    nodes = _names(here, taken)
                 raise PalpateError(
                     f"{', '.join(taken[:3])}{' ...' if len(taken) > 3 else ''} exist already, of {', '.join(nodes)}",
                     why="a second arm of this name would obey the same commands, and its states would mix with theirs",
                     mend="end that program, give another ROS_DOMAIN_ID, or insist with --force",
                 )
+
+
+_UNNAMED = "a program that has not told its name"
+
+
+def _names(here: Any, topics: Sequence[str]) -> list[str]:
+    """Full names of the nodes that publish one of these topics."""
+    ends = [end for name in topics for end in here.get_publishers_info_by_topic(name)]
+    return sorted({_UNNAMED if "UNKNOWN" in end.node_name else _full_name(end) for end in ends})
 
 
 def _full_name(end: Any) -> str:

@@ -26,10 +26,7 @@ Text joined(const SimulatedArm& mtml, const SimulatedArm& mtmr, const SimulatedA
 }  // namespace
 
 CameraTeleop::CameraTeleop(SimulatedArm& mtml, SimulatedArm& mtmr, SimulatedArm& ecm, Outbox& out)
-    : mtml_(&mtml),
-      mtmr_(&mtmr),
-      ecm_(&ecm),
-      publisher_({Kind::camera_teleop, 0}, joined(mtml, mtmr, ecm), out) {}
+    : mtml_(&mtml), mtmr_(&mtmr), ecm_(&ecm), publisher_({Kind::camera_teleop, 0}, joined(mtml, mtmr, ecm), out) {}
 
 std::string_view CameraTeleop::name_of(Phase phase) noexcept {
   constexpr std::array<std::string_view, 3> kNames{"DISABLED", "SETTING_ARMS_STATE", "ENABLED"};
@@ -114,7 +111,8 @@ CameraTeleop::Image CameraTeleop::image() const noexcept {
 }
 
 void CameraTeleop::enable(bool enable) noexcept {
-  if (wanted_ != enable) publisher_.text(Topic::teleop_desired_state, name_of(enable ? Phase::enabled : Phase::disabled));
+  if (wanted_ != enable)
+    publisher_.text(Topic::teleop_desired_state, name_of(enable ? Phase::enabled : Phase::disabled));
   wanted_ = enable;
   enter(enable && phase_ != Phase::disabled ? phase_ : enable ? Phase::setting_arms_state : Phase::disabled);
 }

@@ -302,10 +302,10 @@ struct ArmState {
   JointState gripper;  ///< MTM: one joint, position only
   bool jaw_valid = false;
   JointState jaw_measured_js, jaw_setpoint_js;  ///< PSM: one joint
-  Pose base_frame;               ///< of the arm's own base, in the frame of measured_cp
-  std::string_view reference;    ///< name of the arm in whose tip frame measured_cp is told; empty: the cart's frame
-  JointState setup_js;           ///< of the setup joints of a PSM or an ECM [m, rad]
-  Pose setup_cp, local_setup_cp; ///< of the arm's base, in the frame of measured_cp and in the cart's
+  Pose base_frame;                              ///< of the arm's own base, in the frame of measured_cp
+  std::string_view reference;     ///< name of the arm in whose tip frame measured_cp is told; empty: the cart's frame
+  JointState setup_js;            ///< of the setup joints of a PSM or an ECM [m, rad]
+  Pose setup_cp, local_setup_cp;  ///< of the arm's base, in the frame of measured_cp and in the cart's
   Wrench F_hand;  ///< simulation only: wrench of the MTM on the hand that holds it, in base axes [N, N m]
 };
 

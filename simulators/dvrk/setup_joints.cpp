@@ -62,8 +62,9 @@ void SetupJoints::move(const Command& c) noexcept {
   const JointVector most = joints(kLift, kTurn);
   const JointVector& goal = c.position;
   if (goal.size() != kJoints || !goal.allFinite() || (goal.cwiseAbs().array() > most.array()).any()) {
-    return publisher_.message(Topic::warning, "refused: the setup joints take 6 numbers, a lift within 0.4 m and "
-                                              "five angles within 2.82 rad");
+    return publisher_.message(Topic::warning,
+                              "refused: the setup joints take 6 numbers, a lift within 0.4 m and "
+                              "five angles within 2.82 rad");
   }
   if (now_.state != State::ENABLED) {
     return publisher_.message(Topic::warning, "refused: the brakes are on, send state_command enable");

@@ -59,8 +59,8 @@ struct System::Impl {
     for (const auto& arm : arms) {
       if (arm->spec().kind == ArmKind::ecm && !focus) focus = std::make_unique<EndoscopeFocus>(out);
     }
-    console = std::make_unique<Console>(std::move(mtms), std::move(list), camera.get(), focus.get(), spec.head_sensor,
-                                        out);
+    console =
+        std::make_unique<Console>(std::move(mtms), std::move(list), camera.get(), focus.get(), spec.head_sensor, out);
     publisher.value(Topic::volume, audio.volume());
     for (auto& arm : arms) arm->start();
     for (auto& teleop : teleops) teleop->start();
@@ -148,9 +148,8 @@ struct System::Impl {
     refer();
   }
   void refer() noexcept {
-    const Pose X_RC = reference == nullptr
-                          ? Pose{}
-                          : (reference->setup()->X_CB() * reference->state().local_measured_cp).inverse();
+    const Pose X_RC =
+        reference == nullptr ? Pose{} : (reference->setup()->X_CB() * reference->state().local_measured_cp).inverse();
     for (auto& arm : arms) {
       if (arm->setup() == nullptr) continue;
       const bool other = reference != nullptr && arm.get() != reference;
@@ -166,7 +165,8 @@ struct System::Impl {
   std::vector<std::unique_ptr<Teleop>> teleops;
   std::unique_ptr<CameraTeleop> camera;
   std::unique_ptr<EndoscopeFocus> focus;
-  SimulatedArm* reference = nullptr;  ///< measured_cp of the other arms is told in its tip frame; nullptr: in the cart's
+  SimulatedArm* reference =
+      nullptr;  ///< measured_cp of the other arms is told in its tip frame; nullptr: in the cart's
   std::string camera_name;
   std::unique_ptr<Console> console;
   std::int64_t ticks = 0;

@@ -151,11 +151,12 @@ class Processes:
     def __init__(self, folder):
         self._folder, self._running = folder, []
 
-    def start(self, *arguments, **more) -> subprocess.Popen:
-        """Start Python with these arguments."""
+    def start(self, *arguments, domain=None, **more) -> subprocess.Popen:
+        """Start Python with these arguments, in this session's ROS domain or another one."""
+        environment = plain_environment() | ({} if domain is None else {"ROS_DOMAIN_ID": str(domain)})
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
         command = [sys.executable, *map(str, arguments)]
-        process = subprocess.Popen(command, cwd=self._folder, **(pipes | {"env": plain_environment()} | more))
+        process = subprocess.Popen(command, cwd=self._folder, **(pipes | {"env": environment} | more))
         self._running.append(process)
         return process
 

@@ -19,9 +19,9 @@ def message_type(name: str, kind: str = "msg"):
 class Dvrk:
     """Keeps the last message of each subscribed topic, and publishes commands by topic name."""
 
-    def __init__(self, node, until):
+    def __init__(self, node, until, rows=ROWS):
         self._node, self._until = node, until
-        self._rows = dict(ROWS)
+        self._rows = dict(rows)
         self._publishers, self.last, self.count = {}, {}, {}
 
     def subscribe(self, *topics, wait=True):
@@ -50,7 +50,7 @@ class Dvrk:
 
     def _row(self, topic):
         """Row of a topic; other arms have the topics of their kind."""
-        return self._rows[topic.replace("/MTML/", "/MTMR/").replace("/ECM/", "/PSM1/")]
+        return self._rows.get(topic) or self._rows[topic.replace("/MTML/", "/MTMR/").replace("/ECM/", "/PSM1/")]
 
     def state(self, arm):
         """Name of the operating state of an arm."""

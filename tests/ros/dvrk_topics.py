@@ -109,6 +109,33 @@ TELEOP = [
     *out("geometry_msgs/QuaternionStamped", "alignment_offset"),
     *into(CF, "following/mtm/body/servo_cf"),
 ]
+ECM = [
+    *ARM,
+    *out(STRING, "endoscope_type", latched=True),
+    *out(JOY, "arm_clutch"),
+    *into(STRING, "set_endoscope_type"),
+]
+CAMERA_TELEOP = [
+    *WORDS,
+    *into(COMMAND, "state_command"),
+    *into(FLOAT, "set_scale"),
+    *out(STRING, "current_state", "desired_state", latched=True),
+    *out(BOOL, "following", latched=True),
+    *out(FLOAT, "scale", latched=True),
+]
+SETUP = [
+    *WORDS,
+    *out(JS, "measured_js"),
+    *out(CP, "measured_cp", "local/measured_cp"),
+    *out("crtk_msgs/OperatingState", "operating_state", latched=True),
+    *into(COMMAND, "state_command"),
+    *into(JS, "servo_jp", "move_jp"),
+]
+FOCUS = [
+    *out(BOOL, "locked", "focusing_in", "focusing_out", latched=True),
+    *into(BOOL, "lock", "focus_in", "focus_out"),
+]
+STATISTICS = "cisst_msgs/IntervalStatistics"
 SIMULATED = [  # only on the simulated robot: a hand on the handle
     *into(CP, "hand/servo_cp"),
     *into(CF, "hand/servo_cf"),
@@ -124,4 +151,20 @@ COMPONENTS = {
     "footpedals": FOOTPEDALS,
     "system": SYSTEM,
 }
+WHOLE = {  # components of a robot with both MTMs and an endoscope
+    **COMPONENTS,
+    "ECM": ECM,
+    "MTML_MTMR_ECM": CAMERA_TELEOP,
+    "SUJ": into(STRING, "set_reference_arm"),
+    "SUJ/PSM1": SETUP,
+    "SUJ/ECM": SETUP,
+    "endoscope_focus": FOCUS,
+    "stats": [
+        Row(f"{name}/period_statistics", STATISTICS, "out")
+        for name in ("subscribers", "events", "mtmr_arm", "psm1_arm", "publishers_ecm_arm", "mtmr_psm1_setting")
+    ],
+    "publishers": [Row("period_statistics", STATISTICS, "out")],
+}
+"""The same for a system with setup joints, a camera's teleoperation and the endoscope's focus motor."""
 ROWS = [(f"/{component}/{row.name}", row) for component, rows in COMPONENTS.items() for row in rows]
+WHOLE_ROWS = [(f"/{component}/{row.name}", row) for component, rows in WHOLE.items() for row in rows]

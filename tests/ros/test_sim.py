@@ -1,12 +1,13 @@
 """`palpate ros sim` from the side of a client of the real dVRK: over ROS 2, from another process."""
 
 import math
+import os
 import signal
 import time
 
 import numpy as np
 import pytest
-from dvrk_topics import ROWS
+from dvrk_topics import ROWS, WHOLE_ROWS
 
 
 @pytest.fixture
@@ -59,7 +60,11 @@ def joy(button):
 
 
 def test_every_topic_of_the_real_dvrk_exists(sim, node, until):
-    """Name, type, direction and latching of each topic in the ROS graph."""
+    assert wrong_topics(node, until, ROWS) == []
+
+
+def wrong_topics(node, until, rows):
+    """Rows of which name, type, direction, latching or the number of ends differ in the ROS graph."""
     services = {}
 
     def seen(topic, row):
@@ -72,8 +77,8 @@ def test_every_topic_of_the_real_dvrk_exists(sim, node, until):
     from rclpy.qos import DurabilityPolicy, ReliabilityPolicy
 
     wrong = []
-    until(lambda: all(seen(topic, row) for topic, row in ROWS), [t for t, r in ROWS if not seen(t, r)])
-    for topic, row in ROWS:
+    until(lambda: all(seen(topic, row) for topic, row in rows), [t for t, r in rows if not seen(t, r)])
+    for topic, row in rows:
         package, _, name = row.type.partition("/")
         found = seen(topic, row)
         if row.direction == "srv":
@@ -84,7 +89,201 @@ def test_every_topic_of_the_real_dvrk_exists(sim, node, until):
         reliable = found[0].qos_profile.reliability == ReliabilityPolicy.RELIABLE
         if (found[0].topic_type, latched, reliable, len(found)) != (f"{package}/msg/{name}", row.latched, True, 1):
             wrong.append((topic, found[0].topic_type, latched, reliable, len(found)))
-    assert wrong == []
+    return wrong
+
+
+@pytest.fixture(scope="module")
+def whole(start_once):
+    """A robot with both MTMs, an endoscope and setup joints, in a domain of its own."""
+    domain = (int(os.environ["ROS_DOMAIN_ID"]) + 13) % 100 + 1
+    command = ("-m", "palpate", "ros", "sim", "--arms", "MTMR", "MTML", "PSM1", "ECM", "--rate", "200")
+    process = start_once(*command, domain=domain)
+    lines = []
+    for line in process.stdout:
+        lines.append(line)
+        if "Ctrl-C" in line:
+            return domain
+    pytest.fail("".join([*lines, process.stderr.read()]))
+
+
+@pytest.fixture
+def there(whole, rclpy):
+    """A node and a function that spins it, beside the whole robot."""
+    from rclpy.context import Context
+    from rclpy.executors import SingleThreadedExecutor
+
+    context = Context()
+    rclpy.init(context=context, domain_id=whole)
+    node = rclpy.create_node(f"whole_{os.getpid()}", context=context)
+    executor = SingleThreadedExecutor(context=context)
+    executor.add_node(node)
+
+    def until(condition, description, seconds=20.0):
+        end = time.monotonic() + seconds
+        while not (value := condition()):
+            assert time.monotonic() < end, f"timeout of {seconds:g} s: {description}"
+            executor.spin_once(timeout_sec=0.01)
+        return value
+
+    yield node, until
+    executor.shutdown()
+    node.destroy_node()
+    rclpy.shutdown(context=context)
+
+
+@pytest.fixture
+def client(there):
+    from dvrk_client import Dvrk
+
+    node, until = there
+    return Dvrk(node, until, WHOLE_ROWS)
+
+
+def test_every_topic_of_the_whole_dvrk_exists(there):
+    """Setup joints, camera's teleoperation, endoscope, focus, statistics."""
+    assert wrong_topics(*there, WHOLE_ROWS) == []
+
+
+def test_setup_joints_move_the_base_and_the_answers_of_the_kinematics(client, there):
+    from crtk_msgs.srv import QueryForwardKinematics
+
+    node, until = there
+    topics = ("/SUJ/PSM1/operating_state", "/SUJ/PSM1/measured_cp", "/SUJ/PSM1/measured_js", "/PSM1/measured_cp")
+    client.subscribe("/PSM1/operating_state", *topics)
+    client.home("PSM1")
+    client.publish("/SUJ/PSM1/state_command", string="enable")
+    until(lambda: client.state("SUJ/PSM1") == "ENABLED", "enabled")
+    assert client.last["/SUJ/PSM1/measured_js"].name == ["lift", "shoulder", "elbow", "wrist", "tilt", "roll"]
+    until(lambda: client.last["/PSM1/measured_cp"].header.stamp.sec > 0, "a valid pose")
+    before = client.last["/PSM1/measured_cp"].pose.position.z
+    lift = 0.1 if client.last["/SUJ/PSM1/measured_js"].position[0] < 0.05 else 0.0
+    client.publish("/SUJ/PSM1/move_jp", joint_state(position=[lift, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    rise = 0.1 if lift else -0.1
+    until(lambda: abs(client.last["/PSM1/measured_cp"].pose.position.z - before - rise) < 1e-3, "the base is lifted")
+    ask = node.create_client(QueryForwardKinematics, "/PSM1/forward_kinematics")
+    until(ask.service_is_ready, "the service")
+    answer = ask.call_async(QueryForwardKinematics.Request(jp=[0.0, 0.0, 0.1, 0.0, 0.0, 0.0]))
+    until(answer.done, "an answer")
+    at_zero = answer.result().cp.position.z
+    assert abs(at_zero - lift + 0.1) < 0.02, "the tip is 0.1 m below the lifted base"
+
+
+def test_frames_of_arms_and_setup_joints_are_on_tf(client, there):
+    """Each frame has one parent; the chain from the cart gives measured_cp."""
+    from tf2_msgs.msg import TFMessage
+
+    node, until = there
+    client.subscribe("/PSM1/operating_state", "/PSM1/measured_cp")
+    client.home("PSM1")
+    edges = {}
+
+    def keep(message):
+        for t in message.transforms:
+            edges.setdefault(t.child_frame_id, {})[t.header.frame_id] = t.transform.translation
+
+    node.create_subscription(TFMessage, "/tf", keep, 100)
+    until(lambda: "PSM1" in edges and "PSM1_base" in edges, "frames of PSM1")
+    assert {child: list(parents) for child, parents in edges.items()}["PSM1_base"] == ["Cart"]
+    assert all(len(parents) == 1 for parents in edges.values()), edges.keys()
+    tip, base, measured = edges["PSM1"]["PSM1_base"], edges["PSM1_base"]["Cart"], client.last["/PSM1/measured_cp"]
+    assert abs(base.z + tip.z - measured.pose.position.z) < 5e-3
+    assert measured.header.frame_id == "PSM1_base"
+
+
+def test_statistics_of_the_threads_are_plausible(there):
+    from cisst_msgs.msg import IntervalStatistics
+
+    node, until = there
+    got = {}
+    for name in ("mtmr_arm", "events"):
+        node.create_subscription(
+            IntervalStatistics, f"/stats/{name}/period_statistics", lambda m, name=name: got.update({name: m}), 10
+        )
+    until(lambda: len(got) == 2 and all(m.number_of_samples for m in got.values()), "statistics")
+    servo, events = got["mtmr_arm"], got["events"]
+    assert servo.period_avg == pytest.approx(1.0 / servo.number_of_samples, rel=0.05), "of a window of a second"
+    assert servo.period_min <= servo.period_avg <= servo.period_max
+    assert 0.0 < servo.compute_time_avg <= servo.compute_time_max
+    assert events.number_of_samples == pytest.approx(200, rel=0.6)
+    assert events.statistics_interval == 1.0
+
+
+def test_status_warning_and_error_are_in_the_log(client, there):
+    from rcl_interfaces.msg import Log
+    from rclpy.qos import DurabilityPolicy, QoSProfile
+
+    node, until = there
+    log = []
+    qos = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+    node.create_subscription(Log, "/rosout", lambda m: log.append((int(m.level), m.name, m.msg)), qos)
+    client.publish("/ECM/state_command", string="dance")
+    client.publish("/ECM/set_endoscope_type", data="8K")
+    client.publish("/SUJ/ECM/state_command", string="enable")
+
+    def level(text):
+        return {one[0] for one in log if text in one[2] and one[1] == "dvrk"}
+
+    until(lambda: level("dance") and level("8K"), f"entries of the log: {log[-5:]}")
+    assert level("dance") == {30}
+    assert level("8K") == {40}
+    client.publish("/system/power_on")
+    until(lambda: level("enable requested for every arm") == {20}, "status")
+
+
+def test_focus_and_camera_teleoperation_answer(client):
+    client.subscribe("/endoscope_focus/focusing_in", "/MTML_MTMR_ECM/current_state", "/MTML_MTMR_ECM/scale",
+                     "/ECM/endoscope_type")  # fmt: skip
+    assert client.last["/ECM/endoscope_type"].data == "HD_STRAIGHT"
+    assert client.last["/MTML_MTMR_ECM/current_state"].data == "DISABLED"
+    client.publish("/endoscope_focus/focus_in", data=True)
+    client._until(lambda: client.last["/endoscope_focus/focusing_in"].data, "focusing")
+    client.publish("/endoscope_focus/focus_in", data=False)
+    client.publish("/MTML_MTMR_ECM/set_scale", data=0.5)
+    client._until(lambda: client.last["/MTML_MTMR_ECM/scale"].data == 0.5, "the scale")
+
+
+HAND = """
+import sys, time
+import rclpy
+from geometry_msgs.msg import PoseStamped
+rclpy.init()
+node = rclpy.create_node("hand")
+to = node.create_publisher(PoseStamped, "/MTMR/hand/servo_cp", 10)
+while not to.get_subscription_count():
+    time.sleep(0.02)
+pose = PoseStamped()
+p = pose.pose.position
+p.x, p.y, p.z = map(float, sys.argv[1:4])
+o = pose.pose.orientation
+o.x, o.y, o.z, o.w = 0.5, 0.5, 0.5, -0.5
+to.publish(pose)
+print("held", flush=True)
+sys.stdin.read()
+node.destroy_node()
+rclpy.shutdown()
+"""
+
+
+def test_hand_that_holds_ends_with_its_client(client, there, start, whole):
+    """While the client runs the handle stays where it holds it; when it has ended the hand exerts no force."""
+    client.subscribe("/MTMR/operating_state", "/MTMR/measured_cp", "/MTMR/hand/measured_cf")
+    client.home("MTMR")
+    client._until(lambda: client.last["/MTMR/measured_cp"].header.stamp.sec > 0, "a valid pose")
+    x, y, z = tip(client) + np.array([0.0, -0.03, 0.0])
+    hand = start("-c", HAND, x, y, z, domain=whole)
+    assert hand.stdout.readline() == "held\n"
+
+    def force():
+        f = client.last["/MTMR/hand/measured_cf"].wrench.force
+        return math.hypot(f.x, f.y, f.z)
+
+    client._until(lambda: force() > 0.5, f"the hand pulls the held arm: {force()} N")
+    end = time.monotonic() + 1.0
+    client._until(lambda: time.monotonic() > end, "time", 3.0)
+    assert force() > 0.5, "it goes on while the client runs"
+    hand.stdin.close()
+    hand.wait(20)
+    client._until(lambda: force() == 0.0, f"the hand has let go: {force()} N", 5.0)
 
 
 def test_no_measurement_is_valid_when_powered_off(dvrk):
@@ -217,7 +416,8 @@ def test_teleoperation_with_emulated_pedals(mtm, until):
 
 @pytest.mark.parametrize("end", [signal.SIGINT, signal.SIGTERM])
 def test_sim_ends_cleanly(start, end):
-    process = start("-m", "palpate", "ros", "sim", "--arms", "PSM1")
+    domain = (int(os.environ["ROS_DOMAIN_ID"]) + 23 + end) % 100 + 1  # the others' robot has a PSM1, too
+    process = start("-m", "palpate", "ros", "sim", "--arms", "PSM1", domain=domain)
     while "Ctrl-C" not in (line := process.stdout.readline()):
         assert line, process.stderr.read()
     process.send_signal(end)

@@ -61,10 +61,10 @@ def scene_of_the_page(folder, more=""):
 
 
 def test_commands_of_the_page_work_unchanged(built, start, tmp_path, capsys):
-    """Three terminals; the last two commands print the force of the wall and the force on the hand."""
+    """Four terminals; the last two commands print the force of the wall and the force on the hand."""
     scene_of_the_page(tmp_path)
     blocks = [block.replace("\\\n", " ") for block in re.findall(r"```bash\n(.*?)```", PAGE, re.S)]
-    robot, node, hand = blocks[1:4]
+    robot, node, hand, felt_by_hand = blocks[1:5]
     commands = [shlex.split(line, comments=True) for line in (robot, node)]
     processes = [start("-m", *line) for line in commands]
     assert "Ctrl-C" in [processes[0].stdout.readline() for _ in range(2)][-1]
@@ -78,7 +78,8 @@ def test_commands_of_the_page_work_unchanged(built, start, tmp_path, capsys):
     def pushed(line):
         return yaml.safe_load(run(line).split("---")[0])["wrench"]["force"]["y"]
 
-    *commands, push, felt = hand.splitlines()
+    *commands, holding = hand.splitlines()
+    push, felt = felt_by_hand.splitlines()
     with topic.node() as here:  # a user reads what happens before the next command
         for line in commands:
             run(line)
@@ -86,9 +87,10 @@ def test_commands_of_the_page_work_unchanged(built, start, tmp_path, capsys):
                 await_message(here, "/MTMR/measured_cp", lambda m: abs(m.pose.position.y + 0.3645) < 1e-3)
             if "operator_present" in line:
                 await_message(here, "/diagnostics", lambda m: m.status[0].message == "free to push")
-            if "hand/servo_cp" in line:
-                await_message(here, "/MTMR/body/servo_cf", lambda m: m.wrench.force.y > 0.3)
-                time.sleep(1.0)  # the handle comes to rest
+        assert "hand/servo_cp" in holding
+        processes.append(start("-m", *shlex.split(holding, comments=True)))
+        await_message(here, "/MTMR/body/servo_cf", lambda m: m.wrench.force.y > 0.3)
+        time.sleep(1.0)  # the handle comes to rest
     pushes = [pushed(push)]
     while pushes[-1] == 0.0 and len(pushes) < 10:  # a busy machine pauses the force
         pushes.append(pushed(push))

@@ -92,8 +92,9 @@ class LatchedSubscriber final : public LatchingSearch {
     Clock::time_point found;  ///< time at which it was found
     bool delivered = false;   ///< what it had latched has arrived
   };
-  static constexpr auto kPatience = std::chrono::seconds(10);  // a publisher that delivers nothing had latched nothing
-  static constexpr std::size_t kPublishers = 64;               // publishers whose newest message is remembered [-]
+  // A publisher that delivers nothing had latched nothing. Fast DDS repeats what was lost after 3 s.
+  static constexpr auto kPatience = std::chrono::milliseconds(3500);
+  static constexpr std::size_t kPublishers = 64;  // publishers whose newest message is remembered [-]
 
   static double age(const Info& info) {
     const auto now = std::chrono::system_clock::now().time_since_epoch();

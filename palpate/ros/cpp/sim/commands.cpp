@@ -68,12 +68,12 @@ template <class Msg>
 std::unique_ptr<Entity> reader(Node& node, const std::string& topic, const Command& command,
                                const OnCommand& on_command) {
   const std::string full = "/" + topic;
-  return std::make_unique<Subscription<Msg>>(
-      node, topic, [command, on_command, full](const Msg& message, const Info& info) {
-        Command filled = command;
-        read(message, filled);
-        on_command(filled, full, info.publisher);
-      });
+  return std::make_unique<Subscription<Msg>>(node, topic,
+                                             [command, on_command, full](const Msg& message, const Info& info) {
+                                               Command filled = command;
+                                               read(message, filled);
+                                               on_command(filled, full, info.publisher);
+                                             });
 }
 
 std::unique_ptr<Entity> reader(Node& node, const std::string& topic, const dvrk::VerbEntry& verb,

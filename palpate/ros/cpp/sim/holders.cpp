@@ -8,8 +8,7 @@ namespace {
 using dvrk::Verb;
 
 bool holds(Verb verb) noexcept {
-  return verb == Verb::hand_servo_cp || verb == Verb::hand_servo_cf || verb == Verb::hand_gripper ||
-         verb == Verb::tool_servo_cf;
+  return verb == Verb::hand_servo_cp || verb == Verb::hand_servo_cf || verb == Verb::tool_servo_cf;
 }
 
 }  // namespace

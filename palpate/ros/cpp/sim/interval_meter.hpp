@@ -18,7 +18,9 @@ struct Spread {
     least = n == 1 ? x : std::min(least, x);
     most = n == 1 ? x : std::max(most, x);
   }
-  [[nodiscard]] double deviation() const noexcept { return n > 1 ? std::sqrt(squares / static_cast<double>(n - 1)) : 0; }
+  [[nodiscard]] double deviation() const noexcept {
+    return n > 1 ? std::sqrt(squares / static_cast<double>(n - 1)) : 0;
+  }
 
   std::int64_t n = 0;
   double mean = 0.0, squares = 0.0, least = 0.0, most = 0.0;

@@ -138,7 +138,8 @@ struct MeasurePublisher final : ArmMeasures::TopicPublisher {
   MeasurePublisher(Node& node, const std::string& arm, const Row<Value>& row, const std::vector<std::string>& joints)
       : row(row), name(arm), publisher(node, arm + "/" + row.topic) {
     of_setup = arm.starts_with(kSetup);
-    referred = !of_setup && (arm + "/" + row.topic).ends_with("_cp") && !std::string_view(row.topic).starts_with("local");
+    referred =
+        !of_setup && (arm + "/" + row.topic).ends_with("_cp") && !std::string_view(row.topic).starts_with("local");
     if constexpr (requires { message.header; }) message.header.frame_id = of_setup ? "Cart" : arm + "_base";
     if constexpr (requires { message.name; }) message.name = joints;
   }

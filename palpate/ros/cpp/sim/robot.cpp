@@ -12,8 +12,8 @@ constexpr std::int64_t kCatchUp = 30;         // most ticks that are caught up a
 constexpr std::int64_t kSearch = 20'000'000;  // interval of the searches for latching clients [ns]
 constexpr int kLooks = 3;                     // searches per look for clients that are gone
 constexpr std::int64_t kListenWait = 100'000'000;  // longest wait of the subscribing thread [ns]
-constexpr int kServo = 70;                    // priority of the servo; the haptic loop has 80
-constexpr int kPublish = 69, kListen = 71;    // priorities of the publishing and the subscribing thread
+constexpr int kServo = 70;                         // priority of the servo; the haptic loop has 80
+constexpr int kPublish = 69, kListen = 71;         // priorities of the publishing and the subscribing thread
 
 /// Real-time options of a thread on any core, without spinning.
 loop::RealTimeOptions at(int priority) noexcept {
@@ -60,11 +60,12 @@ Robot::Robot(const std::shared_ptr<Context>& context, dvrk::System& robot, dvrk:
   });
   servo_.start(1.0 / dvrk::System::kTick, [this](const loop::Wake& wake) { return tick(wake); });
   spinner_ = std::make_unique<Spinner>(node_, SpinnerOptions{.in_thread = [] { loop::schedule(at(kListen)); },
-                                                                .after = [this] {
-                                                                  const std::int64_t now = loop::now_ns();
-                                                                  statistics_.commands.add(now, now);
-                                                                  return kListenWait;
-                                                                }});
+                                                             .after =
+                                                                 [this] {
+                                                                   const std::int64_t now = loop::now_ns();
+                                                                   statistics_.commands.add(now, now);
+                                                                   return kListenWait;
+                                                                 }});
   query_spinner_ = std::make_unique<Spinner>(query_node_, SpinnerOptions{.after = [this] {
                                                for (const auto& command : subscriptions_.settings)
                                                  command->find_latching_publisher();
