@@ -19,10 +19,12 @@ from palpate.ros import keystore
 NODE = """
 import sys, time
 from palpate import ros
-native = ros.load()
 try:
+    native = ros.load()
     echo = native.Echo(native.Context(), "/there_secure", "/back_secure")
-except native.RosError as error:
+except Exception as error:  # before ROS starts, or by the middleware
+    if type(error).__name__ not in ("RosError", "RosMissingError"):
+        raise
     print("refused:", " ".join(str(error).split()), flush=True)
     sys.exit(3)
 print("up", flush=True)
