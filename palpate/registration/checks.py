@@ -16,6 +16,8 @@ from palpate.registration.fit import closed_form
 LARGEST = 10.0  # largest distance between fiducials that is believed to be in metres [m]
 _CLOSEST = 1e-6  # closer fiducials are one marker entered twice [m]
 _COLLINEAR = 1e-3  # spread across a line relative to the spread along it
+NO_FIT = 0.01
+"""Rms error of a measured place above which nothing was measured [m]."""
 _MIRRORED = 0.2  # residual of the mirrored fit relative to that of the rigid one
 
 
@@ -116,8 +118,35 @@ def same_markers(moving: Array, fixed: Array) -> None:
     lengths = [np.linalg.norm(p[pairs[0]] - p[pairs[1]], axis=1) for p in (moving, fixed)]
     unit_ratio(float(np.median(lengths[1] / lengths[0])))
     rigid, mirrored = (fit_rms(moving * flip, fixed) for flip in (1.0, np.array([1.0, 1.0, -1.0])))
-    if mirrored < _MIRRORED * rigid:
+    if mirrored < _MIRRORED * rigid or _worse(rigid, mirrored, 3 * len(moving) - 6):
         raise mirror_error(rigid, mirrored)
+
+
+def _worse(rms: float, other: float, freedom: int) -> bool:
+    """True if a residual is larger than another by more than chance explains (F test at 0.1 %)."""
+    from scipy.special import fdtrc
+
+    return other > 0.0 and bool(fdtrc(freedom, freedom, (rms / other) ** 2) < 1e-3)
+
+
+def require_fit(name: str, fle: float, spread: float, mend: str) -> None:
+    """Check that something explains the measurements.
+
+    Args:
+        name: of the measurements, in the message.
+        fle: error of one measured place that the fit leaves, rms [m].
+        spread: rms distance of the measured places from their mean [m].
+        mend: remedy, in the message.
+
+    Raises:
+        RegistrationError: the fit leaves centimetres, or a fifth of the motion and millimetres.
+    """
+    if fle > NO_FIT or (fle > 0.2 * NO_FIT and fle > 0.2 * spread):
+        raise RegistrationError(
+            f"{name} contradict each other: the best answer leaves {1e3 * fle:.3g} mm rms",
+            why=f"a tracked place is right within a millimetre or two, and these move by {1e3 * spread:.3g} mm rms",
+            mend=mend,
+        )
 
 
 def mirror_error(rigid: float, mirrored: float) -> RegistrationError:

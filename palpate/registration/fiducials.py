@@ -12,11 +12,13 @@ from palpate.arrays import Array
 from palpate.arrays.rigid import transform
 from palpate.errors import RegistrationError
 from palpate.registration import checks, matching, outliers, predict
-from palpate.registration.fit import Indices
-from palpate.registration.noise import covariances
+from palpate.registration.fit import Indices, jacobians
+from palpate.registration.noise import CONFIDENCE, covariances, student_factor
 from palpate.registration.outliers import Matched
 
 _IMPLAUSIBLE = 1e-3  # probability below which the residuals contradict the stated localisation error
+_OTHER_SIZE = 0.01  # probability below which the two sets have different sizes
+_FLAT = 0.01  # probability above which the mirror image of the points fits, too
 
 
 @dataclass(frozen=True)
@@ -27,7 +29,10 @@ class PointRegistration:
     fre: float  #: rms residual of the fiducials used [m]
     fle: float  #: rms localisation error of both sets together, stated or estimated from the residuals [m]
     tre: Array  #: (K,) predicted rms error at each target [m]
+    tre_95: Array  #: (K,) upper 95 % bound of the true rms error [m]; `tre` if the FLE is stated
     covariance: Array  #: (6, 6) of the displacement [dp; dtheta] of X in the fixed frame (NOTATION.md)
+    size: float  #: size of the fixed set over that of the moving set; 1 for the same markers
+    size_deviation: float  #: standard deviation of `size`
     outliers: tuple[int, ...]  #: moving points excluded as wrong markers
     correspondence: Indices  #: (N,) index of the fixed point of each moving point, -1 if it has none
     residuals: Array  #: (N,) distance of each moving point from its partner [m], NaN if it has none
@@ -111,26 +116,36 @@ def _register(
     X = good.solve()
     q, freedom = good.chi_square(X), 3 * len(good) - 6
     scale = 1.0 if known else q / freedom  # the stated covariances, or unit ones times the estimated variance
-    covariance = np.asarray(scale * np.linalg.inv(good.information(X)), dtype=np.float64)
+    wide = 1.0 if known else student_factor(freedom)
+    covariance = np.asarray(wide * scale * np.linalg.inv(good.information(X)), dtype=np.float64)
+    size = _Size.of(good, X, known)
     residual = np.linalg.norm(pairs.fixed - transform(X, pairs.moving), axis=1)
     found = tuple(predict.target(X, covariance, p) for p in goals)
     places = None if candidates is None else checks.cloud("candidates", candidates, least=1)
     S = np.asarray(scale * good.S(X).mean(axis=0), dtype=np.float64)
+    tre = np.array([one.tre for one in found])
     extra = len(found) > 0 and q > 0
     return PointRegistration(
         X=X,
         fre=float(np.sqrt(np.square(residual[kept]).mean())),
         fle=float(np.sqrt(np.trace(S))),
-        tre=np.array([one.tre for one in found]),
+        tre=tre,
+        tre_95=tre if known else tre / np.sqrt(wide) * _upper(freedom),
         covariance=covariance,
+        size=size.value,
+        size_deviation=size.deviation,
         outliers=tuple(int(used[k]) for k in wrong),
         correspondence=partner,
         residuals=_spread(residual, used, len(partner)),
         leave_one_out=_spread(_left_out(pairs, kept), used, len(partner)),
         targets=found,
-        addition=predict.next_point(X, covariance, S, good.moving, goals, places) if extra else None,
+        addition=predict.next_point(X, covariance, wide * S, good.moving, goals, places) if extra else None,
         estimated=not known,
-        warnings=_warnings(good, known, q, freedom),
+        warnings=(
+            *_warnings(good, known, q, freedom),
+            *_of_size(size, pairs, good, known),
+            *_of_mirror(good, known, q),
+        ),
     )
 
 
@@ -148,6 +163,69 @@ def _left_out(pairs: Matched, kept: list[int]) -> Array:
         if len(others) >= 3:
             out[k] = np.linalg.norm(outliers.without(pairs[[*others, k]], len(others))[0])
     return out
+
+
+def _upper(freedom: int) -> float:
+    """Factor of an estimated standard deviation to its upper bound."""
+    from scipy.special import chdtri
+
+    return float(np.sqrt(freedom / chdtri(freedom, CONFIDENCE)))
+
+
+@dataclass(frozen=True)
+class _Size:
+    """Ratio of the sizes of two sets, as a seventh parameter."""
+
+    value: float
+    deviation: float
+    p: float  # probability of such a ratio for sets of the same size
+
+    @staticmethod
+    def of(pairs: Matched, X: Array, known: bool) -> _Size:
+        """The ratio that lowers the residuals of the pose X (4, 4) most, and its significance."""
+        from scipy.special import ndtr, stdtr
+
+        arms = (pairs.moving - pairs.moving.mean(axis=0)) @ X[:3, :3].T
+        U = np.linalg.inv(np.linalg.cholesky(pairs.S(X)))
+        J = (U @ np.concatenate([jacobians(X, pairs.moving), arms[..., None]], axis=2)).reshape(-1, 7)
+        r = (U @ (pairs.fixed - transform(X, pairs.moving))[..., None]).ravel()
+        C = np.linalg.inv(J.T @ J)
+        xi = C @ (J.T @ r)
+        freedom = len(r) - 7
+        variance = 1.0 if known else float(np.square(r - J @ xi).sum()) / freedom
+        deviation = float(np.sqrt(max(variance * C[6, 6], 1e-30)))
+        t = -abs(float(xi[6])) / deviation
+        return _Size(1.0 + float(xi[6]), deviation, float(2.0 * (ndtr(t) if known else stdtr(freedom, t))))
+
+
+def _of_size(size: _Size, pairs: Matched, good: Matched, known: bool) -> list[str]:
+    """The warning that the sets have different sizes, in the markers used or in all of them."""
+    every = size if len(pairs) == len(good) else _Size.of(pairs, pairs.solve(), known)
+    worst = min((size, every), key=lambda one: one.p)
+    if worst.p >= _OTHER_SIZE or abs(worst.value - 1.0) < 1e-6:
+        return []
+    return [
+        f"the fixed points are {worst.value:.4f} +- {worst.deviation:.4f} times as large as the moving points: a scale "
+        "error of a scan or a tracker (voxel size, calibration), which the predicted errors do not include"
+    ]
+
+
+def _of_mirror(good: Matched, known: bool, q: float) -> list[str]:
+    """The warning that a mirrored list would fit as well: the markers lie in a plane."""
+    from scipy.special import chdtrc, fdtrc
+
+    flat = good.moving - good.moving.mean(axis=0)
+    normal = np.linalg.svd(flat)[2][2]
+    mirrored = Matched(good.moving - 2.0 * np.outer(flat @ normal, normal), good.fixed, good.S_moving, good.S_fixed)
+    other, freedom = mirrored.chi_square(mirrored.solve()), 3 * len(good) - 6
+    fits = chdtrc(freedom, other) if known else fdtrc(freedom, freedom, other / max(q, 1e-30))
+    if fits < _FLAT and other > 4.0 * q:
+        return []
+    thick = 2e3 * float(np.abs(flat @ normal).max())
+    return [
+        f"the markers lie in a plane within {thick:.2g} mm: a mirrored list (one axis with the opposite sign) would "
+        "fit as well, with another pose; add a marker out of the plane, or check the axes"
+    ]
 
 
 def _warnings(good: Matched, known: bool, q: float, freedom: int) -> tuple[str, ...]:

@@ -11,8 +11,13 @@ from palpate.arrays import Array
 from palpate.errors import RegistrationError
 from palpate.registration import checks
 from palpate.registration.deletion import Linearised, deletions
+from palpate.registration.noise import student_factor
 from palpate.registration.quaternion_order import require_order
 
+_LONGEST = 3.0  # longest pointer that is believed to be in metres [m]
+_DRAWS, _DRAWN, _ENOUGH = 500, 3, 10  # subsets of poses that are tried, poses of a subset, poses from which on
+_FAR = 10.0  # robust standard deviations beyond which a pose would hide other wrong ones
+_MEDIAN = 1.538  # median length of three normal deviates
 _TURNED = 0.05  # smallest singular value per pose that determines the tip: about 6 deg of rms rotation
 
 
@@ -38,18 +43,26 @@ def pivot(X_WT: npt.ArrayLike) -> Pivot:
     Medical Imaging 9415, 2015).
 
     Raises:
-        RegistrationError: fewer than three poses, matrices that are not rigid, or rotations about one axis only.
+        RegistrationError: fewer than three poses, matrices that are not rigid, rotations about one axis only, lengths
+            in millimetres, or poses that no tip explains.
     """
     X = checks.poses("the recording", X_WT)
+    spread = checks.extent(X[:, :3, 3])
+    if spread > checks.LARGEST:
+        raise _millimetres(f"the tool moves by {spread:.4g} m rms")
     _check_rotations(X)
     require_order("the poses", X, _misfit)
-    wrong = deletions(len(X), 4, lambda rows: _linearised(X[rows]), known=False)
-    kept = [k for k in range(len(X)) if k not in wrong]
+    likely = _likely(X)
+    dropped = deletions(len(likely), 4, lambda rows: _linearised(X[likely][rows]), known=False)
+    kept = [likely[k] for k in range(len(likely)) if k not in dropped]
+    wrong = sorted(set(range(len(X))) - set(kept))
     A, b = _equations(X[kept])
     solution = _solution(A, b)
     rest = b - A @ solution
-    variance = float(np.square(rest).sum() / max(3 * len(kept) - 6, 1))
-    C = variance * np.linalg.inv(np.einsum("nip,niq->pq", A, A))
+    freedom = max(3 * len(kept) - 6, 1)
+    variance = float(np.square(rest).sum() / freedom)
+    _require_tip(solution[:3], float(np.sqrt(3.0 * variance)), X[kept])
+    C = student_factor(freedom) * variance * np.linalg.inv(np.einsum("nip,niq->pq", A, A))
     A_all, b_all = _equations(X)
     return Pivot(
         p_TQ=solution[:3],
@@ -62,6 +75,37 @@ def pivot(X_WT: npt.ArrayLike) -> Pivot:
         residuals=np.linalg.norm(b_all - A_all @ solution, axis=1),
         outliers=tuple(wrong),
     )
+
+
+def _likely(X: Array) -> list[int]:
+    """Indices of the poses that agree with most others (least median of squares; Rousseeuw, JASA 79(388), 1984).
+
+    Many wrong poses bias the fit to all of them, so that none stands out.
+    """
+    if len(X) < _ENOUGH:
+        return list(range(len(X)))
+    A, b = _equations(X)
+    rng = np.random.default_rng(0)
+    drawn = np.array([rng.choice(len(X), _DRAWN, replace=False) for _ in range(_DRAWS)])
+    found = np.einsum("dpn,dn->dp", np.linalg.pinv(A[drawn].reshape(_DRAWS, -1, 6)), b[drawn].reshape(_DRAWS, -1))
+    far = np.linalg.norm(b - np.einsum("nip,dp->dni", A, found), axis=2)
+    near = far[int(np.argmin(np.median(far, axis=1)))]
+    A_near, b_near = _equations(X[near <= np.median(near)])
+    distance = np.linalg.norm(b - A @ _solution(A_near, b_near), axis=1)
+    sigma = float(np.median(distance)) / _MEDIAN
+    return [int(k) for k in np.flatnonzero(distance <= _FAR * max(sigma, 1e-9))]
+
+
+def _require_tip(p_TQ: Array, fle: float, X: Array) -> None:
+    """Check that a tip explains the poses, in metres."""
+    if np.linalg.norm(p_TQ) > _LONGEST:
+        raise _millimetres(f"the tip would be {np.linalg.norm(p_TQ):.4g} m from the tool frame")
+    mend = "rest the tip in a divot and record again; leave out poses in which the marker was hidden"
+    checks.require_fit("the poses", fle, checks.extent(X[:, :3, 3]), mend)
+
+
+def _millimetres(what: str) -> RegistrationError:
+    return RegistrationError(what, why="the positions look like millimetres", mend="divide by 1000 (--unit mm)")
 
 
 def _equations(X: Array) -> tuple[Array, Array]:

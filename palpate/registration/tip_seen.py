@@ -13,6 +13,7 @@ from palpate.errors import RegistrationError
 from palpate.registration import checks, predict
 from palpate.registration.deletion import Linearised, deletions
 from palpate.registration.fit import closed_form, jacobians
+from palpate.registration.noise import student_factor
 from palpate.registration.quaternion_order import require_order
 
 _STEPS, _SMALL = 60, 1e-10  # Gauss-Newton: largest number of steps, step that ends it [m, rad]
@@ -61,8 +62,13 @@ def camera(arm: npt.ArrayLike, seen: npt.ArrayLike, targets: npt.ArrayLike | Non
     kept = [k for k in range(len(X_BT)) if k not in wrong]
     X, t = _solved(X_BT[kept], p_CQ[kept])
     fit = Linearised(_residuals(X, t, X_BT[kept], p_CQ[kept]), _derivatives(X, X_BT[kept], p_CQ[kept]))
-    variance = float(np.square(fit.residuals).sum() / max(3 * len(kept) - 9, 1))
-    C = np.asarray(variance * np.linalg.inv(np.einsum("nip,niq->pq", fit.J, fit.J)), dtype=np.float64)
+    freedom = max(3 * len(kept) - 9, 1)
+    variance = float(np.square(fit.residuals).sum() / freedom)
+    mend = "check that pose i and point i are of the same instant, and that the seen point is the tool's"
+    checks.require_fit("poses and points", float(np.sqrt(3.0 * variance)), checks.extent(p_CQ), mend)
+    C = np.asarray(
+        student_factor(freedom) * variance * np.linalg.inv(np.einsum("nip,niq->pq", fit.J, fit.J)), dtype=np.float64
+    )
     found = tuple(predict.target(X, C[:6, :6], p) for p in goals)
     residuals = np.linalg.norm(_residuals(X, t, X_BT, p_CQ), axis=1)
     return CameraRegistration(

@@ -245,6 +245,64 @@ def test_stated_error_that_the_residuals_contradict_is_reported():
     assert any("stated localisation error" in text for text in doubtful.warnings) or len(doubtful.outliers) >= 2
 
 
+@pytest.mark.parametrize("n", [3, 4, 8])
+def test_ellipsoids_hold_the_truth_with_an_estimated_error(n):
+    """Student's factors: 95 % of the ellipsoids and of the intervals at a target hold the true place."""
+    rng, inside, along, goal = np.random.default_rng(20), [], [], np.array([[0.1, 0.0, 0.0]])
+    for _ in range(150):
+        m, X = layout(rng, n), pose(rng)
+        found = registration.points(m, measured(rng, X, m), goal)
+        e, C = rigid.transform(X, goal)[0] - rigid.transform(found.X, goal)[0], found.targets[0].covariance
+        inside.append(e @ np.linalg.solve(C, e) < 7.815)  # chi-square of three, 95 %
+        along.append(abs(e[0]) < 1.96 * np.sqrt(C[0, 0]))
+    assert np.mean(inside) > 0.89  # 150 trials of 0.95: less in one of a thousand
+    assert np.mean(along) > 0.89
+
+
+def test_points_added_until_the_limit_is_met_meet_it():
+    """Optional stopping: the rms error of the answers that stopped is below the limit, which the TRE itself is not."""
+    rng, limit, goal, errors = np.random.default_rng(21), 0.6e-3, np.array([[0.1, 0.0, 0.0]]), []
+    for _ in range(80):
+        m, X = layout(rng, 12), pose(rng)
+        f = measured(rng, X, m, 0.6e-3)
+        for n in range(3, 13):
+            found = registration.points(m[:n], f[:n], goal)
+            if found.tre_95[0] <= limit:
+                errors.append(np.linalg.norm(rigid.transform(X, goal)[0] - rigid.transform(found.X, goal)[0]))
+                break
+    assert len(errors) > 30
+    assert np.sqrt(np.mean(np.square(errors))) < limit
+
+
+@pytest.mark.parametrize("scale", [0.98, 1.005, 1.3])
+@pytest.mark.parametrize("known", [True, False])
+def test_other_size_is_named(scale, known):
+    rng, named, alarms = np.random.default_rng(22), 0, 0
+    stated = {"fle": FLE} if known else {}
+    for _ in range(40):
+        m, X = layout(rng, 8), pose(rng)
+        found = registration.points(m, measured(rng, X, scale * m), **stated)
+        named += any("times as large" in text for text in found.warnings)
+        alarms += any("as large" in text for text in registration.points(m, measured(rng, X, m), **stated).warnings)
+    assert named >= 34
+    assert alarms <= 3
+    exact = registration.points(m, rigid.transform(X, scale * m), fle=FLE)
+    assert exact.size == pytest.approx(scale, abs=1e-9)
+
+
+def test_mirrored_slab_is_said_to_be_unknowable():
+    rng = np.random.default_rng(23)
+    m = layout(rng) * [1.0, 1.0, 0.003]
+    for mirrored in (1.0, -1.0):
+        found = registration.points(m, measured(rng, pose(rng), m * [1.0, 1.0, mirrored]))
+        assert any("in a plane within 0." in text and "mirrored" in text for text in found.warnings)
+    m = layout(rng) * [1.0, 1.0, 0.04]  # thick enough
+    with pytest.raises(RegistrationError, match="mirror image"):
+        registration.points(m, measured(rng, pose(rng), m * [1.0, 1.0, -1.0]))
+    found = registration.points(m, measured(rng, pose(rng), m))
+    assert not any("mirrored" in text for text in found.warnings)
+
+
 @pytest.mark.parametrize("fle", [0.0, [1.0, 2.0], np.diag([1.0, 1.0, -1.0]), [1e-3, 0.0, 1e-3]])
 def test_impossible_localisation_errors_are_refused(fle):
     with pytest.raises(RegistrationError):

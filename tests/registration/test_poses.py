@@ -130,6 +130,55 @@ def test_pivot_has_the_predicted_error_and_names_a_wrong_pose():
     assert registration.pivot(X_WT).outliers == (7,)
 
 
+def pivoting(rng, n=40):
+    """Poses of a tool with its tip at (2, -1.5, 152) mm, tracked with 0.25 mm rms."""
+    R = rigid.exp(np.radians(40) * rng.choice([-1.0, 1.0], (n, 3)) * rng.uniform(0.5, 1, (n, 3)))
+    return rigid.rigid(R, [0.1, 0.2, 0.9] - R @ [0.002, -0.0015, 0.152] + rng.normal(scale=1.5e-4, size=(n, 3)))
+
+
+@pytest.mark.parametrize("share", [0.05, 0.2, 0.4])
+@pytest.mark.parametrize("kind", ["identity", "frozen", "swapped"])
+def test_many_wrong_poses_of_a_pivot_are_named(share, kind):
+    rng = np.random.default_rng(30)
+    X = pivoting(rng)
+    wrong = np.sort(rng.choice(40, round(40 * share), replace=False))
+    if kind == "identity":  # an occluded marker
+        X[wrong] = np.eye(4)
+    elif kind == "frozen":  # the last pose again, while the tool has moved on
+        X[wrong, :3, 3] = X[wrong - 1, :3, 3] + [0.0, 0.03, 0.0]
+    else:
+        X[wrong, :3, 3] = X[wrong][:, [1, 0, 2], 3]
+    found = registration.pivot(X)
+    assert found.outliers == tuple(wrong)
+    assert found.p_TQ == pytest.approx([0.002, -0.0015, 0.152], abs=5e-4)
+
+
+def test_poses_that_no_tip_explains_are_refused():
+    rng = np.random.default_rng(31)
+    X = pivoting(rng)
+    X[:, :3, 3] *= 1e3
+    with pytest.raises(RegistrationError, match="millimetres"):
+        registration.pivot(X)
+    X = pivoting(rng)
+    X[:, :3, 3] = rng.uniform(-0.1, 0.1, (40, 3))  # a tool that is waved about
+    with pytest.raises(RegistrationError, match="contradict each other"):
+        registration.pivot(X)
+    arm = rigid.rigid(X[:, :3, :3], rng.uniform(-0.06, 0.06, (40, 3)))
+    with pytest.raises(RegistrationError, match="contradict each other"):
+        registration.camera(arm, rng.uniform(-0.06, 0.06, (40, 3)))
+
+
+def test_ordinary_pivots_name_nothing_and_few_poses_cover():
+    rng, alarms, inside = np.random.default_rng(32), 0, []
+    for n in [5, 9, 40] * 50:
+        found = registration.pivot(pivoting(rng, n))
+        alarms += bool(found.outliers)
+        e = found.p_TQ - [0.002, -0.0015, 0.152]
+        inside.append(e @ np.linalg.solve(found.covariance, e) < 7.815)  # chi-square of three, 95 %
+    assert alarms <= 3
+    assert np.mean(inside) > 0.89  # 150 trials of 0.95: less in one of a thousand
+
+
 def wxyz_read_as_xyzw(X):
     """The wrong reading of a file: its columns x, y, z, w are taken as w, x, y, z."""
     return rigid.rigid(so3.matrices(np.roll(so3.quaternions(X[:, :3, :3]), -1, axis=1)), X[:, :3, 3])

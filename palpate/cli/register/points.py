@@ -35,7 +35,11 @@ class Command(_common.Register):
     fle: float | None = None
     """Localisation error of both files together, rms length [m]; default: columns sx, sy, sz, or the residuals."""
     limit: float | None = None
-    """Largest TRE that is enough [m]; beyond it the command says where to add a point, and returns 1."""
+    """Largest TRE that is enough [m]; beyond it the command says where to add a point, and returns 1.
+
+    With an estimated localisation error the upper 95 % bound of the TRE counts: points are added until the limit is
+    met, which would flatter the estimate itself.
+    """
 
     def __call__(self) -> int:
         """Register, print, write."""
@@ -58,14 +62,14 @@ class Command(_common.Register):
         if alone:
             values["warnings"].append(f"markers in one file alone, not used: {', '.join(alone)}")
         self.finish(console, [*_lines(values), *self._advice(values)], values, (self.moving, self.fixed))
-        return int(self.limit is not None and any(tre > self.limit for tre in values["tre"]))
+        return int(self.limit is not None and any(tre > self.limit for tre in values["tre_95"]))
 
     def _advice(self, values: dict[str, Any]) -> list[str]:
         added = values["addition"]
         if added is None:
             return []
         lead = "one more point lowers the TRE most"
-        if self.limit is not None and max(values["tre"]) > self.limit:
+        if self.limit is not None and max(values["tre_95"]) > self.limit:
             lead = f"not enough for {1e3 * self.limit:g} mm: add a point"
         place = ", ".join(f"{x:+.3f}" for x in added["p"])
         return [f"{lead} at ({place}) m of the moving frame: largest TRE {1e3 * max(added['tre']):.3f} mm"]
@@ -79,6 +83,10 @@ def _lines(values: dict[str, Any]) -> list[str]:
         "X, fixed = X moving:", *_common.lines_of_pose(values["X"]),
         f"{used} points used; FRE {1e3 * values['fre']:.3f} mm rms; FLE {1e3 * values['fle']:.3f} mm rms, {origin}",
     ]  # fmt: skip
+    if values["estimated"] and values["tre_95"]:
+        lines.append(
+            f"upper 95 % bound of the largest TRE, which --limit judges: {1e3 * max(values['tre_95']):.3f} mm rms"
+        )
     if left:
         lines.append(f"leave one out: each point is predicted by the others within {1e3 * max(left):.3f} mm")
     for i, name in zip(values["outliers"], values["outlier_names"], strict=True):
