@@ -26,7 +26,7 @@ def decode(data: bytes, require_count: Any) -> Table:
     head, body, unit = _header(data)
     dtype = np.dtype([
         (name, f"<{_TYPES[kind]}{size}", (int(count),))
-        for name, kind, size, count in zip(head["FIELDS"], head["TYPE"], head["SIZE"], head["COUNT"], strict=True)
+        for name, kind, size, count in zip(_names(head), head["TYPE"], head["SIZE"], head["COUNT"], strict=True)
     ])  # fmt: skip
     n = int(head["POINTS"][0])
     require_count(n)
@@ -44,6 +44,11 @@ def decode(data: bytes, require_count: Any) -> Table:
         viewpoint=viewpoint,
         unit=unit,
     )
+
+
+def _names(head: dict[str, list[str]]) -> list[str]:
+    """Names of the fields; PCL names its padding ``_``, each time again."""
+    return [f"_{k}" if name == "_" else name for k, name in enumerate(head["FIELDS"])]
 
 
 def encode(table: Table) -> bytes:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -22,7 +21,8 @@ if TYPE_CHECKING:
 Unit = Literal["mm", "cm", "m", "in"]
 
 MESHES = (".stl", ".obj", ".ply", ".off", ".glb", ".gltf", ".3mf", ".dae")
-GRIDS = (".npz", ".nrrd")
+GRIDS = (".npz", ".nrrd", ".nhdr", ".nii", ".gz", ".mha", ".mhd")
+"""Endings of grids and volumes, by which a shape in one line is recognised."""
 
 
 class Shape(Section):
@@ -259,7 +259,7 @@ class Grid(Shape):
 
     key: ClassVar[str] = "grid"
     file: str
-    """grid file, .npz or .nrrd (`palpate grid MESH` writes one), or a mesh file; relative to the scene file"""
+    """grid file, .npz or a volume of distances, or a mesh or segmentation; relative to the scene file"""
     spacing: Positive | None = None
     """spacing of the nodes of a grid made from a mesh; a hundredth of the mesh's size when left out [m]"""
     unit: Unit = "mm"
@@ -271,10 +271,11 @@ class Grid(Shape):
         """The grid."""
         from palpate import _guidance
         from palpate.mesh import Mesh as Triangles
-        from palpate.surfaces import DistanceGrid
+        from palpate.mesh.volume_files import is_volume
+        from palpate.surfaces import DistanceGrid, volume_grid
 
         file = context.file(self.file)
-        if Path(self.file).suffix.lower() in GRIDS:
+        if file.suffix.lower() == ".npz" or (is_volume(file) and volume_grid.holds_distances(file)):
             grid = DistanceGrid.load(file, self.unit)
         else:
             mesh = Triangles.load(file, self.unit if "unit" in self.model_fields_set else None)

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from palpate import limits
 from palpate.arrays.checks import is_number
 from palpate.errors import MeshError, MissingExtraError, OutputError, PalpateWarning
-from palpate.mesh import headers, volumes, vtk_file
+from palpate.mesh import headers, off_file, ply_elements, volumes, vtk_file
 
 _HEADER, _FACET = 84, np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _VERTEX = re.compile(rb"\bvertex\s+(\S+)\s+(\S+)\s+(\S+)")
@@ -24,6 +24,18 @@ _UNIT_NAMES = {"millimeter": "mm", "centimeter": "cm", "meter": "m", "inch": "in
 
 #: Endings of all files that `read` reads.
 FORMATS = (".stl", *_OTHER_FORMATS, *vtk_file.ENDINGS, *volumes.ENDINGS)
+
+_CONVERTERS = (
+    ((".dcm", ".ima"), "a series of DICOM files becomes one volume by: dcm2niix -z y FOLDER, or by 3D Slicer"),
+    ((".mgz", ".mgh"), "mri_convert IN.mgz OUT.nii.gz (FreeSurfer) converts it"),
+    ((".img", ".hdr", ".mnc"), "save it as NIfTI (.nii.gz), e.g. by 3D Slicer or SimpleITK.WriteImage"),
+    ((".vti", ".vts", ".vtr"), "save a volume as .nrrd or .mha, e.g. by 3D Slicer or ParaView"),
+    ((".step", ".stp", ".igs", ".iges", ".brep"), "export its surface as STL, e.g. by FreeCAD or gmsh"),
+    ((".blend", ".fbx", ".3ds", ".wrl", ".x3d", ".usd", ".usdz"), "export it as STL, PLY or OBJ, e.g. by Blender"),
+    ((".pcd", ".xyz", ".e57", ".las"), "points are no mesh: cloud: FILE in a scene (.pcd, .ply, .xyz, .npz)"),
+    ((".vtu", ".msh", ".mesh", ".meshb"), "tetrahedra are read as tissue: volume: FILE; a surface: save it as STL"),
+)
+"""Mends for formats that are not read, by ending."""
 
 Soup = tuple[npt.NDArray[np.floating], npt.NDArray[np.integer]]
 
@@ -190,16 +202,24 @@ def _ascii_stl(path: Path, data: bytes) -> Soup:
 def _by_trimesh(path: Path, data: bytes) -> tuple[npt.NDArray[np.floating], npt.NDArray[np.integer], str]:
     ending = path.suffix.lower()
     if ending not in _OTHER_FORMATS:
-        raise MeshError(
-            f"unknown mesh format {path.suffix!r}", where=str(path), mend=f"use one of {', '.join(FORMATS)}"
-        )
+        tool = next((f"{mend}; or " for endings, mend in _CONVERTERS if ending in endings), "")
+        mend = f"{tool}use one of {', '.join(FORMATS)}"
+        raise MeshError(f"unknown mesh format {path.suffix!r}", where=str(path), mend=mend)
     if any(importlib.util.find_spec(name) is None for name in _PACKAGES.get(ending, ())):
         raise MissingExtraError(f"the reader of {ending} files", "files")
     try:
+        if ending == ".off":
+            headers.require(path, data)
+            return *_with_triangles(path, *off_file.decode(data)), ""
+        if ending == ".ply" and ply_elements.has_vertex_lists(data):
+            headers.require(path, data)
+            return *_with_triangles(path, *ply_elements.mesh(data)), ""
         loaded = headers.load_by_trimesh(path, data)
         vertices = np.asarray(getattr(loaded, "vertices", np.empty((0, 3))), dtype=np.float64)
         triangles = np.asarray(getattr(loaded, "faces", np.empty((0, 3))), dtype=np.int64)
         vertices, unit = _in_named_unit(vertices, str(getattr(loaded, "units", "")))
+    except MeshError:
+        raise
     except (Exception, RecursionError) as error:  # trimesh raises many types; each means that the file is not readable
         why = f"{type(error).__name__}: {' '.join(str(error).split())[:300]}"
         raise MeshError(

@@ -17,6 +17,7 @@ import numpy.typing as npt
 from palpate import _core, limits
 from palpate.arrays import Array
 from palpate.errors import PalpateWarning, SurfaceError
+from palpate.mesh import volume_files
 from palpate.surfaces.surface import Surface, Triangles, length, nets, three
 
 if TYPE_CHECKING:
@@ -113,11 +114,13 @@ class DistanceGrid(Surface):
 
     @classmethod
     def load(cls, path: str | os.PathLike[str], unit: Unit = "mm") -> DistanceGrid:
-        """Read a grid: ``.npz`` as ``save`` writes it (metres), or ``.nrrd`` with its header's spacing and origin.
+        """Read a grid: ``.npz`` as ``save`` writes it (metres), or a volume (``.nrrd``, ``.nii.gz``, ``.mha``).
+
+        A volume lies in the frame LPS of the patient, as meshes from volumes do; its axes may be in any order.
 
         Args:
             path: the file.
-            unit: unit of an NRRD file whose header names none.
+            unit: unit of the lengths and distances of a volume whose header names none.
 
         Raises:
             SurfaceError: the file is missing, of another format, damaged, or holds no distances.
@@ -125,15 +128,15 @@ class DistanceGrid(Surface):
         file = Path(path)
         if not file.is_file():
             raise SurfaceError("grid file not found", where=str(file), mend="check the path")
-        if file.suffix.lower() == ".nrrd":
-            from palpate.surfaces import nrrd
+        if volume_files.is_volume(file):
+            from palpate.surfaces import volume_grid
 
-            return cls(*nrrd.read(file, unit), name=file.stem)
+            return cls(*volume_grid.read(file, unit), name=file.stem)
         if file.suffix.lower() != ".npz":
             raise SurfaceError(
                 f"{file.suffix or 'no ending'} is not a format of distance grids",
                 where=str(file),
-                mend="use .npz or .nrrd",
+                mend="use .npz, .nrrd, .nii.gz or .mha",
             )
         try:
             data = limits.load_npz(file)

@@ -1,5 +1,7 @@
 """Files of point clouds: round trips in all formats, units, and damaged files."""
 
+import struct
+
 import numpy as np
 import pytest
 
@@ -92,3 +94,74 @@ def test_damaged_files_are_named_with_their_damage(tmp_path, name, data, message
 def test_a_file_that_is_missing_is_named(tmp_path):
     with pytest.raises(CloudError, match="not found"):
         palpate.PointCloud.load(tmp_path / "none.pcd", unit="m")
+
+
+@pytest.mark.parametrize("kind", ["binary", "binary_compressed", "ascii"])
+def test_padding_of_pcl_is_left_out(tmp_path, kind):
+    """PCL names the padding of its points ``_``, as often as there is any: x y z _ rgb _ of 32 bytes."""
+    rows = np.zeros(3, np.dtype([("p", "<f4", 3), ("a", "u1", 4), ("rgb", "<u4"), ("b", "u1", 12)]))
+    rows["p"], rows["rgb"], rows["a"], rows["b"] = P, [0x0A0B0C] * 3, 9, 7
+    head = (
+        "# .PCD v0.7 - Point Cloud Data file format\nVERSION 0.7\nFIELDS x y z _ rgb _\nSIZE 4 4 4 1 4 1\n"
+        "TYPE F F F U U U\nCOUNT 1 1 1 4 1 12\nWIDTH 3\nHEIGHT 1\nVIEWPOINT 0 0 0 1 0 0 0\nPOINTS 3\n"
+    )
+    flat = b"".join(
+        np.ascontiguousarray(c).tobytes() for c in (*rows["p"].T, rows["a"], rows["rgb"], rows["b"])
+    )  # field by field
+    literal = b"".join(bytes([len(flat[i : i + 32]) - 1]) + flat[i : i + 32] for i in range(0, len(flat), 32))
+    body = {
+        "binary": rows.tobytes(),
+        "binary_compressed": np.array([len(literal), len(flat)], "<u4").tobytes() + literal,
+        "ascii": "\n".join(" ".join(map(str, [*p, *[9] * 4, 0x0A0B0C, *[7] * 12])) for p in P).encode(),
+    }[kind]
+    (tmp_path / "a.pcd").write_bytes(head.encode() + f"DATA {kind}\n".encode() + body)
+    found = palpate.PointCloud.load(tmp_path / "a.pcd", unit="m")
+    assert found.points == pytest.approx(P)
+    assert (found.colors == [10, 11, 12]).all()
+
+
+PLY_HEAD = (
+    "ply\nformat {form} 1.0\nelement camera 2\nproperty list uchar float k\nproperty double f\nelement vertex 3\n"
+    "property float x\nproperty list uchar int view\nproperty float y\nproperty list ushort double w\n"
+    "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n"
+)
+LISTS = ([1, 2, 3], [], [7])
+
+
+@pytest.mark.parametrize("order", ["<", ">", ""])
+def test_lists_and_other_elements_of_a_ply_are_left_out(tmp_path, order):
+    """Photogrammetry writes which pictures saw a point as a list beside it, of another length in each row."""
+    form = {"<": "binary_little_endian", ">": "binary_big_endian", "": "ascii"}[order]
+
+    def pack(kind, *values):
+        return struct.pack(order + kind, *values) if order else b" ".join(str(v).encode() for v in values) + b" "
+
+    def packed(length, kind, values):
+        return pack(length, len(values)) + (pack(f"{len(values)}{kind}", *values) if values else b"")
+
+    end = b"" if order else b"\n"
+    body = b"".join(packed("B", "f", k) + pack("d", 0.5) + end for k in ([1.0, 2.0], []))
+    for p, c, view in zip(P, C, LISTS, strict=True):
+        body += pack("f", p[0]) + packed("B", "i", view) + pack("f", p[1]) + packed("H", "d", view) + pack("f", p[2])
+        body += pack("3B", *c) + end
+    (tmp_path / "a.ply").write_bytes(PLY_HEAD.format(form=form).encode() + body)
+    found = palpate.PointCloud.load(tmp_path / "a.ply", unit="m")
+    assert found.points == pytest.approx(P)
+    assert (found.colors == C).all()
+    (tmp_path / "b.ply").write_bytes(PLY_HEAD.format(form=form).encode() + body[:-12])
+    with pytest.raises(CloudError, match="are promised"):
+        palpate.PointCloud.load(tmp_path / "b.ply", unit="m")
+
+
+def test_a_ply_of_another_library_is_read(tmp_path):
+    plyfile = pytest.importorskip("plyfile")
+    rng = np.random.default_rng(0)
+    for text in (True, False):
+        rows = np.empty(40, [("x", "f4"), ("y", "f4"), ("z", "f4"), ("view", "O"), ("q", "f8")])
+        points = rng.normal(size=(40, 3)).astype("f4")
+        rows["x"], rows["y"], rows["z"] = points.T
+        for row in rows:
+            row["view"] = np.arange(rng.integers(0, 5), dtype="i4")
+        element = plyfile.PlyElement.describe(rows, "vertex", val_types={"view": "i4"}, len_types={"view": "u1"})
+        plyfile.PlyData([element], text=text, byte_order="<").write(str(tmp_path / "a.ply"))
+        assert palpate.PointCloud.load(tmp_path / "a.ply", unit="m").points == pytest.approx(points, rel=1e-5)

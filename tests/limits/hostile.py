@@ -117,6 +117,23 @@ def nrrd_files(kind):
     yield "text", nrrd((4000, 4000, 4000), b"1 2 3", kind, "ascii")
 
 
+def mha(sizes, data=b"", *more, file="LOCAL"):
+    """Bytes of a MetaImage file."""
+    lines = ["ObjectType = Image", f"NDims = {len(sizes)}", "DimSize = " + " ".join(map(str, sizes)), *more]
+    return "\n".join([*lines, "ElementType = MET_UCHAR", f"ElementDataFile = {file}"]).encode() + b"\n" + data
+
+
+def mha_files():
+    yield "sizes without data", mha((2000, 2000, 2000))
+    yield "sizes that overflow", mha((2**31, 2**31, 2**31))
+    yield "negative sizes", mha((-1, 4, 4), bytes(64))
+    yield "channels without data", mha((4, 4, 4), bytes(64), "ElementNumberOfChannels = 100000000")
+    yield "packed, more than announced", mha((4, 4, 4), bomb(), "CompressedData = True")
+    yield "packed, as announced", mha((450, 1024, 1024), bomb(), "CompressedData = True")
+    yield "a device as data", mha((512, 512, 512), file="/dev/zero")
+    yield "a header without end", b"A = 1\n" * 10_000_000
+
+
 def nifti(dims, data=b"", slope=0.0, code=16, bits=32):
     head = bytearray(348)
     struct.pack_into("<i", head, 0, 348)

@@ -1,5 +1,7 @@
 """Every advertised mesh format is read, in the unit that the file or its format states."""
 
+import struct
+
 import numpy as np
 import pytest
 
@@ -91,7 +93,7 @@ def test_format_is_read_in_its_unit(tmp_path, ending):
 
 
 def test_every_advertised_format_is_tested():
-    volumes = {".nrrd", ".nhdr", ".nii", ".nii.gz"}
+    volumes = {".nrrd", ".nhdr", ".nii", ".nii.gz", ".mha", ".mhd"}
     assert set(mesh_files.FORMATS) - volumes == set(SIDES)
     assert set(MESHES) <= set(SIDES)
 
@@ -116,3 +118,64 @@ def test_missing_package_is_named(tmp_path, monkeypatch):
     (tmp_path / "a.3mf").write_bytes(b"x")
     with pytest.raises(MissingExtraError, match=r"the reader of \.3mf files is not installed[\s\S]*palpate\[files\]"):
         Mesh.load(tmp_path / "a.3mf")
+
+
+# -- OFF with polygons ------------------------------------------------------------------------------------------
+
+L_SHAPE = np.array([(0, 0), (30, 0), (30, 10), (10, 10), (10, 30), (0, 30)], float)  # 500 mm^2, concave
+
+
+def prism(outline, height=20.0):
+    """Vertices and faces, polygons as they are, counter-clockwise from outside."""
+    n = len(outline)
+    vertices = np.vstack([np.c_[outline, np.zeros(n)], np.c_[outline, np.full(n, height)]])
+    sides = [[i, (i + 1) % n, n + (i + 1) % n, n + i] for i in range(n)]
+    return vertices, [list(range(n))[::-1], list(range(n, 2 * n)), *sides]
+
+
+@pytest.mark.parametrize("head", ["OFF\n{n} {m} 0\n", "OFF {n} {m} 0\n", "# by hand\nCOFF\n\n{n} {m} 0 # counts\n"])
+@pytest.mark.parametrize("colour", ["", " 255 0 0"])
+@pytest.mark.parametrize("turn", [0, 1, 2, 3, 4, 5])
+def test_off_files_of_polygons_are_read(tmp_path, head, colour, turn):
+    """An L-shaped prism: its concave face must not be cut as a fan. Turned, so that each corner begins once."""
+    vertices, faces = prism(np.roll(L_SHAPE, turn, axis=0))
+    rows = [" ".join(map(str, p)) + (" 1 0 0 1" if "COFF" in head else "") for p in vertices]
+    rows += [f"{len(f)} " + " ".join(map(str, f)) + colour for f in faces]
+    (tmp_path / "a.off").write_text(head.format(n=len(vertices), m=len(faces)) + "\n".join(rows) + "\n")
+    mesh = Mesh.load(tmp_path / "a.off", "mm")
+    assert mesh.report.watertight
+    assert mesh.report.inverted == 0
+    assert mesh.report.volume_m3 == pytest.approx(500e-6 * 20e-3, rel=1e-6)
+    a, b, c = (np.asarray(mesh.vertices)[np.asarray(mesh.triangles)[:, k]] for k in range(3))
+    area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
+    assert area == pytest.approx(2 * 500e-6 + 120e-3 * 20e-3, rel=1e-6)  # a fan would overlap itself
+
+
+@pytest.mark.parametrize(
+    "text", ["4OFF\n1 1 0\n0 0 0 0\n", "OFF BINARY\n", "nOFF\n3\n", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 7\n"]
+)
+def test_other_off_files_are_refused(tmp_path, text):
+    (tmp_path / "a.off").write_text(text)
+    with pytest.raises(MeshError, match=r"not a readable \.off file"):
+        Mesh.load(tmp_path / "a.off")
+
+
+@pytest.mark.parametrize("order", ["<", ">", ""])
+def test_a_ply_whose_vertices_have_lists_is_a_mesh(tmp_path, order):
+    """As photogrammetry writes it; trimesh does not read the binary forms. A cube with its quads."""
+    vertices, faces = prism(np.array([(0, 0), (20, 0), (20, 20), (0, 20)], float))
+    form = {"<": "binary_little_endian", ">": "binary_big_endian", "": "ascii"}[order]
+    head = (
+        f"ply\nformat {form} 1.0\nelement vertex 8\nproperty float x\nproperty float y\nproperty float z\n"
+        "property list uchar int view\nelement face 6\nproperty list uchar uint vertex_indices\nend_header\n"
+    )
+    if order:
+        rows = [struct.pack(f"{order}3fB{k}i", *p, k, *range(k)) for k, p in enumerate(vertices)]
+        rows += [struct.pack(f"{order}B4I", 4, *f) for f in faces]
+    else:
+        rows = [" ".join(map(str, [*p, k, *range(k)])).encode() + b"\n" for k, p in enumerate(vertices)]
+        rows += [" ".join(map(str, [4, *f])).encode() + b"\n" for f in faces]
+    (tmp_path / "a.ply").write_bytes(head.encode() + b"".join(rows))
+    mesh = Mesh.load(tmp_path / "a.ply", "mm")
+    assert mesh.report.watertight
+    assert mesh.report.volume_m3 == pytest.approx(8e-6, rel=1e-6)

@@ -86,7 +86,7 @@ def test_nrrd_files_are_read(ball, tmp_path, encoding):
     np.testing.assert_allclose(again.origin, ball.origin)
     np.testing.assert_allclose(again.spacing, ball.spacing)
     (tmp_path / "ball.nrrd").write_bytes(header.encode() + data[:100])
-    with pytest.raises(SurfaceError, match="the NRRD file cannot be read"):
+    with pytest.raises(SurfaceError, match="the volume cannot be read"):
         surfaces.DistanceGrid.load(tmp_path / "ball.nrrd")
 
 

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     Findings = grid.Findings | mesh.Findings | scene.Findings | scene.PairsFindings
 
 _SCENES = (".yaml", ".yml")
-_GRIDS = (".npz", ".nrrd")
 
 
 @dataclass
@@ -38,7 +37,7 @@ class Command:
     """
 
     file: Positional[Path]
-    """Scene (YAML), mesh (STL, OBJ, PLY, ...), segmentation or CT (.nrrd, .nii.gz), or distance grid (.npz, .nrrd)."""
+    """Scene (YAML), mesh (STL, OBJ, PLY, ...), volume (.nrrd, .nii.gz, .mha), or distance grid (.npz, .nrrd)."""
     trust: bool = False
     """Of a scene: import the driver that it names, although it is not installed, and check its facts."""
     unit: Literal["mm", "cm", "m", "in"] | None = None
@@ -86,8 +85,9 @@ class Command:
 
     def _inspect(self, path: Path, console: Console) -> Findings:
         from palpate.cli.check import grid, mesh, scene
+        from palpate.mesh.volume_files import is_volume
         from palpate.mesh.volumes import Selection
-        from palpate.surfaces import nrrd
+        from palpate.surfaces import volume_grid
 
         touch = mesh.Touch.of(self.radius, self.stiffness, self.feature, self.noise, self.repair, self.hole, self.force)
         ending = path.suffix.lower()
@@ -95,6 +95,7 @@ class Command:
             return scene.inspect(path, console, self.trust)
         label = int(self.label) if self.label is not None and self.label.isdigit() else self.label
         part = Selection(label, self.threshold)
-        if ending in _GRIDS and part == Selection() and not nrrd.is_segmentation(path):
+        grids = ending == ".npz" or (is_volume(path) and part == Selection() and volume_grid.holds_distances(path))
+        if grids:
             return grid.inspect(path, self.unit or "mm", console)
         return mesh.inspect(path, self.unit, part, touch, console)
