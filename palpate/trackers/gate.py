@@ -93,7 +93,7 @@ class Gate:
 
     def _judged(self, seen: Sighting) -> tuple[str, Array]:
         if not seen.valid:
-            return "the tracker marks the pose as invalid", self.X
+            return seen.why or "the tracker marks the pose as invalid", self.X
         if seen.error > self.limits.max_error:
             return f"its spheres fit within {1e3 * seen.error:.2f} mm only", self.X
         if not math.isfinite(seen.t) or seen.t < self._stamp:

@@ -11,22 +11,25 @@ import socket
 import socketserver
 import threading
 import time
-from functools import cache
+from collections.abc import Callable, Iterable
 from typing import Any, Self
 
 import numpy as np
 
 from palpate.arrays import Array
 from palpate.errors import MissingExtraError, PalpateError, PortError
+from palpate.trackers import wire
 from palpate.trackers.tracker import Sighting
 
 PORT = 18944
 """Usual port of OpenIGTLink servers."""
-_LONGEST_NAME = 20  # characters of a device name
 _SILENCE = 2.0  # silence after which the client connects again [s]
+_PAUSE = 0.05  # between two attempts to connect [s]
 MOST_TOOLS = 256
-"""Most device names of which a message is kept until the next poll; those of further ones are dropped."""
-_LONGEST_MESSAGE = 2**20  # a longer message is damage: poses and texts are hundreds of bytes [bytes]
+"""Most tools whose poses are kept; those of further ones are dropped."""
+_TOLD = 4  # names that a status tells
+_POSES = ("TRANSFORM", "QTDATA", "TDATA", "POSITION")
+_IDENTITY = "its pose is the identity, which is sent for a marker that is not seen"
 
 
 def _pyigtl() -> Any:
@@ -38,106 +41,184 @@ def _pyigtl() -> Any:
 
 
 class OpenIGTLinkTracker:
-    """Poses of all TRANSFORM messages of a server; a message's device name is the tool's name.
+    """Poses of tools from a server: TRANSFORM and POSITION by their device's name, QTDATA and TDATA by the tool's.
 
     The client connects in the background, and again when the server was silent for two seconds. A metadata entry whose
     key ends in ``Status`` and whose value is not ``OK`` marks a pose as invalid, as PLUS writes it; ``ErrorMm`` is the
-    residual of the marker.
+    residual of the marker. The identity, which older servers send for a marker that is not seen, is invalid too. Where
+    a sender has no clock (stamps of zero, or equal ones with other poses), the time of arrival takes its place.
 
     Args:
         address: ``host:port`` of the server.
+        tools: names of tools that may be longer than the 20 bytes of the wire; sightings carry the whole name.
 
     Raises:
-        MissingExtraError: pyigtl is not installed.
+        MissingExtraError: pyigtl is not installed. PalpateError: two tools have the same first 20 bytes.
     """
 
-    def __init__(self, address: str) -> None:
-        self._pyigtl = _pyigtl()
+    def __init__(self, address: str, tools: Iterable[str] = ()) -> None:
+        pyigtl = _pyigtl()
         host, _, port = address.rpartition(":")
-        self._host, self._port = host, int(port)
-        self._client = self._connected()
+        self._reader = PoseReader(tools, pyigtl.messages.CRC64)
+        self._address, self._lock, self._stop = (host, int(port)), threading.Lock(), threading.Event()
+        self._state = f"no connection to {address}"
+        threading.Thread(target=self._run, name="palpate-openigtlink-client", daemon=True).start()
 
     def poll(self, now: float) -> list[Sighting]:
         """Sightings that arrived since the last call, the newest of each tool."""
-        messages = self._client.get_latest_messages()
-        if messages:
-            self._heard = time.monotonic()
-        elif time.monotonic() - self._heard > _SILENCE:
-            self.close()
-            self._client = self._connected()
-        return _sightings(self._pyigtl, messages)
+        with self._lock:
+            return self._reader.take()
+
+    def heard(self, tool: str) -> str:
+        """What is known about a tool that is not seen: the connection, and what arrives instead."""
+        with self._lock:
+            arrives, state = self._reader.heard(tool), self._state
+        if not arrives:
+            return state
+        return f"{state}; before: {arrives}" if state.startswith("no connection") else arrives
 
     def close(self) -> None:
         """End the connection; its thread ends by itself."""
-        self._client.communication_thread_stop_requested = True
+        self._stop.set()
 
-    def _connected(self) -> Any:
-        self._heard = time.monotonic()
-        return _client_class(self._pyigtl)(self._host, self._port)
-
-
-class _Whole:
-    """A connection whose end, and the end of its client, are errors: a message cut short is not awaited for ever."""
-
-    def __init__(self, connection: socket.socket, client: Any) -> None:
-        self._connection, self._client = connection, client
-
-    def recv(self, size: int) -> bytes:
-        """At most `size` bytes, at least one. Raises ConnectionError at the end of the connection."""
-        if size > _LONGEST_MESSAGE:
-            raise ConnectionError(f"a message of {size} bytes is announced")
-        if self._client.communication_thread_stop_requested:
-            raise ConnectionError("the client has ended")
-        data = self._connection.recv(size)
-        if not data:
-            raise ConnectionError("the connection has ended")
-        return data
-
-
-@cache
-def _client_class(pyigtl: Any) -> Any:
-    """pyigtl's client, which connects again when a message is damaged or the connection ends."""
-
-    class Client(pyigtl.OpenIGTLinkClient):  # type: ignore[misc]
-        def _receive_message_from_socket(self, ssocket: socket.socket) -> bool:
+    def _run(self) -> None:
+        host, port = self._address
+        while not self._stop.is_set():
             try:
-                received = bool(super()._receive_message_from_socket(_Whole(ssocket, self)))
-                with self.lock_incoming_messages:
-                    while len(self.incoming_messages) > MOST_TOOLS:
-                        self.incoming_messages.popitem()
-                return received
-            except Exception:  # what pyigtl raises for damaged bytes is not documented
-                self._connected = False
-                ssocket.close()
-                return False
+                with socket.create_connection(self._address, timeout=1.0) as connection:
+                    self._state = f"connected to {host}:{port}, no message arrives"
+                    self._serve(connection)
+            except (OSError, ValueError) as error:  # ValueError: what arrives is no OpenIGTLink
+                words = " ".join(str(getattr(error, "strerror", None) or error).split())
+                self._state = f"no connection to {host}:{port} ({words})"
+            self._stop.wait(_PAUSE)
 
-    return Client
+    def _serve(self, connection: socket.socket) -> None:
+        """Read until the server closes the connection, is silent for long, or sends damaged bytes."""
+        connection.settimeout(0.05)
+        connection.sendall(wire.first_message())
+        with self._lock:
+            self._reader.begin()
+        heard = time.monotonic()
+        while not self._stop.is_set() and time.monotonic() - heard < _SILENCE:
+            try:
+                data = connection.recv(1 << 18)
+            except TimeoutError:
+                continue
+            if not data:
+                raise ConnectionError("the server closed it")
+            heard = time.monotonic()
+            with self._lock:
+                self._reader.feed(data, time.time())
 
 
-def idle_client() -> Any:
-    """The client of `OpenIGTLinkTracker` without its thread and connection, for tests that feed its decoder."""
-    return _client_class(_pyigtl())("127.0.0.1", PORT, start_now=False)
+class PoseReader:
+    """Sightings from the bytes of connections, without a socket.
+
+    Args:
+        tools: as for `OpenIGTLinkTracker`.
+        crc: checksum of a body; None: checksums are not compared.
+
+    Raises:
+        PalpateError: two tools have the same first 20 bytes.
+    """
+
+    def __init__(self, tools: Iterable[str] = (), crc: Callable[[bytes], int] | None = None) -> None:
+        self._crc, self._whole = crc, _by_sent_name(tools)
+        self._seen: dict[str, Sighting] = {}
+        self._clocks: dict[str, _Clock] = {}
+        self._decoder = wire.Decoder(crc)
+
+    def begin(self) -> None:
+        """Begin with a new connection."""
+        before = self._decoder
+        self._decoder = wire.Decoder(self._crc, before.counts, before.damaged, before.fault)
+
+    def feed(self, data: bytes, now: float) -> None:
+        """Take in bytes that arrived at the time `now`, in seconds since 1970. ValueError: they are no OpenIGTLink."""
+        for pose in self._decoder.feed(data):
+            name = self._whole.get(pose.tool, pose.tool)
+            if name not in self._clocks and len(self._clocks) >= MOST_TOOLS:
+                continue
+            t = self._clocks.setdefault(name, _Clock()).time(pose.stamp, pose.X, now)
+            self._seen[name] = _sighting(name, pose, t)
+
+    def take(self) -> list[Sighting]:
+        """Sightings since the last call, the newest of each tool."""
+        found, self._seen = list(self._seen.values()), {}
+        return found
+
+    def heard(self, tool: str) -> str:
+        """What arrives, in words, if the tool does not; empty if nothing arrives."""
+        damaged = self._decoder.damaged
+        broken = f"{damaged} messages are damaged: {self._decoder.fault}" if damaged else ""
+        if tool in self._clocks:
+            return "; ".join(filter(None, (broken, self._clocks[tool].words())))
+        known = [f"{name} arrives" for name in list(self._clocks)[:_TOLD]]
+        other = [
+            f"{kind} of {name or 'no name'} arrives, which is no pose"
+            for kind, name in self._decoder.counts
+            if kind not in _POSES and kind != "STATUS"
+        ]
+        words = [*known, *other[:_TOLD]]
+        if not words and self._decoder.counts and not broken:
+            words = [f"{kind} of {name or 'no name'} arrives" for kind, name in list(self._decoder.counts)[:_TOLD]]
+        return "; ".join(filter(None, (*words, broken)))
 
 
-def sightings(client: Any) -> list[Sighting]:
-    """Sightings that a client has received since the last call."""
-    return _sightings(_pyigtl(), client.get_latest_messages())
+class _Clock:
+    """Times of the poses of one tool: by its stamps, or by arrival where these do not tell one pose from another."""
+
+    def __init__(self) -> None:
+        self.without = False  # True: the sender has no clock for this tool
+        self._stamp, self._t, self._now = math.nan, math.nan, math.nan
+        self._X: Array | None = None
+        self._same = 0
+
+    def time(self, stamp: float, X: Array, now: float) -> float:
+        """Time of a pose with this stamp that arrived at `now`, both in seconds since 1970."""
+        same_pose = self._X is not None and np.array_equal(X, self._X)
+        if not self.without and (stamp == 0.0 or (stamp == self._stamp and not same_pose)):
+            self.without = True
+            self._t = now if math.isnan(self._t) else self._t + max(now - self._now, 1e-6)
+        elif self.without:  # goes on from the last time, whatever the clock of the sender was
+            self._t += max(now - self._now, 1e-6)
+        else:
+            self._t = stamp
+        self._same = self._same + 1 if same_pose and stamp == self._stamp else 0
+        self._stamp, self._X, self._now = stamp, X, now
+        return self._t
+
+    def words(self) -> str:
+        """What is odd about the stamps, in words."""
+        if self._same > 1 and not self.without:
+            return "the same pose with the same stamp is sent again and again"
+        return "its stamps are zero or equal: times of arrival are used" if self.without else ""
 
 
-def _sightings(pyigtl: Any, messages: list[Any]) -> list[Sighting]:
-    return [_sighting(message) for message in messages if isinstance(message, pyigtl.TransformMessage)]
+def _by_sent_name(tools: Iterable[str]) -> dict[str, str]:
+    """Whole names of tools by what of them fits into a message."""
+    found: dict[str, str] = {}
+    for tool in tools:
+        sent = tool.encode()[: wire.LONGEST_NAME].decode("utf-8", "ignore")
+        if found.setdefault(sent, tool) != tool:
+            what = f"the tools {found[sent]!r} and {tool!r} have the same first {wire.LONGEST_NAME} characters"
+            raise PalpateError(what, why="OpenIGTLink sends no more of a name", mend="give one a shorter name there")
+    return found
 
 
-def _sighting(message: Any) -> Sighting:
-    X = np.array(message.matrix, dtype=np.float64)
+def _sighting(name: str, pose: wire.Pose, t: float) -> Sighting:
+    X = pose.X.copy()
     X[:3, 3] *= 1e-3
-    told = {str(key).lower(): str(value) for key, value in message.metadata.items()}
-    valid = all(value.upper() == "OK" for key, value in told.items() if key.endswith("status"))
+    valid = all(value.upper() == "OK" for key, value in pose.metadata.items() if key.endswith("status"))
     try:
-        error = 1e-3 * float(told.get("errormm", "nan"))
+        error = 1e-3 * float(pose.metadata.get("errormm", "nan"))
     except ValueError:
         error = math.nan
-    return Sighting(message.device_name, X, float(message.timestamp), error, valid)
+    why = "" if valid else "the tracker marks the pose as invalid"
+    if valid and np.array_equal(pose.X, np.eye(4)):
+        why = _IDENTITY
+    return Sighting(name, X, t, error, not why, why)
 
 
 class _Sender(socketserver.BaseRequestHandler):
@@ -194,9 +275,9 @@ class OpenIGTLinkServer:
 
     def send(self, seen: Sighting) -> None:
         """Send a pose; nothing is kept for later clients. ``seen.t`` is in seconds since 1970."""
-        if len(seen.tool.encode()) > _LONGEST_NAME:
+        if len(seen.tool.encode()) > wire.LONGEST_NAME:
             raise PalpateError(
-                f"OpenIGTLink allows names of {_LONGEST_NAME} characters, {seen.tool!r} is longer",
+                f"OpenIGTLink allows names of {wire.LONGEST_NAME} characters, {seen.tool!r} is longer",
                 mend="give the frame a shorter name",
             )
         X = seen.X.copy()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from palpate.arrays import Array
 
@@ -22,6 +22,8 @@ class Sighting:
     """rms residual of the marker's spheres [m]; NaN if the tracker does not report it"""
     valid: bool = True
     """False if the tracker itself marks the pose as invalid"""
+    why: str = ""
+    """why it is invalid, in words"""
 
     def at(self, t: float) -> Sighting:
         """The same sighting by another clock, at the time t [s]."""
@@ -37,4 +39,13 @@ class Tracker(Protocol):
 
     def close(self) -> None:
         """End the connection."""
+        ...
+
+
+@runtime_checkable
+class Hearing(Protocol):
+    """A tracker that says what it knows about a tool that is not seen."""
+
+    def heard(self, tool: str) -> str:
+        """The state of the connection, and what arrives instead, in words; may be empty."""
         ...

@@ -20,7 +20,7 @@ from palpate.scene.rig import Rig
 from palpate.scene.trackers import TrackerSection
 from palpate.trackers.gate import Gate, Limits
 from palpate.trackers.simulated import Fault, SimulatedTracker
-from palpate.trackers.tracker import Tracker
+from palpate.trackers.tracker import Hearing, Tracker
 
 PERIOD = 0.01
 """Period at which trackers are read [s]."""
@@ -85,12 +85,21 @@ class Tracking:
 
     def status(self, t: float) -> dict[str, str]:
         """State of each tracked frame in words, at the session's time `t` [s]."""
-        return {child: gate.status(t) for child, gate in self.gates.items()}
+        return {child: self._words(child, gate, t) for child, gate in self.gates.items()}
 
     def close(self) -> None:
         """Close the connections to all trackers."""
         for tracker in self._trackers.values():
             tracker.close()
+
+    def _words(self, child: str, gate: Gate, t: float) -> str:
+        """State of a tracked frame, with what its tracker knows where the tool is not seen."""
+        words = gate.status(t)
+        tracker = self._trackers.get(self._edges[child].tracker or "")
+        more = tracker.heard(gate.tool) if isinstance(tracker, Hearing) else ""
+        if not gate.is_lost(t) or not more:
+            return words
+        return f"{words}: {more}" if words == "not seen yet" else f"{words}; {more}"
 
     def _above(self, frame: str) -> list[str]:
         """Tracked frames between a frame and the world."""
@@ -166,7 +175,7 @@ def _made(rig: Rig, name: str, section: TrackerSection) -> Tracker:
     if section.openigtlink is not None:
         from palpate.trackers.openigtlink import OpenIGTLinkTracker
 
-        return OpenIGTLinkTracker(section.openigtlink)
+        return OpenIGTLinkTracker(section.openigtlink, _tools(rig, name))
     if section.topic is not None:
         from palpate.trackers.ros_topic import RosTopicTracker, topics
 
