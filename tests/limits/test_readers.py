@@ -7,6 +7,7 @@ import ast
 import os
 import pickle
 import resource
+import struct
 import sys
 import traceback
 from pathlib import Path
@@ -199,8 +200,14 @@ READERS = [
 """Every reader of files, with hostile files of its format; `hostile.any_files` and `special` are for each of them."""
 
 
+def resident_MB():
+    """Memory of this process, and of a child at its start: the kernel counts from there."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize() / (1 << 20)
+
+
 def judged(read, path):
-    """What a reader makes of a file, in a process of its own: kind of outcome, words, memory [MB], time [s]."""
+    """What a reader makes of a file, in a process of its own: kind of outcome, words, memory beyond that of the tests
+    which ran before [MB], time [s]."""
     out, into = os.pipe()
     child = os.fork()
     if child == 0:
@@ -208,6 +215,7 @@ def judged(read, path):
             resource.setrlimit(resource.RLIMIT_CPU, (15, 20))
             resource.setrlimit(resource.RLIMIT_AS, (12 << 30, 12 << 30))
             os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+            os.write(into, struct.pack("d", resident_MB()))
             try:
                 read(path)
                 said = ("read", "")
@@ -221,10 +229,11 @@ def judged(read, path):
             os._exit(0)
     os.close(into)
     with os.fdopen(out, "rb") as pipe:  # read first: a long answer does not fit into the pipe
+        before = struct.unpack("d", pipe.read(8))[0]
         data = pipe.read()
     _, status, used = os.wait4(child, 0)
     said = pickle.loads(data) if data else ("died", f"status {status}")
-    return *said, used.ru_maxrss / 1024, used.ru_utime + used.ru_stime
+    return *said, used.ru_maxrss / 1024 - before, used.ru_utime + used.ru_stime
 
 
 def faults(name, read, made, folder):
