@@ -79,7 +79,11 @@ def test_explanation_names_every_part_its_authority_and_the_damping():
     V = np.array([0.0, -0.03, 0.0, 0.0, 0.0, 0.0])
     tick = tick_of(Stage(), fixtures, pose((0.02, 0.0, -0.002)), V)
     explanation = explain_tick(fixtures, tick, HERE, OperatorInput(V))
-    assert "floor: (+0.000, +0.000, +0.820) N" in explanation
+    # The spring holds 0.820 N; the line pulled the tool against the floor by 4 mN when this began to hold the tool.
+    floor = next(part for part in terms(fixtures, tick, HERE, OperatorInput(V)) if part.name == "floor")
+    np.testing.assert_allclose(floor.F[:3] - floor.F_taken_over[:3], [0.0, 0.0, 400.0 * 2.05e-3], atol=1e-6)
+    assert re.search(r"floor: \([+-]0.000, [+-]0.000, \+0.824\) N, 0.0039\d N of it taken over", explanation)
+    assert "residual" not in explanation
     assert "line: (" in explanation
     assert "at 50 % of its authority" in explanation
     alone = fixtures[1].why(pose((0.02, 0.0, 0.0)), V)
@@ -125,8 +129,9 @@ guidance:
      hard: true, law: {stiffness: 100}}
   - {name: jig, geometry: {line: {start: [0, 0.004, 0.05], end: [0.03, 0.004, 0.05]}}, role: guide,
      law: {name: optimise, stiffness: 150}}
-  - {name: turned, geometry: {line: {start: [0, 0, 0.05], end: [0.01, 0.01, -0.05]}}, role: orient, hard: true}
-  - {name: upright, geometry: {line: {start: [0, 0, 0.05], end: [0, 0.02, -0.2]}}, role: {name: orient, angle_deg: 1},
+  - {name: turned, geometry: {line: {start: [0, 0, 0.05], end: [0.01, 0.01, -0.05]}}, role: {name: orient, angle_deg: 2},
+     hard: true}
+  - {name: upright, geometry: {line: {start: [0, 0, 0.05], end: [0, 0.06, -0.2]}}, role: {name: orient, angle_deg: 1},
      law: optimise}
   - {name: soft, geometry: {point: {at: [0.01, 0, 0.04]}}, role: guide, law: {stiffness: 100},
      ramps: [{by: pedal, start: 0, end: 1}, {by: time, start: 0, end: 0.8}]}
