@@ -50,10 +50,10 @@ def terms(
     """Contribution of each fixture at a tick of a run, and last the residual: their sum is the recorded wrench.
 
     The guidance stage runs at the tick's pose until all transients have settled. What a hard fixture took over when it
-    began to hold the tool is not known from one tick: it acts along the wrench of this fixture and is fitted to what the
-    recorded wrench has beyond the others. The residual contains the other effects that depend on the history of the run:
-    moving ramps, the rate limit, parts of the motion that `hand` lacks, and the joint limits of the follower, which move
-    a goal corrected by hard fixtures.
+    began to hold the tool is not known from one tick: it acts along the wrench of this fixture and is fitted to what
+    the recorded wrench has beyond the others. The residual contains the other effects that depend on the history of
+    the run: moving ramps, the rate limit, parts of the motion that `hand` lacks, and the joint limits of the follower,
+    which move a goal corrected by hard fixtures.
 
     Args:
         fixtures: of the run, in their order.

@@ -79,7 +79,7 @@ TABLE = {
     "NaN": (lambda: Wrong(lambda X: X * np.nan), "not finite"),
     "infinite velocity": (lambda: Wrong(lambda X: Reading(X, V + np.inf)), "not finite"),
     "NaN of the gripper": (lambda: Wrong(lambda X: Reading(X, V, np.nan)), "not finite"),
-    "millimetres": (lambda: Wrong(lambda X: moved(X, 1000.0)), "jumped"),
+    "millimetres": (lambda: Wrong(lambda X: moved(X, 1000.0)), r"farther away .* \(millimetres\?\)"),
     "nanometres": (lambda: Wrong(lambda X: moved(X, 1e9)), "not finite"),
     "another place": (lambda: Wrong(lambda X: moved(X, -1.0)), "jumped"),
     "scaled rotation": (lambda: Wrong(scaled), "no rigid motion"),

@@ -36,7 +36,8 @@ def library(tmp_path_factory):
 def touched(driver):
     """The device's y points up: its base is turned by 90 degrees about x."""
     leader = {"driver": str(driver), "base": {"xyz": [0, 0, 0], "rpy_deg": [90, 0, 0]}}
-    return palpate.Scene.model_validate({**scene().model_dump(mode="json"), "arms": {"leader": leader}})
+    made = palpate.Scene.model_validate({**scene().model_dump(mode="json"), "arms": {"leader": leader}})
+    return made.with_origin("", {}, trust=True)
 
 
 def test_force_arrives_in_the_axes_of_the_vendor_and_ends_at_zero(library, tmp_path, monkeypatch):

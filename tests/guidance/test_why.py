@@ -129,8 +129,8 @@ guidance:
      hard: true, law: {stiffness: 100}}
   - {name: jig, geometry: {line: {start: [0, 0.004, 0.05], end: [0.03, 0.004, 0.05]}}, role: guide,
      law: {name: optimise, stiffness: 150}}
-  - {name: turned, geometry: {line: {start: [0, 0, 0.05], end: [0.01, 0.01, -0.05]}}, role: {name: orient, angle_deg: 2},
-     hard: true}
+  - {name: turned, geometry: {line: {start: [0, 0, 0.05], end: [0.01, 0.01, -0.05]}}, role: {name: orient,
+     angle_deg: 2}, hard: true}
   - {name: upright, geometry: {line: {start: [0, 0, 0.05], end: [0, 0.06, -0.2]}}, role: {name: orient, angle_deg: 1},
      law: optimise}
   - {name: soft, geometry: {point: {at: [0.01, 0, 0.04]}}, role: guide, law: {stiffness: 100},

@@ -84,7 +84,11 @@ def test_clutch_in_contact_holds_the_tool_and_releases_the_hand():
     after = run(sim, 1.5)
     ticks = np.concatenate([before, during, after])
     steps = np.linalg.norm(np.diff(ticks["F_H_L"], axis=0), axis=1)
-    assert steps.max() <= 50.0 * 1e-3 + 1e-12
+    force = np.linalg.norm(ticks["F_H_L"], axis=1)
+    assert np.diff(force).max() <= 50.0 * 1e-3 + 1e-12
+    faster = np.flatnonzero(steps > 50.0 * 1e-3 + 1e-12)  # the passivity controller alone, and only downwards
+    assert (np.diff(force)[faster] < 0.0).all()
+    assert (ticks["F_withheld"][faster + 1, 2] >= steps[faster] - 50.0 * 1e-3).all()
     goal = np.linalg.norm(np.diff(ticks["p_WT_goal"], axis=0), axis=1)
     hand = np.linalg.norm(np.diff(ticks["p_LH"], axis=0), axis=1)
     assert (goal <= 0.5 * hand + 1e-9).all()  # at most the scaled motion of the hand, without a jump

@@ -392,15 +392,22 @@ def test_operators_who_yield_less_are_guided_less(yields):
     np.testing.assert_array_equal(all_.p_WT, not_.p_WT)
 
 
-def test_visual_cues_and_contact_forces_have_separate_effects(visual_cues):
-    """Drawn paths reduce the path error, rendered contact reduces the force, and both together reduce both."""
-    report = {row["condition"]: row for row in visual_cues if row["task"] == "tracing"}
+def test_visual_cues_and_contact_forces_have_separate_effects(monkeypatch):
+    """Drawn paths reduce the path error, rendered contact reduces the force, and both together reduce both.
+
+    The hands differ so much that few of them show no effect: the intervals of 24 exclude zero.
+    """
+    monkeypatch.setattr("palpate.studies.guidance.cues.TASKS", {"tracing": TASKS["tracing"]})
+    monkeypatch.setattr(guidance_effects, "FEW", 24)
+    report = {row["condition"]: row for row in cued(24, sweep=serial)}
     none, both = report["none"], report["visual+haptics"]
     assert none["path_error_mm_more_low"] == none["path_error_mm_more_high"] == 0.0
     for drawn in (report["visual"], both):
         assert drawn["path_error_mm"] < 0.95 * none["path_error_mm"]
+        assert drawn["path_error_mm_more_high"] < 0.0
     for felt in (report["haptics"], both):
         assert felt["mean_force_N"] < 0.9 * none["mean_force_N"]
+        assert felt["mean_force_N_more_high"] < 0.0
 
 
 def test_empty_cohort_is_rejected():

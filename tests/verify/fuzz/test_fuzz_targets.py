@@ -54,7 +54,7 @@ def test_a_pose_that_is_not_rigid_and_trusted_is_a_fault(monkeypatch):
 
 
 @pytest.mark.parametrize(
-    ("factor", "words"), [(np.nan, "is commanded"), (100.0, "above the cap"), (-1.0, "changed by")]
+    ("factor", "words"), [(np.nan, "is commanded"), (100.0, "above the cap"), (-1.0, "grew or turned by")]
 )
 def test_a_wrong_force_of_a_scene_is_a_fault(monkeypatch, factor, words):
     """Every twentieth tick reports another force; the sound scene has one object."""
