@@ -224,7 +224,7 @@ def _goal_jacobian(c: Combination, probe: Probe, n: int) -> Array:
             X[k, 3] += by
         else:
             X[:3, :3] = Rotation.from_rotvec(by * np.eye(3)[k - 3]).as_matrix() @ X[:3, :3]
-        return Bench(c, fixture(c), quick=True).run(constant_pose(X, n, probe.V)).X[-1]
+        return np.asarray(Bench(c, fixture(c), quick=True).run(constant_pose(X, n, probe.V)).X[-1])
 
     J = np.empty((6, 6))
     for k in range(6):
