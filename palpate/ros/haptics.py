@@ -320,6 +320,8 @@ class HapticSession(LiveSession):
 
     def _look_at_clock(self) -> None:
         """Tell a new offset of the leader's clock."""
+        if not self.timing["leader_messages"]:
+            return
         offset = float(self.timing["leader_clock_s"])
         if abs(offset - self.loop.told_offset) < jitter.NAMED:
             return

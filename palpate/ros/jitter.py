@@ -23,6 +23,10 @@ NAMED = 5e-3
 """Smallest offset of a clock that is told [s]."""
 MARGIN = 2.0
 """Tolerance over the longest gap that was measured [-]."""
+PART = 0.1
+"""Parts of the measurement, of which each has its longest pause [s]."""
+REPEATED = 3
+"""Number of parts with a pause that make it jitter: one pause, as of a program that starts, touches two at most."""
 LARGEST = 0.06
 """Largest tolerance [s]. A force may rest this long on an old state, and an arm moves by 6 mm at 0.1 m/s meanwhile."""
 
@@ -35,7 +39,7 @@ class Jitter:
     rate: float
     """Mean rate [Hz]."""
     gap: float
-    """Longest time between two arrivals, or between the ages of two stamps [s]."""
+    """Longest time between two arrivals, or between the ages of two stamps, that came back [s]."""
     offset: float = 0.0
     """Offset of the sender's clock; negative: behind, or a constant delay [s]."""
 
@@ -74,9 +78,11 @@ def jitter(rows: Array, now: float) -> Jitter:
     gaps = np.diff(np.append(arrivals, max(now, arrivals[-1])))
     usual = float(np.quantile(ages, 0.1))  # a few stamps of zero, or of another source, do not count
     later = ages - usual
-    late = later[np.abs(later) < LARGEST]
-    longest = max(float(gaps.max()), float(late.max(initial=0.0)))
-    return Jitter(len(rows), len(rows) / max(float(now - arrivals[0]), 1e-9), longest, -usual)
+    pauses = np.maximum(gaps, np.where(np.abs(later) < LARGEST, later, 0.0))
+    part = ((arrivals - arrivals[0]) / PART).astype(int)
+    longest = sorted((float(pauses[part == k].max()) for k in np.unique(part)), reverse=True)
+    again = longest[min(REPEATED, len(longest)) - 1]
+    return Jitter(len(rows), len(rows) / max(float(now - arrivals[0]), 1e-9), again, -usual)
 
 
 def tolerance(measured: Jitter | None, least: float) -> tuple[float, str]:

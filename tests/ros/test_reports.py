@@ -2,6 +2,7 @@
 
 import threading
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import pytest
 from palpate.record import withheld
 from palpate.record.ticks import STATUS, TICK
 from palpate.ros import causes, reports
+from palpate.ros.haptics import HapticSession
 from palpate.ros.jitter import LARGEST, Jitter, jitter, offset_words, tolerance
 from palpate.ros.reports import ForceReports
 from palpate.verify.bench import ros_stand as bench
@@ -124,16 +126,30 @@ def rows(arrivals, age=1e-4):
     return np.column_stack([arrivals, np.full(len(arrivals), age)])
 
 
-def test_jitter_is_the_longest_gap_or_age():
+@pytest.mark.parametrize("period", [0.1, 0.2, 0.3])
+@pytest.mark.parametrize("pause", [0.012, 0.02, 0.05])
+def test_jitter_is_the_longest_gap_or_age_that_comes_back(pause, period):
     regular = np.arange(500) * 2e-3
     assert jitter(rows(regular), 0.998).gap == pytest.approx(2e-3)
     assert jitter(rows(regular), 0.998).rate == pytest.approx(500, rel=0.01)
-    assert jitter(rows(regular), 1.1).gap == pytest.approx(0.102), "silent at the end"
-    assert jitter(rows(regular + 0.02 * (regular > 0.5)), 1.018).gap == pytest.approx(0.022)
+    paused = regular + pause * np.floor(regular / period)
+    assert jitter(rows(paused), paused[-1]).gap == pytest.approx(pause + 2e-3, abs=1e-6)
     late = rows(regular)
-    late[100:150, 1] += 0.025
-    assert jitter(late, 0.998).gap == pytest.approx(0.025), "late by a queue"
+    late[(regular % period) < 0.03, 1] += pause
+    assert jitter(late, 0.998).gap == pytest.approx(pause), "late by a queue"
     assert jitter(rows(regular, 1.7e9), 0.998).gap == pytest.approx(2e-3), "a stamp of zero is no jitter"
+
+
+@pytest.mark.parametrize("at", [0.0, 0.098, 0.31, 0.5, 0.999])
+@pytest.mark.parametrize("pause", [0.02, 0.05, 0.08])
+def test_single_pause_is_no_jitter_and_widens_nothing(pause, at):
+    """As of a program that starts: the states queue meanwhile, and arrive late together."""
+    regular = np.arange(500) * 2e-3
+    arrivals = np.where((regular >= at) & (regular < at + pause), at + pause, regular)
+    found = jitter(np.column_stack([arrivals, 1e-4 + arrivals - regular]), 1.0 + pause * (at > 0.9))
+    assert found.gap == pytest.approx(2e-3, abs=1e-3)
+    assert found.offset == pytest.approx(-1e-4, abs=1e-4)
+    assert tolerance(found, 0.03) == (0.03, "")
 
 
 @pytest.mark.parametrize("offset", [-0.05, -0.012, 0.012, 0.02, 3600.0])
@@ -232,6 +248,17 @@ class Pauses(threading.Thread):
     def __exit__(self, *error):
         self.ended.set()
         self.join()
+
+
+@pytest.mark.parametrize(("messages", "told"), [(0, []), (100, ["the leader's clock agrees with this machine's again"])])
+def test_offset_is_not_taken_back_before_the_first_state(messages, told):
+    """The node knows no offset yet, so it does not contradict what was measured before it started."""
+    session = SimpleNamespace(
+        timing={"leader_clock_s": 0.0, "leader_messages": messages},
+        loop=SimpleNamespace(told_offset=-0.05, stale_after=0.03), events=[],
+    )  # fmt: skip
+    HapticSession._look_at_clock(session)
+    assert session.events == told
 
 
 def test_jittery_leader_sets_the_tolerance_and_prints_few_lines(native, tmp_path):
