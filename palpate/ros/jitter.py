@@ -71,13 +71,15 @@ def jitter(rows: Array, now: float) -> Jitter:
     """The jitter of recorded arrivals.
 
     Args:
-        rows: arrival on the monotonic clock and age of the stamp of each state (n, 2) [s], n >= 1.
+        rows: arrival on the monotonic clock and age of the stamp of each state (n, 2) [s], n >= 1; an age is NaN where
+            the stamp is zero, as of an arm without power.
         now: end of the record on the monotonic clock [s].
     """
     arrivals, ages = rows[:, 0], rows[:, 1]
     gaps = np.diff(np.append(arrivals, max(now, arrivals[-1])))
-    usual = float(np.quantile(ages, 0.1))  # a few stamps of zero, or of another source, do not count
-    later = ages - usual
+    valid = ages[np.isfinite(ages)]
+    usual = float(np.quantile(valid, 0.1)) if len(valid) else 0.0  # a few of another source do not count
+    later = np.nan_to_num(ages, nan=usual) - usual
     pauses = np.maximum(gaps, np.where(np.abs(later) < LARGEST, later, 0.0))
     part = ((arrivals - arrivals[0]) / PART).astype(int)
     longest = sorted((float(pauses[part == k].max()) for k in np.unique(part)), reverse=True)

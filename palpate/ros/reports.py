@@ -30,6 +30,8 @@ CALM = 1.0
 TAKE_BACK = "tap the clutch pedal, or call the service ~/take_back; clutching chooses a new relation"
 _GATES = ("not_enabled", "no_operator", "not_following", "clutched")  # states of operation, changed by people
 _SETTLING = STATUS["settling"][0]
+_UNPOWERED = {"bad_stamp": STATUS["not_enabled"][0]}
+"""Causes that are the ordinary reports of an arm without power, while this bit is set: it marks its data as invalid."""
 
 
 @dataclass
@@ -72,7 +74,9 @@ class ForceReports:
         before = np.append(self._last, status[:-1])
         with self._lock:
             for cause in self._causes:
-                self._occur(cause, np.flatnonzero(status & ~before & cause.bit), status, ticks)
+                ordinary = _UNPOWERED.get(cause.name, 0)
+                powered, was = np.where(status & ordinary, 0, status), np.where(before & ordinary, 0, before)
+                self._occur(cause, np.flatnonzero(powered & ~was & cause.bit), powered, ticks)
             held = np.flatnonzero(status & self._any)
             if len(held):
                 self._held_at = float(t[held[-1]])

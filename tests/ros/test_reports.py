@@ -137,7 +137,8 @@ def test_jitter_is_the_longest_gap_or_age_that_comes_back(pause, period):
     late = rows(regular)
     late[(regular % period) < 0.03, 1] += pause
     assert jitter(late, 0.998).gap == pytest.approx(pause), "late by a queue"
-    assert jitter(rows(regular, 1.7e9), 0.998).gap == pytest.approx(2e-3), "a stamp of zero is no jitter"
+    for age in (1.7e9, np.nan):
+        assert jitter(rows(regular, age), 0.998).gap == pytest.approx(2e-3), "a stamp of zero is no jitter"
 
 
 @pytest.mark.parametrize("at", [0.0, 0.098, 0.31, 0.5, 0.999])
@@ -163,6 +164,24 @@ def test_offset_of_the_clock_is_no_jitter_and_widens_nothing(offset):
     assert ("ahead" if offset > 0 else "behind") in words
     assert ("no force" in words) == (abs(offset) > 0.03)
     assert causes.offset(offset) in words
+
+
+@pytest.mark.parametrize("valid", [0, 1, 250])
+def test_stamps_of_zero_of_an_arm_without_power_are_no_offset(valid):
+    regular = rows(np.arange(500) * 2e-3)
+    regular[: 500 - valid, 1] = np.nan
+    found = jitter(regular, 0.998)
+    assert offset_words(found.offset, 0.03) == ""
+    assert tolerance(found, 0.03) == (0.03, "")
+
+
+def test_stamps_of_zero_are_told_of_an_arm_with_power_alone():
+    run = Run()
+    run.add(2.0, "not_enabled", "bad_stamp")
+    assert [words for _, words in run.told] == [STATUS["not_enabled"][1]]
+    run.add(2.0)
+    run.add(0.5, "bad_stamp")
+    assert [words for _, words in run.told][-1] == STATUS["bad_stamp"][1]
 
 
 def test_small_offset_is_not_told():
@@ -250,7 +269,9 @@ class Pauses(threading.Thread):
         self.join()
 
 
-@pytest.mark.parametrize(("messages", "told"), [(0, []), (100, ["the leader's clock agrees with this machine's again"])])
+@pytest.mark.parametrize(
+    ("messages", "told"), [(0, []), (100, ["the leader's clock agrees with this machine's again"])]
+)
 def test_offset_is_not_taken_back_before_the_first_state(messages, told):
     """The node knows no offset yet, so it does not contradict what was measured before it started."""
     session = SimpleNamespace(

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <geometry_msgs/msg/pose_stamped.hpp>
+#include <limits>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -29,7 +30,8 @@ class StreamMeter {
         spinner_(node_, {.in_thread = [] { loop::schedule({.allow_affinity = false}); }, .after = {}, .direct = true}) {
   }
 
-  /// Time of arrival on the monotonic clock and age of the stamp then, of each message so far [s].
+  /// Time of arrival on the monotonic clock and age of the stamp then, of each message so far [s]. The age is NaN where
+  /// the stamp is zero, by which CRTK marks invalid data.
   [[nodiscard]] std::vector<Row> rows() const {
     const std::lock_guard lock(mutex_);
     return rows_;
@@ -40,8 +42,10 @@ class StreamMeter {
     timespec wall{};
     clock_gettime(CLOCK_REALTIME, &wall);
     const auto& stamp = message.header.stamp;
-    const double age = static_cast<double>(wall.tv_sec - stamp.sec) +
-                       1e-9 * (static_cast<double>(wall.tv_nsec) - static_cast<double>(stamp.nanosec));
+    const bool valid = stamp.sec != 0 || stamp.nanosec != 0;
+    const double age = valid ? static_cast<double>(wall.tv_sec - stamp.sec) +
+                                   1e-9 * (static_cast<double>(wall.tv_nsec) - static_cast<double>(stamp.nanosec))
+                             : std::numeric_limits<double>::quiet_NaN();
     const std::lock_guard lock(mutex_);
     if (rows_.size() < kRows) rows_.push_back({1e-9 * static_cast<double>(loop::now_ns()), age});
   }
