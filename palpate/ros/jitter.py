@@ -42,6 +42,8 @@ class Jitter:
     """Longest time between two arrivals, or between the ages of two stamps, that came back [s]."""
     offset: float = 0.0
     """Offset of the sender's clock; negative: behind, or a constant delay [s]."""
+    longest: float = 0.0
+    """Longest of these times, whether it came back or not [s]."""
 
 
 def measure(native: Any, context: Any, topic: str, least: float) -> Jitter | None:
@@ -62,7 +64,7 @@ def measure(native: Any, context: Any, topic: str, least: float) -> Jitter | Non
     for part in (0.5, 0.5):
         time.sleep(part * SECONDS)
         found = jitter(np.array(meter.rows()), time.monotonic())
-        if MARGIN * found.gap <= 0.5 * least:
+        if MARGIN * found.longest <= 0.5 * least:
             break
     return found
 
@@ -84,7 +86,7 @@ def jitter(rows: Array, now: float) -> Jitter:
     part = ((arrivals - arrivals[0]) / PART).astype(int)
     longest = sorted((float(pauses[part == k].max()) for k in np.unique(part)), reverse=True)
     again = longest[min(REPEATED, len(longest)) - 1]
-    return Jitter(len(rows), len(rows) / max(float(now - arrivals[0]), 1e-9), again, -usual)
+    return Jitter(len(rows), len(rows) / max(float(now - arrivals[0]), 1e-9), again, -usual, longest[0])
 
 
 def tolerance(measured: Jitter | None, least: float) -> tuple[float, str]:
