@@ -10,7 +10,7 @@ import numpy as np
 from palpate.arrays import Array
 from palpate.certificate import DeviceModel
 from palpate.devices.driver import Driver, Facts, facts
-from palpate.devices.identify import AxisFit, fit_axis, noise, resolution
+from palpate.devices.identify import AxisFit, fit_axis, noise, resolution, uneven_steps
 from palpate.devices.simulated import SimulatedDevice
 from palpate.devices.trace import PUSH, Trace, rounds
 from palpate.errors import DeviceError
@@ -25,6 +25,7 @@ _STUCK = 1e-4  # range of the first motion below which the device is not pushed 
 _STROKE = 0.08  # range of the motion of the middle half period, as a share of the workspace
 _WIDTH = 0.6  # width of the fit's test functions over the shortest half period
 _REPEATS = 6
+_MISFIT, _SMALL = 3.0, 2e-3  # residual over noise, and residual [N], from which on the model is doubted
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,7 @@ class AxisBench:
     axis: str
     noise_m: float  # rms at rest
     resolution_m: float | None  # step of the measured position; None: no steps seen
+    uneven: bool  # the steps lie on no grid, as those of encoders in joints: `resolution_m` is the effective step
     fit: AxisFit | None  # None: the device does not push, or hardly moved
     moved_m: float  # range of the motion during the push
 
@@ -49,26 +51,68 @@ class Bench:
     axes: tuple[AxisBench, AxisBench, AxisBench]
     stopped: bool  # the device left a quarter of its workspace, and the push ended early
 
-    def model(self) -> DeviceModel:
+    def limits(self) -> tuple[float, float]:
+        """Largest stable stiffness of a wall without damping, and the same at the unsafe end of all intervals [N/m].
+
+        A restoring force of the device adds to the stiffness of the wall, so it is taken from the limit.
+        """
+        from palpate.certificate import certify
+
+        def limit(model: DeviceModel, reach: float) -> float:
+            springs = [f.stiffness + reach * f.student * f.deviations.stiffness for f in self._fits()]
+            return max(0.0, certify(model).k_max - max(0.0, *springs))
+
+        light, heavy = self.model(-1), self.model(1)
+        return limit(self.model(0), 0.0), min(limit(light, 1.0), limit(heavy, 1.0))
+
+    def model(self, end: int = 1) -> DeviceModel:
         """The certificate's model: mean mass; smallest damping and friction; longest delay, largest step of all axes.
+
+        Args:
+            end: 0: the values as measured. 1 or -1: damping, friction and delay at the unsafe end of their 95 %
+                intervals, the mass at its upper or lower end.
 
         Raises:
             DeviceError: the device was not pushed along any axis, so its mass is unknown.
         """
-        fits = [axis.fit for axis in self.axes if axis.fit is not None]
+        fits = self._fits()
+        reach = abs(end)
+
+        def worst(name: str, sign: int) -> list[float]:
+            return [getattr(f, name) + sign * reach * f.student * getattr(f.deviations, name) for f in fits]
+
         if not fits:
             what = f"device {self.name} did not move, so its mass and friction are unknown"
             raise DeviceError(
                 what, mend="switch its motors on, let go of the handle, and check force_max of the driver"
             )
         return DeviceModel(
-            mass=float(np.mean([f.mass for f in fits])),
-            damping=max(0.0, min(f.damping for f in fits)),
+            mass=max(1e-3, float(np.mean(worst("mass", 1 if end >= 0 else -1)))),
+            damping=max(0.0, min(worst("damping", -1))),
             rate=round(self.rate_Hz, 1),
-            delay=max(f.delay for f in fits),
+            delay=max(0.0, max(worst("delay", 1))),
             quantum=max((axis.resolution_m or 0.0) for axis in self.axes),
-            friction=max(0.0, min(f.friction for f in fits)),
+            friction=max(0.0, min(worst("friction", -1))),
         )
+
+    def _fits(self) -> list[AxisFit]:
+        return [axis.fit for axis in self.axes if axis.fit is not None]
+
+    def doubts(self) -> tuple[str, ...]:
+        """What the model of the axes does not explain, in sentences."""
+        found = []
+        for axis in self.axes:
+            f = axis.fit
+            if f is not None and f.misfit > _MISFIT and f.residual > _SMALL:
+                found.append(
+                    f"{axis.axis}: the model leaves {1e3 * f.residual:.2g} mN rms, {f.misfit:.2g} times what noise and "
+                    "steps explain: the device has another form, and the intervals do not cover that"
+                )
+            if f is not None and abs(f.stiffness) > max(f.student * f.deviations.stiffness, 1.0):
+                found.append(f"{axis.axis}: a restoring force of {f.stiffness:.3g} N/m acts on the handle")
+            if axis.uneven:
+                found.append(f"{axis.axis}: the steps lie on no grid, as those of encoders in joints; effective step")
+        return tuple(found)
 
 
 def measure(driver: Driver, name: str) -> Bench:
@@ -121,23 +165,27 @@ def _push(driver: Driver, known: Facts, axis: int, halves: tuple[float, ...], re
     return rounds(driver, known, duration, force)
 
 
-def _bench_axis(driver: Driver, known: Facts, axis: int) -> tuple[Trace, AxisFit | None]:
-    """Push along an axis, with half periods that use a share of the workspace, and fit the model."""
+def _bench_axis(driver: Driver, known: Facts, axis: int) -> tuple[Trace, float]:
+    """Push along an axis by a share of the workspace: the trace, and the width of the fit's bumps, 0 if it is stuck."""
     pilot = _push(driver, known, axis, (_PILOT,), 1)
     stroke = float(np.ptp(pilot.p[:, axis]))
     if stroke < _STUCK:
-        return pilot, None
+        return pilot, 0.0
     middle = float(np.clip(_PILOT * np.sqrt(_STROKE * known.workspace[axis] / stroke), *_HALF))
     rounds(driver, known, 0.2)
     trace = _push(driver, known, axis, tuple(middle * x for x in _SPREAD), _REPEATS)
-    return trace, fit_axis(trace.t, trace.p[:, axis], trace.F[:, axis], _WIDTH * middle * _SPREAD[0])
+    return trace, _WIDTH * middle * _SPREAD[0]
 
 
-def _axis(i: int, rest: Trace, pushed: list[tuple[Trace, AxisFit | None]]) -> AxisBench:
+def _axis(i: int, rest: Trace, pushed: list[tuple[Trace, float]]) -> AxisBench:
     readings = np.concatenate([rest.p[:, i], *(trace.p[:, i] for trace, _ in pushed)])
+    trace, width = pushed[i] if pushed else (rest, 0.0)
     step = resolution(readings)
-    trace, fit = pushed[i] if pushed else (rest, None)
-    return AxisBench("xyz"[i], noise(rest.t, rest.p[:, i], step), step or None, fit, float(np.ptp(trace.p[:, i])))
+    uneven = 0.0 if step else uneven_steps(rest.p[:, i], trace.p[:, i])
+    still = noise(rest.t, rest.p[:, i], step)
+    error = float(np.hypot(still, (step or uneven) / np.sqrt(12.0)))
+    fit = fit_axis(trace.t, trace.p[:, i], trace.F[:, i], width, error) if width else None
+    return AxisBench("xyz"[i], still, step or uneven or None, uneven > 0.0, fit, float(np.ptp(trace.p[:, i])))
 
 
 def _timing(driver: Driver, known: Facts) -> tuple[float, float, float]:

@@ -5,24 +5,56 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from palpate.arrays import Array
+from palpate.errors import DeviceError
 
-_DELAYS = range(21)  # candidates [periods]
+LONGEST = 0.06
+"""Longest delay that is searched [s]."""
 _SLOW = 0.15  # share of the peak velocity below which the sign of the velocity is not trusted
+_LOCAL = 9  # readings of a local cubic, whose residual shows steps that lie on no grid
+
+
+@dataclass(frozen=True)
+class Deviations:
+    """Standard deviations of the parameters of `AxisFit`, in their units."""
+
+    mass: float
+    damping: float
+    friction: float
+    stiffness: float
+    bias: float
+    delay: float
 
 
 @dataclass(frozen=True)
 class AxisFit:
-    """Model of one axis: ``mass x'' + damping x' + friction sign(x') = F(t - delay) + bias``."""
+    """Model of one axis: ``mass x'' + damping x' + friction sign(x') + stiffness x = F(t - delay) + bias``."""
 
     mass: float  # [kg]
     damping: float  # [N s/m]
     friction: float  # [N]
-    bias: float  # constant force, for example weight that is not compensated [N]
+    stiffness: float  # restoring force of springs, cables or uncompensated weight [N/m]
+    bias: float  # constant force at the start of the motion, for example weight that is not compensated [N]
     delay: float  # from the command to its force [s]
     residual: float  # rms of the force that the model does not explain [N]
+    noise: float  # the same that the noise and the steps of the position explain [N]
     windows: int  # number of equations
+    deviations: Deviations
+    freedom: int  # degrees of freedom of the deviations
+
+    @property
+    def misfit(self) -> float:
+        """Residual over what the noise explains; much more than 1 for a device of another form."""
+        return self.residual / self.noise if self.noise > 0.0 else float("inf")
+
+    @property
+    def student(self) -> float:
+        """Student's factor of a 95 % interval."""
+        from scipy.special import stdtrit
+
+        return float(stdtrit(self.freedom, 0.975))
 
 
 def resolution(x: Array) -> float:
@@ -51,13 +83,35 @@ def noise(t: Array, x: Array, step: float) -> float:
     return float(np.sqrt(max(float(residual @ residual) / (len(x) - 2) - step**2 / 12.0, 0.0)))
 
 
-def fit_axis(t: Array, x: Array, F: Array, width: float = 0.05) -> AxisFit | None:
+def uneven_steps(rest: Array, x: Array) -> float:
+    """Effective step of a signal quantised elsewhere, as by encoders in joints; 0.0 if noise hides or explains it.
+
+    Such a signal repeats exactly while it rests (n,), and its error while it moves, x (m,), is that of a step: rms
+    step / sqrt(12) about a smooth motion.
+    """
+    if len(np.unique(rest)) > max(3, len(rest) // 50) or len(x) < 4 * _LOCAL:
+        return 0.0
+    windows = np.lib.stride_tricks.sliding_window_view(x, _LOCAL)
+    windows = windows[np.ptp(windows, axis=1) > 0.0]
+    if len(windows) < _LOCAL:
+        return 0.0
+    basis = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, _LOCAL), 4))[0]
+    rest_of = windows - windows @ basis @ basis.T
+    typical = float(np.median(np.square(rest_of).sum(axis=1)))  # not where dry friction changes its sign
+    return float(np.sqrt(12.0 * typical / (_LOCAL - 4)))
+
+
+def fit_axis(t: Array, x: Array, F: Array, width: float = 0.05, error: float = 0.0) -> AxisFit | None:
     """Fit of the model to positions x (n,) [m] and forces F (n,) [N] commanded at times t (n,) [s].
 
     The equation is multiplied by bumps that vanish with two derivatives at their ends and is integrated by parts
     (modulating functions, Shinbrot 1957), so that x is never differentiated: noise and steps of x average out. Only
     bumps, `width` [s] wide, during which the velocity keeps its sign are used. The delay is the one with the smallest
-    residual. None if the device hardly moved.
+    residual, between periods too. The deviations come from leaving out one push at a time (jackknife), as bumps
+    overlap. `error`: rms error of a position [m]. None if the device hardly moved.
+
+    Raises:
+        DeviceError: the residual still falls at the longest delay that is searched.
     """
     dt = float(np.median(np.diff(t)))
     half = max(4, round(0.5 * width / dt))
@@ -72,18 +126,71 @@ def fit_axis(t: Array, x: Array, F: Array, width: float = 0.05) -> AxisFit | Non
         return None
     area = dt * phi.sum()
     local = x[rows] - x[centres, None]
-    A = np.column_stack([dt * local @ phi2, -dt * local @ phi1, sign * area, -np.full(len(sign), area)]) / area
-    best: AxisFit | None = None
-    for periods in _DELAYS:
-        late = np.concatenate([np.zeros(periods), F[: len(F) - periods]])
-        held = 0.5 * (late[rows] + late[rows - 1])  # the force acts from one sample to the next
-        b = dt * held @ phi / area
-        found, *_ = np.linalg.lstsq(A, b, rcond=None)
-        residual = float(np.sqrt(np.mean((A @ found - b) ** 2)))
-        if best is None or residual < best.residual:
-            mass, damping, friction, bias = found.tolist()
-            best = AxisFit(mass, damping, friction, bias, periods * dt, residual, len(b))
-    return best
+    place = dt * (x[rows] - x[0]) @ phi
+    A = np.column_stack(
+        [dt * local @ phi2, -dt * local @ phi1, sign * area, place, -np.full(len(sign), area)]
+    ) / area  # fmt: skip
+    b = _delayed(F, rows, phi * dt / area, round(LONGEST / dt) + 1)
+    shapes = np.stack([phi2, -phi1, phi]) * dt / area  # of mass, damping and stiffness
+    periods, part, found = _best_delay(A, b, shapes)
+    if periods + part > len(b) - 2:
+        raise DeviceError(
+            f"the force follows its command later than {1e3 * LONGEST:g} ms, the longest delay that is searched",
+            mend="look for a queue between write() and the motors; check the sign of the force",
+        )
+    target = (1.0 - part) * b[periods] + part * b[periods + 1]
+    rest = A @ found - target
+    J = np.column_stack([A, (b[periods] - b[periods + 1]) / dt])
+    push = np.r_[0, np.cumsum((np.diff(sign) != 0) | (np.diff(centres) > 2 * half))]
+    std, freedom = _jackknife(J, rest, push)
+    mass, damping, friction, stiffness, bias = found.tolist()
+    weight = np.array([mass, damping, stiffness]) @ shapes
+    return AxisFit(
+        mass, damping, friction, stiffness, bias, (periods + part) * dt, float(np.sqrt(np.mean(rest**2))),
+        error * float(np.linalg.norm(weight)), len(sign), Deviations(*std.tolist()), freedom,
+    )  # fmt: skip
+
+
+def _delayed(F: Array, rows: NDArray[np.intp], weight: Array, longest: int) -> Array:
+    """Mean force (longest + 1, n) of the bumps at each delay in periods; it acts from one sample to the next."""
+    padded = np.concatenate([np.zeros(longest + 1), F])
+    held = 0.5 * (padded[1:] + padded[:-1])  # held[longest + k]: about sample k, without delay
+    return np.stack([held[rows + longest - periods] @ weight for periods in range(longest + 1)])
+
+
+def _best_delay(A: Array, b: Array, shapes: Array) -> tuple[int, float, Array]:
+    """Whole periods, the part of the next one, and the parameters with the smallest residual over its noise.
+
+    Between two delays the force is their mixture, so the residual is linear in the part. The noise of the position
+    enters by mass, damping and stiffness: without the division, a delay at which the command is in phase with the
+    velocity would pass for dry friction alone, which needs no position.
+    """
+    Q, R = np.linalg.qr(A)
+    rest = b - (b @ Q) @ Q.T
+    change = np.diff(rest, axis=0)
+    part = -np.einsum("pn,pn->p", rest[:-1], change) / np.maximum(np.einsum("pn,pn->p", change, change), 1e-300)
+    part = np.clip(part, 0.0, 1.0)
+    targets = b[:-1] + part[:, None] * np.diff(b, axis=0)
+    found = np.linalg.solve(R, (targets @ Q).T).T
+    noise = np.square(found[:, [0, 1, 3]] @ shapes).sum(axis=1)
+    cost = np.square(rest[:-1] + part[:, None] * change).sum(axis=1) / noise
+    best = int(np.argmin(cost))
+    return best, float(part[best]), found[best]
+
+
+def _jackknife(J: Array, rest: Array, group: Array) -> tuple[Array, int]:
+    """Standard deviations of least-squares parameters by leaving out one group of rows at a time, and their freedom."""
+    H = np.linalg.inv(J.T @ J)
+    moved = []
+    for k in range(int(group.max()) + 1):
+        rows = group == k
+        K = J[rows] @ H
+        leverage = np.eye(int(rows.sum())) - K @ J[rows].T
+        moved.append(K.T @ np.linalg.lstsq(leverage, rest[rows], rcond=None)[0])
+    n = len(moved)
+    out = np.array(moved)
+    variance = (n - 1) / n * np.square(out - out.mean(axis=0)).sum(axis=0)
+    return np.sqrt(variance), max(n - J.shape[1], 1)
 
 
 def _bump(half: int, dt: float) -> tuple[Array, Array, Array]:

@@ -34,8 +34,10 @@ class Truth:
     """Noise of the measured position, rms per axis [m]."""
     resolution: float = 1e-5
     """Resolution of the measured position, 0: exact [m]."""
-    delay: int = 2
-    """Periods from a command to its force [-]."""
+    delay: float = 2
+    """Periods from a command to its force, in quarters [-]."""
+    stiffness: float = 0.0
+    """Restoring force towards the middle, as of a spring or a cable [N/m]."""
     seed: int = 0
     """Seed of the noise."""
 
@@ -61,6 +63,7 @@ class SimulatedDevice(Driver):
         self._p, self._v = np.zeros(3), np.zeros(3)
         self._wrench = np.zeros(6)
         self._queue: deque[Array] = deque()
+        self._last = np.zeros(3)
         self._t, self._clock = 0.0, 0.0
 
     @property
@@ -71,15 +74,18 @@ class SimulatedDevice(Driver):
     def open(self) -> None:
         """Start the clock."""
         self._clock = time.monotonic()
-        self._queue = deque([np.zeros(3)] * self.truth.delay)
+        self._queue, self._last = deque([np.zeros(3)] * int(self.truth.delay)), np.zeros(3)
 
     def read(self) -> Reading:
         """The noisy, rounded pose after the time since the last reading."""
         passed = 1.0 / self.rate if self.lockstep else min(time.monotonic() - self._clock, _LONGEST)
         self._clock += passed
         self._queue.append(self._wrench[:3].copy())
-        F = self._queue.popleft()
-        self._advance(F, passed / _SUBSTEPS)
+        F, last = self._queue.popleft(), self._last
+        late = round((self.truth.delay % 1.0) * _SUBSTEPS)
+        self._advance(last, passed / _SUBSTEPS, late)
+        self._advance(F, passed / _SUBSTEPS, _SUBSTEPS - late)
+        self._last = F
         p = self._p + self.truth.noise * self._rng.standard_normal(3)
         if self.truth.resolution > 0.0:
             p = self.truth.resolution * np.round(p / self.truth.resolution)
@@ -94,18 +100,23 @@ class SimulatedDevice(Driver):
     def close(self) -> None:
         """Nothing to close."""
 
-    def _advance(self, F: Array, dt: float) -> None:
-        """Steps of m v' = F - b v - friction sign(v) + hand. Friction holds what it can and reverses nothing."""
+    def _advance(self, F: Array, dt: float, steps: int) -> None:
+        """Steps of m v' = F - b v - k p - friction sign(v) + hand. Friction holds what it can and reverses nothing.
+
+        Positions follow the mean of the old and the new velocity: exact for a constant force, without a lead of half a
+        step.
+        """
         m, damping, stiffness, friction = self.truth.mass, self.truth.damping, 0.0, self.truth.friction
         if self.held:
             m, damping, stiffness = m + self.hand.mass, damping + self.hand.damping, self.hand.stiffness
         share = 1.0 / (1.0 + dt / m * (damping + dt * stiffness))
         p, v, force = self._p.tolist(), self._v.tolist(), F.tolist()
-        for _ in range(_SUBSTEPS):
+        spring = self.truth.stiffness
+        for _ in range(steps):
             self._t += dt
             aim = (0.0, 0.0, 0.015 * (math.cos(0.5 * math.pi * self._t) - 1.0))
             for i in range(3):
-                u = share * (v[i] + dt / m * (force[i] - stiffness * (p[i] - aim[i])))
-                v[i] = math.copysign(max(abs(u) - dt / m * friction, 0.0), u)
-                p[i] += dt * v[i]
+                u = share * (v[i] + dt / m * (force[i] - spring * p[i] - stiffness * (p[i] - aim[i])))
+                before, v[i] = v[i], math.copysign(max(abs(u) - dt / m * friction, 0.0), u)
+                p[i] += 0.5 * dt * (before + v[i])
         self._p, self._v = np.array(p), np.array(v)

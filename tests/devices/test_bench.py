@@ -34,7 +34,8 @@ def errors(bench, truth):
         compare("mass", axis.fit.mass, truth.mass, 0.03)
         compare("damping", axis.fit.damping, truth.damping, 0.15, 0.05)
         compare("friction", axis.fit.friction, truth.friction, 0.1, 0.005)
-        compare("delay", axis.fit.delay, truth.delay * 1e-3, 0.0, 1e-6)
+        compare("delay", axis.fit.delay, truth.delay * 1e-3, 0.0, 2e-4)  # a fifth of a period
+        compare("stiffness", axis.fit.stiffness, truth.stiffness, 0.02, 0.7)
         compare("resolution", axis.resolution_m or 0.0, truth.resolution, 1e-3)
         compare("noise", axis.noise_m, truth.noise, 0.1, 1e-7)
     return wrong
@@ -67,7 +68,102 @@ def test_model_file_is_what_certify_reads(benched, tmp_path):
     model = palpate.DeviceModel.load(tmp_path / "device.yaml")
     assert model.mass == pytest.approx(truth.mass, rel=0.03)
     assert model.quantum == pytest.approx(truth.resolution, rel=1e-3)
-    assert model.delay == pytest.approx(1e-3 * truth.delay)
+    # the unsafe end of the intervals
+    assert -2e-5 < model.delay - 1e-3 * truth.delay < 4e-4
+    assert model.damping <= 1.01 * truth.damping
+    assert model.friction <= 1.01 * truth.friction
+
+
+def test_limit_of_a_wall_is_stated_at_the_unsafe_end(benched):
+    bench, truth = benched
+    known = palpate.DeviceModel(
+        mass=truth.mass, damping=truth.damping, rate=bench.rate_Hz, delay=1e-3 * truth.delay,
+        quantum=truth.resolution, friction=truth.friction,
+    )  # fmt: skip
+    limit, unsafe = bench.limits()
+    true = palpate.certify(known).k_max
+    assert unsafe <= true * 1.01
+    assert limit == pytest.approx(true, rel=0.15)
+
+
+@pytest.mark.parametrize(
+    "truth",
+    [
+        Truth(noise=0.0, delay=2.5, stiffness=40.0),
+        Truth(noise=0.0, delay=0.75, mass=0.4, stiffness=150.0, damping=1.0),
+        Truth(noise=0.0, delay=28),
+        Truth(noise=0.0, delay=45, mass=0.35, friction=0.1),
+    ],
+    ids=["spring", "stiff spring", "28 ms", "45 ms"],
+)
+def test_parts_of_a_period_springs_and_long_delays_are_found(truth):
+    bench = measure(SimulatedDevice(truth=truth), "simulated")
+    assert errors(bench, truth) == []
+    assert any("restoring force" in text for text in bench.doubts()) == (truth.stiffness > 0.0)
+
+
+def test_delay_beyond_the_search_is_refused():
+    with pytest.raises(DeviceError, match="later than 60 ms"):
+        measure(SimulatedDevice(truth=Truth(delay=85)), "late")
+
+
+class Jointed(SimulatedDevice):
+    """Encoders in joints: two turning links and a slide."""
+
+    step = 2e-4  # rad; the links are 0.15 m long
+    link = 0.15
+
+    def read(self):
+        x, y, z = np.asarray(super().read().X)[:3, 3] + [0.2, 0.05, 0.0]
+        bend = 2.0 * np.arccos(np.hypot(x, y) / (2.0 * self.link))
+        turn = np.arctan2(y, x) - 0.5 * bend
+        bend, turn = (self.step * np.round(q / self.step) for q in (bend, turn))
+        z = 0.15 * self.step * np.round(z / (0.15 * self.step))
+        X = np.eye(4)
+        X[:3, 3] = [
+            self.link * (np.cos(turn) + np.cos(turn + bend)) - 0.2,
+            self.link * (np.sin(turn) + np.sin(turn + bend)) - 0.05,
+            z,
+        ]
+        return Reading(X)
+
+
+def test_steps_of_encoders_in_joints_are_seen():
+    class Exact(Jointed):
+        step = 1e-9
+
+    truth = Truth(noise=0.0, resolution=0.0)
+    seen, exact = measure(Jointed(truth=truth), "jointed"), measure(Exact(truth=truth), "exact")
+    for axis, other, scale in zip(seen.axes, exact.axes, (0.14, 0.2, 0.15), strict=True):
+        assert axis.uneven == (axis.axis != "z")  # the slide's steps lie on a grid
+        assert axis.resolution_m == pytest.approx(scale * Jointed.step, rel=0.5)
+        assert other.resolution_m is None or other.resolution_m < 1e-7
+        assert axis.fit.mass == pytest.approx(truth.mass, rel=0.05)
+
+
+class Cogging(SimulatedDevice):
+    """Motors whose force depends on the place."""
+
+    def _advance(self, F, dt, steps):
+        for _ in range(steps):
+            super()._advance(F + 0.15 * np.sin(self._p / 1.5e-3), dt, 1)
+
+
+def test_device_of_another_form_is_told():
+    assert len([text for text in measure(Cogging(), "cogging").doubts() if "another form" in text]) == 3
+    assert measure(SimulatedDevice(), "plain").doubts() == ()
+
+
+def test_intervals_of_an_axis_hold_the_truth():
+    inside = []
+    for seed in range(8):
+        truth = Truth(seed=seed, noise=2e-5, delay=2.25)
+        for axis in measure(SimulatedDevice(truth=truth), "simulated").axes:
+            for name, true in [("mass", truth.mass), ("damping", truth.damping), ("friction", truth.friction),
+                               ("delay", 2.25e-3)]:  # fmt: skip
+                reach = axis.fit.student * getattr(axis.fit.deviations, name)
+                inside.append(abs(getattr(axis.fit, name) - true) < reach)
+    assert np.mean(inside) > 0.87  # 96 of 0.95
 
 
 def test_resolution_and_noise_of_known_signals():

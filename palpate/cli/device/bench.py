@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from palpate.devices.bench import Bench
+    from palpate.devices.identify import AxisFit
 
 
 @dataclass
@@ -55,6 +56,15 @@ class Command:
         say(console, f"{found.rate_Hz:.0f} Hz, p99 of the interval {found.interval_p99_us:.0f} us, {fresh}", "rate:")
         if found.stopped:
             say(console, "the handle left a quarter of its workspace: a push ended early", "note:", "yellow")
+        for doubt in found.doubts():
+            say(console, doubt, "note:", "yellow")
+        if any(axis.fit is not None for axis in found.axes):
+            limit, unsafe = found.limits()
+            say(
+                console,
+                f"{limit:.0f} N/m without damping; {unsafe:.0f} N/m at the unsafe end of all intervals",
+                "wall:",
+            )
         if self.out is not None:
             found.model().save(self.out, {"device": self.name, "measured by": "palpate device bench"})
             say(console, f"{self.out}; judge it: palpate certify {self.out} --stiffness 400", "model:")
@@ -67,11 +77,22 @@ def _table(found: Bench) -> Table:
     from rich.table import Table
 
     table = Table(box=None, pad_edge=False)
-    for column in ("axis", "noise [um]", "step [um]", "mass [kg]", "damping [N s/m]", "friction [N]", "delay [ms]"):
+    fitted = ("mass [kg]", "damping [N s/m]", "friction [N]", "spring [N/m]", "delay [ms]", "residual / noise [mN]")
+    for column in ("axis", "noise [um]", "step [um]", *fitted):
         table.add_column(escape(column), justify="right")
     for axis in found.axes:
         step = "none seen" if axis.resolution_m is None else f"{1e6 * axis.resolution_m:.3g}"
         f = axis.fit
-        fit = ["-"] * 4 if f is None else [f"{x:.3g}" for x in (f.mass, f.damping, f.friction, 1e3 * f.delay)]
-        table.add_row(axis.axis, f"{1e6 * axis.noise_m:.3g}", step, *fit)
+        table.add_row(axis.axis, f"{1e6 * axis.noise_m:.3g}", step, *(["-"] * len(fitted) if f is None else _cells(f)))
     return table
+
+
+def _cells(f: AxisFit) -> list[str]:
+    """Values with half widths of their 95 % intervals; the residual beside what noise explains."""
+
+    def cell(name: str, unit: float = 1.0) -> str:
+        reach = unit * f.student * getattr(f.deviations, name)
+        return f"{unit * getattr(f, name):.3g} +-{reach:.1g}"
+
+    values = [*(cell(name) for name in ("mass", "damping", "friction", "stiffness")), cell("delay", 1e3)]
+    return [*values, f"{1e3 * f.residual:.2g} / {1e3 * f.noise:.2g}"]
