@@ -199,9 +199,9 @@ class TissueSurface(palpate._core.Surface):
     ) -> None:
         """
         body: gives the mesh, the material and the step; its state is not used. width: standard deviation of the spread
-        contact force [m], 0: .7 of the mean edge; at least .45 of the largest sphere's radius. period: by which the
-        body steps beside the cycle [s]; 0: in every tick. like: another surface of the same body, which fixtures know.
-        Raises ValueError if the body has no surface or the period is not from 0 to 0.05 s.
+        contact force [m], 0: .7 of the mean edge. period: by which the body steps beside the cycle [s]; 0: in every
+        tick. like: another surface of the same body, which fixtures know. Raises ValueError if the body has no surface
+        or the period is not from 0 to 0.05 s.
         """
 
     @property

@@ -461,6 +461,20 @@ class TissueSoakRange:
     @rest.setter
     def rest(self, arg: float, /) -> None: ...
 
+    @property
+    def hold(self) -> float:
+        """Time for which a poke is held where it turns back [s]."""
+
+    @hold.setter
+    def hold(self, arg: float, /) -> None: ...
+
+    @property
+    def restless(self) -> float:
+        """Second difference of the force that is no rest [N]."""
+
+    @restless.setter
+    def restless(self, arg: float, /) -> None: ...
+
 class TissueSoakReport:
     """Outcome of many actions at one soft body."""
 
@@ -487,6 +501,14 @@ class TissueSoakReport:
     @property
     def ticks(self) -> int:
         """Number of ticks."""
+
+    @property
+    def held(self) -> int:
+        """Pokes that were held in contact."""
+
+    @property
+    def restless(self) -> int:
+        """Of these, up to force_max, with a force that did not come to rest."""
 
     @property
     def not_finite(self) -> int:

@@ -292,7 +292,7 @@ void bind_bodies(nb::module_& m) {
           },
           nb::arg("body"), nb::arg("width") = 0.0, nb::arg("period") = 0.0, nb::arg("like").none() = nb::none(),
           "body: gives the mesh, the material and the step; its state is not used. width: standard deviation of the "
-          "spread contact force [m], 0: .7 of the mean edge; at least .45 of the largest sphere's radius. period: by "
+          "spread contact force [m], 0: .7 of the mean edge. period: by "
           "which the body steps beside the cycle [s]; 0: in every tick. like: another surface of the same body, which "
           "fixtures know. Raises ValueError if the body has no surface or the period is not from 0 to 0.05 s.")
       .def_prop_ro("edge", &SoftSurface::edge, "Mean length of the edges of the surface [m].")

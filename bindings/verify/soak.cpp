@@ -33,7 +33,9 @@ void bind_tissue_soak(nb::module_& m) {
       .def_rw("hard_force", &TissueSoakRange::hard_force, "Force at which those turn back [N]."_doc)
       .def_rw("friction", &TissueSoakRange::friction, "Largest coefficient of friction [-]."_doc)
       .def_rw("rest_every", &TissueSoakRange::rest_every, "Actions between two checks at rest."_doc)
-      .def_rw("rest", &TissueSoakRange::rest, "Time without contact before a check [s]."_doc);
+      .def_rw("rest", &TissueSoakRange::rest, "Time without contact before a check [s]."_doc)
+      .def_rw("hold", &TissueSoakRange::hold, "Time for which a poke is held where it turns back [s]."_doc)
+      .def_rw("restless", &TissueSoakRange::restless, "Second difference of the force that is no rest [N]."_doc);
   nb::class_<TissueSoakReport>(m, "TissueSoakReport", "Outcome of many actions at one soft body.")
       .def_ro("pokes", &TissueSoakReport::pokes, "Number of pokes."_doc)
       .def_ro("slides", &TissueSoakReport::slides, "Number of slides."_doc)
@@ -41,6 +43,9 @@ void bind_tissue_soak(nb::module_& m) {
       .def_ro("hard", &TissueSoakReport::hard, "Number of actions beyond force_max."_doc)
       .def_ro("touched", &TissueSoakReport::touched, "Number of actions with a contact."_doc)
       .def_ro("ticks", &TissueSoakReport::ticks, "Number of ticks."_doc)
+      .def_ro("held", &TissueSoakReport::held, "Pokes that were held in contact."_doc)
+      .def_ro("restless", &TissueSoakReport::restless,
+              "Of these, up to force_max, with a force that did not come to rest."_doc)
       .def_ro("not_finite", &TissueSoakReport::not_finite, "Actions with a force that is not finite."_doc)
       .def_ro("popped", &TissueSoakReport::popped, "Actions in which a sphere lost its contact below the surface."_doc)
       .def_ro("guarded", &TissueSoakReport::guarded,

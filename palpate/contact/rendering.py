@@ -75,7 +75,7 @@ def render(
     """
     points = _points(tips)
     options = _options(radius, release, spheres)
-    surface, stiffness = _soft(surface, max([radius, *(r for _, r in spheres)]), stiffness)
+    surface, stiffness = _soft(surface, stiffness)
     world = snapshot_of(
         surface, stiffness=stiffness, damping=damping, friction=friction, static_friction=static_friction
     )
@@ -83,16 +83,14 @@ def render(
     return Rendered(*_core.contact_render(world, points, method, options, positive("rate", rate, "Hz"), X_WO))
 
 
-def _soft(
-    surface: SurfaceLike, radius: float, stiffness: float | npt.ArrayLike | None
-) -> tuple[SurfaceLike, float | npt.ArrayLike]:
-    """The surface with the core of a soft body for spheres of up to ``radius`` [m], and its stiffness."""
+def _soft(surface: SurfaceLike, stiffness: float | npt.ArrayLike | None) -> tuple[SurfaceLike, float | npt.ArrayLike]:
+    """The surface, as the core of a soft body if it is one, and its stiffness."""
     from palpate.tissue import Tissue  # imported late, as below
 
     if isinstance(surface, Tissue):
         if stiffness is not None:
             raise ValueError("stiffness: the material of a Tissue determines it; leave it out")
-        return surface.core_for(radius), 0.0
+        return surface.core, 0.0
     if stiffness is None:
         raise ValueError("stiffness is missing: give K in N/m, for example 500; only a Tissue has none")
     return surface, stiffness

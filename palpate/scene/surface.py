@@ -21,7 +21,6 @@ from palpate.scene.clouds import CloudSection
 from palpate.scene.model import ObjectSection
 from palpate.scene.scene import Scene
 from palpate.scene.trackers import TrackerSection
-from palpate.tissue import Tissue
 
 
 @dataclass(frozen=True)
@@ -104,13 +103,8 @@ def snapshot(scene: Scene, surfaces_W: list[PlacedSurface]) -> _core.Snapshot:
                 raise SceneError(what, where=scene.where("objects", i), mend="leave them out; the sensor sees motion")
             live = cloud_options(obj.cloud)
         motion = materials.motion(obj, one.bounds.mean(axis=0))
-        objects.append(core_object(obj, one, motion, live, radius=_largest_radius(scene)))
+        objects.append(core_object(obj, one, motion, live))
     return _core.Snapshot(objects)
-
-
-def _largest_radius(scene: Scene) -> float:
-    """Radius of the largest sphere of the tool that the scene lists [m]."""
-    return max([scene.contact.radius, *(sphere.radius for sphere in scene.contact.spheres)])
 
 
 def cloud_options(section: CloudSection) -> _core.LiveOptions:
@@ -132,16 +126,11 @@ def core_object(
     placed: PlacedSurface,
     motion: _core.Motion,
     live: _core.LiveOptions | None = None,
-    *,
-    radius: float = 0.0,
 ) -> _core.Object:
-    """An object for the core: its surface and rest pose, material, regions, and its motion or limits of live motion.
-
-    radius: of the largest sphere that touches it, if it is soft [m].
-    """
+    """An object for the core: its surface and rest pose, material, regions, and its motion or limits of live motion."""
     return _core.Object(
         obj.name,
-        placed.body.core_for(radius) if isinstance(placed.body, Tissue) else placed.body.core,
+        placed.body.core,
         placed.X_WO,
         materials.material(obj),
         materials.regions(obj),

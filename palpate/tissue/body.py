@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
@@ -119,26 +120,13 @@ class Tissue(Surface):
         except ValueError as error:
             raise SurfaceError(str(error), mend="correct the value or the mesh") from None
         self.period = _period(thread, period, len(self.tets) / self.body.time_step)
-        self._cores: dict[float, _tissue.TissueSurface] = {}
 
-    @property
+    @cached_property
     def core(self) -> _tissue.TissueSurface:  # type: ignore[override]
-        """The C++ surface, for spheres that are small beside the elements."""
-        return self.core_for(0.0)
-
-    def core_for(self, radius: float) -> _tissue.TissueSurface:
-        """The C++ surface for spheres of up to ``radius`` [m]: the load of a contact is never narrower than they."""
+        """The C++ surface."""
         from palpate import _tissue
 
-        if 0.0 not in self._cores:
-            self._cores[0.0] = _tissue.TissueSurface(self.body, 0.0, self.period)
-        small = self._cores[0.0]
-        width = 0.45 * radius
-        if width <= small.width:
-            return small
-        if radius not in self._cores:
-            self._cores[radius] = _tissue.TissueSurface(self.body, width, self.period, small)
-        return self._cores[radius]
+        return _tissue.TissueSurface(self.body, 0.0, self.period)
 
     def __str__(self) -> str:
         """Number of tetrahedra and time step."""

@@ -51,3 +51,19 @@ def test_parts_of_one_cell_are_told_with_the_error_of_their_bending(through, poi
     assert all(f"about {percent} % too stiff in bending" in one for one in told)
     if percent is None:
         assert inspect_tissue(soft).bending_error_percent == 10.0
+
+
+@pytest.mark.parametrize(("cells", "told"), [(2, True), (8, False), (60, True)])
+def test_a_tip_beside_what_is_judged_is_told(cells, told):
+    """A tip of 5 mm on cells of 50, 12.5 and 1.7 mm, one cell deep for the fine ones."""
+    deep = 1 if cells > 10 else cells
+    soft = Tissue(block((cells, 2, deep), (0.1, 0.2 / cells, 0.1 * deep / cells)), young=5e3)
+    found = words_of(soft, 0.004 if cells == 2 else 0.0068)
+    assert any("comes to rest is judged" in one for one in found) == told
+
+
+def test_a_slower_thread_than_judged_is_told():
+    mesh = block((4, 4, 4), (0.04, 0.04, 0.04))
+    for period, told in ((0.02, False), (0.05, True)):
+        found = words_of(Tissue(mesh, young=5e3, thread="own", period=period), 0.005)
+        assert any("are judged up to 20 ms" in one for one in found) == told

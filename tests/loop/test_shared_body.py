@@ -34,7 +34,7 @@ def pair(snapshot, x, depth):
 
 def run(slab, depths=(DEPTH, DEPTH), shared=True):
     """Ticks of both tools, and the snapshot."""
-    world = snapshot_of(slab.core_for(R), stiffness=0.0)
+    world = snapshot_of(slab.core, stiffness=0.0)
     world = _tissue.share_bodies(world) if shared else world
     both = [pair(world, x, depth) for x, depth in zip((-AWAY, AWAY), depths, strict=True)]
     return [as_ticks(rows) for rows in _core.run_in_turns(both, TICKS)], world
@@ -97,7 +97,7 @@ def test_lockstep_repeats_its_bytes(slab, pressed):
 
 
 def test_body_comes_back_to_rest_for_new_loops(slab):
-    world = _tissue.share_bodies(snapshot_of(slab.core_for(R), stiffness=0.0))
+    world = _tissue.share_bodies(snapshot_of(slab.core, stiffness=0.0))
     loops = [pair(world, -AWAY, DEPTH)]
     first = as_ticks(loops.pop().run(TICKS))
     assert np.abs(world.objects[0].surface.displacements()).max() > 1e-4, "control: the body is still dented"
@@ -106,7 +106,7 @@ def test_body_comes_back_to_rest_for_new_loops(slab):
 
 
 def test_too_many_loops_are_refused(slab):
-    world = _tissue.share_bodies(snapshot_of(slab.core_for(R), stiffness=0.0))
+    world = _tissue.share_bodies(snapshot_of(slab.core, stiffness=0.0))
     loops = [pair(world, 0.0, 0.0) for _ in range(8)]
     with pytest.raises(RuntimeError, match="at most 8 pairs"):
         pair(world, 0.0, 0.0)

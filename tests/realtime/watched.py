@@ -120,7 +120,7 @@ def soft_scene(thread: str = "cycle") -> _core.Snapshot:
     nodes = nodes - [0.025, 0.025, 0.03]
     soft = Tissue((nodes, tets), young=8e3, prony=[(0.3, 0.05)], fixed=nodes[:, 2] < -0.0299, thread=thread)
     material = _core.Material(K=np.zeros(3), mu=0.3)
-    return _core.Snapshot([_core.Object("soft", soft.core_for(0.005), np.eye(4), material)])
+    return _core.Snapshot([_core.Object("soft", soft.core, np.eye(4), material)])
 
 
 def press() -> _core.HandPath:

@@ -30,7 +30,7 @@ def held(folder, guidance="", z=0.0215, contact="", ticks=600):
     scene = soft_cube(folder, SCENE % {"guidance": guidance, "z": z, "contact": contact})
     session = palpate.Session(scene)
     rows = as_ticks(session._advance(ticks))
-    core = session.rig.surfaces[0].body.core_for(R)
+    core = session.rig.surfaces[0].body.core
     return rows, (np.array(session.soft_vertices(0)), core.triangles), (core.vertices, core.triangles)
 
 

@@ -28,7 +28,7 @@ def press(surface, ticks, depth=DEPTH):
 @pytest.mark.parametrize("thread", ["cycle", "own"])
 @pytest.mark.parametrize("broken", [np.nan, np.inf, 1e30])
 def test_numbers_that_are_not_finite_freeze_the_body_and_the_guard_is_left_by_itself(thread, broken):
-    surface = bench.slab(5e3, thread, 4e-3).core_for(R).own()
+    surface = bench.slab(5e3, thread, 4e-3).core.own()
     before, _ = press(surface, 300)
     nodes = len(block((6, 6, 3), (1.0, 1.0, 1.0))[0])
     state = np.zeros((nodes, 3))
@@ -47,7 +47,7 @@ def test_numbers_that_are_not_finite_freeze_the_body_and_the_guard_is_left_by_it
 
 
 def test_a_jump_of_the_body_leads_to_more_steps_before_it_leads_to_a_freeze():
-    surface = bench.slab(5e3, "cycle").core_for(R).own()
+    surface = bench.slab(5e3, "cycle").core.own()
     nodes = len(block((6, 6, 3), (1.0, 1.0, 1.0))[0])
     frozen, hurried = [], []
     for speed in (0.1, 3.0, 60.0):  # [m/s]
@@ -67,14 +67,14 @@ def test_huge_ratios_of_moduli_need_mass_but_no_guard():
     assert soft.body.added_mass() > 10.0, "told by check"
     force = render(soft, bench.palpation(), radius=R).force
     assert np.isfinite(force).all()
-    _, told = press(soft.core_for(R).own(), 500)
+    _, told = press(soft.core.own(), 500)
     assert not any(state[3] for state in told)
 
 
 @pytest.mark.parametrize(("pushed", "kept"), [(2e-3, True), (15e-3, False)])
 def test_a_body_with_an_inverted_tetrahedron_returns_to_rest_instead_of_standing_still(pushed, kept):
     """A node of the top is pushed in, by more than a cell through the tetrahedra below it, and then all nodes jump."""
-    surface = bench.slab(5e3, "cycle").core_for(R).own()
+    surface = bench.slab(5e3, "cycle").core.own()
     nodes = block((6, 6, 3), (0.06, 0.06, 0.03))[0]
     rest, u = surface.vertices.copy(), np.zeros_like(nodes)
     u[np.argmin(np.linalg.norm(nodes - [0.03, 0.03, 0.03], axis=1)), 2] = -pushed

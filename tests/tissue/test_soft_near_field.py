@@ -18,7 +18,7 @@ def half(stiff, **material):
     nodes, tets = block((6, 6, 6), (0.06, 0.06, 0.03))
     nodes = nodes - [0.03, 0.03, 0.03]
     young = np.where(stiff(nodes[tets].mean(axis=1)), 50e3, 5e3)
-    return Tissue((nodes, tets), young=young, poisson=0.45, fixed=nodes[:, 2] < -0.0299, **material).core_for(R).own()
+    return Tissue((nodes, tets), young=young, poisson=0.45, fixed=nodes[:, 2] < -0.0299, **material).core.own()
 
 
 def nothing(x):

@@ -43,7 +43,7 @@ def test_renderings_with_a_thread_repeat_their_bytes():
 
 
 def own(period=4e-3):
-    return bench.slab(5e3, "own", period).core_for(R).own()
+    return bench.slab(5e3, "own", period).core.own()
 
 
 def press(surface, ticks, depth=2e-3):

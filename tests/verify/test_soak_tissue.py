@@ -27,6 +27,20 @@ def test_same_seed_gives_the_same_actions():
     assert one == other
 
 
+def test_held_pokes_come_to_rest_though_the_tool_spans_several_cells(done):
+    assert done.total("held") > 10
+    ratios = [soak._RADIUS * cells[2] / size[2] for cells, size in map(soak._blocks, range(40))]
+    assert min(ratios) == pytest.approx(0.5)
+    assert max(ratios) == pytest.approx(4.0)
+
+
+def test_a_force_that_creeps_faster_than_rest_allows_is_found():
+    """No force is as constant as this, because tissue relaxes."""
+    strict = _verify.TissueSoakRange()
+    strict.restless = 1e-9
+    assert soak.run(25, seed=3, range_=strict).total("restless") > 5
+
+
 def test_a_tool_that_goes_through_is_found():
     """Far beyond the thickness of the body, without a limit of the force."""
     through = _verify.TissueSoakRange()
@@ -49,7 +63,7 @@ def test_invalid_number_is_reported():
 
 def test_small_cells_do_not_fold_under_the_tool():
     """Without the barrier against inversion the guard stops four of these actions below 3 N, with det F down to -1."""
-    report = soak._at_one_body("liver", 25, 81, (8, 8, 4), None)
+    report = soak._at_one_body("liver", 25, 81, (8, 8, 4), soak._SIZE, None)
     assert report.touched > 20
     assert report.guarded == 0
     assert report.least_volume > 0.0

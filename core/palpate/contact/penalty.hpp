@@ -14,12 +14,13 @@ namespace palpate::contact {
 /// Contact method without state; see the top of this file.
 class Penalty final : public Method {
  public:
-  explicit Penalty(const Options& options) : radius_(options.radius) {}
+  explicit Penalty(const Options& options) : radius_(options.radius), sphere_(options.sphere) {}
   void reset() noexcept override { set_ = ContactSet(); }
   const ContactSet& step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT, double t) noexcept override;
 
  private:
   double radius_;
+  int sphere_;
   ContactSet set_;
 };
 

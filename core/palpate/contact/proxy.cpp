@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <stdexcept>
 
+#include "palpate/scene/deformable.hpp"
 #include "palpate/scene/pulling.hpp"
 #include "palpate/types/index.hpp"
 
@@ -49,13 +50,24 @@ bool turns_force(const scene::Object& object, const Vec3& p_O) noexcept {
 
 }  // namespace
 
+/// A surface that deforms determines depth and normal itself, over the whole sphere; the proxy keeps the side.
+ObjectProxy::ProxyContact Proxy::on_soft(const scene::Deformable& soft, const ObjectProxy::ProxyContact& touch,
+                                         const Vec3& p_OT) const noexcept {
+  const double radius = options_.radius;
+  const scene::Response met =
+      soft.respond({p_OT - (radius - touch.depth) * touch.normal, touch.normal, touch.depth, radius, options_.sphere});
+  if (!(met.depth > 0.0)) return {};
+  return {true, met.depth * met.normal, met.normal, met.depth};
+}
+
 void Proxy::touch(const scene::Object& object, int index, const Pose& X_WO, const Vec3& p_WT) noexcept {
   ProxyState& state = state_[to_index(index)];
   const Vec3 p_OT = X_WO.R.transpose() * (p_WT - X_WO.p);
   const scene::Surface& surface = *object.surface;
-  const ObjectProxy::ProxyContact touch =
-      surface.mesh() ? state.proxy.step(*surface.mesh(), p_OT, options_.radius, options_.release)
-                     : state.field.step(surface, p_OT, options_.radius, options_.release);
+  ObjectProxy::ProxyContact touch = surface.mesh()
+                                        ? state.proxy.step(*surface.mesh(), p_OT, options_.radius, options_.release)
+                                        : state.field.step(surface, p_OT, options_.radius, options_.release);
+  if (touch.touching && surface.deformable() != nullptr) touch = on_soft(*surface.deformable(), touch, p_OT);
   set_.started_inside |= surface.mesh() ? state.proxy.started_inside() : state.field.started_inside();
   if (!touch.touching || set_.size == kMaxContacts) return;
 

@@ -29,6 +29,8 @@ class Proxy final : public Method {
     FieldProxy field;   // used for any other surface
   };
 
+  [[nodiscard]] ObjectProxy::ProxyContact on_soft(const scene::Deformable& soft, const ObjectProxy::ProxyContact& touch,
+                                                  const Vec3& p_OT) const noexcept;
   void touch(const scene::Object& object, int index, const Pose& X_WO, const Vec3& p_WT) noexcept;
 
   Options options_;

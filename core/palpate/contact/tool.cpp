@@ -25,6 +25,7 @@ Tool::Tool(std::string_view method, const Options& options) : real_objects_(opti
     if (!sphere.p.allFinite() || !sphere.hinge.allFinite() || !sphere.axis.allFinite()) {
       throw std::invalid_argument("contact: sphere " + std::to_string(methods_.size()) + " has no finite place");
     }
+    one.sphere = static_cast<int>(methods_.size());
     radius_[methods_.size()] = one.radius = sphere.radius;
     methods_.push_back(make_method(method, one));
   }
@@ -126,8 +127,10 @@ void Tool::rub(Contact& c, const Vec3& p_WS, const scene::Object& object, double
 /// Stiffness, energy and velocity of a surface that deforms. Damping and friction are those of the object.
 void Tool::respond(Contact& c, const scene::Object& object, double t) const noexcept {
   const Pose X_WO = object.pose(t);
+  const double radius = radius_[to_index(c.sphere)];
+  const Vec3 p_WC = c.p_proxy - c.delta_x - (radius - c.depth) * c.normal;  // where the sphere without friction touches
   const scene::Response response = object.surface->deformable()->respond(
-      {X_WO.inverse() * c.p_C, X_WO.R.transpose() * c.normal, c.depth, radius_[to_index(c.sphere)], c.sphere});
+      {X_WO.inverse() * p_WC, X_WO.R.transpose() * c.normal, c.depth, radius, c.sphere});
   c.material = object.material;
   c.material.K.setConstant(response.stiffness);
   c.stored = response.stored;

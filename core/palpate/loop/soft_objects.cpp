@@ -18,7 +18,9 @@ void advance_soft(const scene::Snapshot& scene, const contact::Tool& tool, const
     for (int i = 0; i < contacts.size; ++i) {
       const Contact& c = contacts.contact[to_index(i)];
       if (to_index(c.object) != k) continue;
-      loads[n++] = {{X_OW * c.p_C, X_OW.R * c.normal, c.depth, tool.radius(c.sphere), c.sphere},
+      const double radius = tool.radius(c.sphere);
+      const Vec3 p_WC = c.p_proxy - c.delta_x - (radius - c.depth) * c.normal;
+      loads[n++] = {{X_OW * p_WC, X_OW.R * c.normal, c.depth, radius, c.sphere},
                     X_OW.R * forces.F_contact[to_index(i)].f};
     }
     soft->advance({loads.data(), n}, dt);

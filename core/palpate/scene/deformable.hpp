@@ -22,6 +22,8 @@ struct SpherePlace {
 
 /// Response of the surface to a sphere.
 struct Response {
+  double depth = 0.0;            ///< depth of the sphere in the surface as a whole; 0: no contact [m]
+  Vec3 normal = Vec3::Zero();    ///< unit direction of the force without friction
   double force = 0.0;            ///< normal force on the sphere [N]
   double stiffness = 0.0;        ///< force / depth [N/m]
   double tangent = 0.0;          ///< d force / d depth [N/m]
@@ -54,6 +56,8 @@ class Deformable {
   [[nodiscard]] virtual std::shared_ptr<Surface> at_rest() const = 0;
   /// Response at a contact point. It changes nothing.
   [[nodiscard]] virtual Response respond(const SpherePlace& at) const noexcept = 0;
+  /// Velocity of the surface near a point, in O [m/s].
+  [[nodiscard]] virtual Vec3 velocity(const Vec3& p) const noexcept = 0;
   /// Advances by a tick under the contacts. They act as springs: their force follows the surface within the tick.
   virtual void advance(std::span<const SurfaceLoad> loads, double dt) noexcept = 0;
   [[nodiscard]] virtual DeformableState state() const noexcept = 0;

@@ -187,28 +187,33 @@ DepthModuli::DepthModuli(const scene::Mesh& mesh, const BodyData& data, double e
     for (std::size_t i = 0; i < values_.size(); ++i)
       values_[i].yeoh = std::inner_product(layers[i].begin(), layers[i].end(), under[kContacts / 2].begin(), 0.0);
   }
+  constant_ = std::all_of(values_.begin(), values_.end(), [&](const Values& v) { return v == values_.front(); });
 }
 
 // A contact of the radius a = sqrt(R d) has the tangent 2 a E(a). With E linear in d, E = E0 + E1 x with x = d / R, the
 // force is 4/3 E0 sqrt(R) d^1.5 (1 + 3/5 E1 / E0 x).
-DepthModuli::Felt DepthModuli::at(const std::int32_t* corners, const scene::SurfacePoint& at,
+DepthModuli::Felt DepthModuli::at(std::span<const std::int32_t> vertex, const double* weight,
                                   double radius) const noexcept {
-  const Values &a = values_[to_index(corners[0])], &b = values_[to_index(corners[1])],
-               &c = values_[to_index(corners[2])];
-  const auto between = [&](double x, double y, double z) { return x + at.v * (y - x) + at.w * (z - x); };
+  Values mean{};
+  for (std::size_t i = 0; i < vertex.size() && !constant_; ++i) {
+    const Values& one = values_[to_index(vertex[i])];
+    for (std::size_t c = 0; c < kContacts; ++c) mean.pressed[c] += weight[i] * one.pressed[c];
+    mean.spread += weight[i] * one.spread;
+    mean.yeoh += weight[i] * one.yeoh;
+  }
+  if (constant_) mean = values_.front();
   const auto modulus = [&](double depth) {  // [radius]
     const double place = std::log2(std::sqrt(depth) * radius / (kNarrowest * width_));
     const double most = static_cast<double>(kContacts) - 1.0, s = std::clamp(place, 0.0, most - 1e-9);
     const auto i = static_cast<std::size_t>(s);
-    const auto one = [&](std::size_t k) { return between(a.pressed[k], b.pressed[k], c.pressed[k]); };
-    return one(i) + (s - static_cast<double>(i)) * (one(i + 1) - one(i));
+    return mean.pressed[i] + (s - static_cast<double>(i)) * (mean.pressed[i + 1] - mean.pressed[i]);
   };
   const double low = modulus(kLow), slope = (modulus(kHigh) - low) / (kHigh - kLow);
   const double start = std::max(low - kLow * slope, 0.1 * low);
   const double wider = std::clamp(0.6 * slope / start, kLeastGrowth, kMostGrowth);
-  const double stiffer = std::min(kYeoh * between(a.yeoh, b.yeoh, c.yeoh), kMostGrowth);
+  const double stiffer = std::min(kYeoh * mean.yeoh, kMostGrowth);
   const double middle = low + (kMiddle - kLow) * slope;
-  return {middle / (1.0 + wider / 0.6 * kMiddle), wider + stiffer, between(a.spread, b.spread, c.spread)};
+  return {middle / (1.0 + wider / 0.6 * kMiddle), wider + stiffer, mean.spread};
 }
 
 }  // namespace palpate::tissue

@@ -9,6 +9,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "palpate/scene/mesh.hpp"
@@ -36,8 +37,8 @@ class DepthModuli {
                            ///< widens and because the material stiffens
     double spread = 0.0;   ///< E* for the spread load [Pa]
   };
-  /// at: on triangle corners[0..2] of the surface; radius: of the sphere [m].
-  [[nodiscard]] Felt at(const std::int32_t* corners, const scene::SurfacePoint& at, double radius) const noexcept;
+  /// vertex, weight: vertices of the surface under the contact, with weights of the sum 1; radius: of the sphere [m].
+  [[nodiscard]] Felt at(std::span<const std::int32_t> vertex, const double* weight, double radius) const noexcept;
 
  private:
   static constexpr std::size_t kContacts = 4;  ///< radii of contact, each twice the one before
@@ -45,10 +46,12 @@ class DepthModuli {
     std::array<double, kContacts> pressed{};
     double spread = 0.0;
     double yeoh = 0.0;  ///< coefficient c [-]
+    [[nodiscard]] bool operator==(const Values&) const = default;
   };
 
   std::vector<Values> values_;  ///< of each vertex
   double width_ = 1.0;
+  bool constant_ = true;  ///< all values_ are equal
 };
 
 }  // namespace palpate::tissue

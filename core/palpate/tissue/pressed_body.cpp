@@ -30,8 +30,14 @@ Shape PressedBody::at_rest() const {
 }
 
 void PressedBody::advance(const Press& press, Shape& out) noexcept {
-  for (int i = 0; i < press.touches; ++i)
-    start_[to_index(i)] = mean_under(*tables_, press.touch[to_index(i)].at, body_.displacements());
+  for (int i = 0; i < press.touches; ++i) {
+    (void)meet(press.touch[to_index(i)], 0.0);
+    start_[to_index(i)].setZero();
+    for (int k = 0; k < press.touch[to_index(i)].patch.vertices(); ++k) {
+      held_[to_index(i)][to_index(k)] = static_cast<float>(share_[to_index(k)]);
+      start_[to_index(i)] += static_cast<double>(held_[to_index(i)][to_index(k)]) * x_[to_index(k)];
+    }
+  }
   for (int k = 0; k < press.ticks; ++k) {
     std::copy(body_.displacements().begin(), body_.displacements().end(), safe_u_.begin());
     safe_volume_ = body_.least_volume();
@@ -50,26 +56,39 @@ void PressedBody::step(const Press& press, double since) noexcept {
   }
 }
 
-/// Depth of a sphere below the touched surface, which has moved since the press began; the tool is taken to go on at
-/// its velocity.
-double PressedBody::depth_of(const Touch& touch, const Vec3& moved, double since) const noexcept {
-  return touch.depth + touch.normal.dot(moved) + touch.approach * since;
+/// Meets the surface as it is with the tool, which is taken to go on at its velocity. It sets x_, pull_ and share_.
+Meeting PressedBody::meet(const Touch& touch, double since) noexcept {
+  for (int k = 0; k < touch.patch.vertices(); ++k)
+    x_[to_index(k)] = position_of(*tables_, touch.patch.vertex(k), body_.displacements());
+  return touch.patch.meet(*tables_, touch.centre + since * touch.velocity, x_.data(), pull_.data(), share_.data());
+}
+
+/// Motion of the vertices that held the contact when the press began, after meet().
+Vec3 PressedBody::moved(int touch, int vertices) const noexcept {
+  Vec3 out = -start_[to_index(touch)];
+  for (std::size_t k = 0; k < to_index(vertices); ++k) out += static_cast<double>(held_[to_index(touch)][k]) * x_[k];
+  return out;
 }
 
 void PressedBody::push(const Press& press, double since) noexcept {
   body_.clear_loads();
   for (int i = 0; i < press.touches; ++i) {
     const Touch& touch = press.touch[to_index(i)];
-    const Vec3 moved = mean_under(*tables_, touch.at, body_.displacements()) - start_[to_index(i)];
-    const double elastic = touch.law.at(depth_of(touch, moved, since)).force;
+    const Meeting met = meet(touch, since);
+    const double elastic = touch.law.at(met.depth).force;
     const double normal_force = std::max(instantaneous_ * elastic + touch.viscous, 0.0);
-    const Vec3 along = moved - touch.normal.dot(moved) * touch.normal;
-    Vec3 force = normal_force * touch.normal + touch.force + touch.secant * along;
-    const double size = force.norm();
+    Vec3 along = moved(i, touch.patch.vertices());
+    along -= touch.normal.dot(along) * touch.normal;
+    const Vec3 friction = touch.force + touch.secant * along;
+    const double size = (normal_force * met.push + friction).norm();
     if (!(size > 0.0) || !std::isfinite(size)) continue;
-    force *= -press.share * std::min(1.0, kMaxLoad / size);
-    for_nodes_under(*tables_, touch.at,
-                    [&](std::int32_t node, double weight) { body_.add_load(node, weight * force); });
+    const double scale = -press.share * std::min(1.0, kMaxLoad / size);
+    for (int k = 0; k < touch.patch.vertices(); ++k) {
+      const Vec3 force = scale * (normal_force * pull_[to_index(k)] + share_[to_index(k)] * friction);
+      const std::size_t vertex = to_index(touch.patch.vertex(k));
+      for (std::size_t e = tables_->first[vertex]; e < tables_->first[vertex + 1]; ++e)
+        body_.add_load(tables_->weights[e].node, static_cast<double>(tables_->weights[e].weight) * force);
+    }
   }
 }
 
@@ -108,7 +127,7 @@ void PressedBody::describe_surface(Shape& out) const noexcept {
   }
 }
 
-void PressedBody::describe(const Press& press, Shape& out) const noexcept {
+void PressedBody::describe(const Press& press, Shape& out) noexcept {
   out.number = press.number;
   describe_surface(out);
   out.energy = body_.energy();
@@ -117,8 +136,7 @@ void PressedBody::describe(const Press& press, Shape& out) const noexcept {
   out.touches = press.touches;
   for (int i = 0; i < press.touches; ++i) {
     const Touch& touch = press.touch[to_index(i)];
-    const Vec3 moved = mean_under(*tables_, touch.at, body_.displacements()) - start_[to_index(i)];
-    const LocalLaw::Value end = touch.law.at(depth_of(touch, moved, press.ticks * press.dt));
+    const LocalLaw::Value end = touch.law.at(meet(touch, press.ticks * press.dt).depth);
     out.yield[to_index(i)] = {touch.sphere, end.yield, end.kept};
   }
 }

@@ -1,6 +1,7 @@
 // A soft body under contacts, as it steps: in the haptic cycle, or beside it on a thread of its own.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -8,21 +9,21 @@
 
 #include "palpate/tissue/body.hpp"
 #include "palpate/tissue/local_law.hpp"
+#include "palpate/tissue/patch.hpp"
 #include "palpate/tissue/soft_tables.hpp"
 
 namespace palpate::tissue {
 
-inline constexpr int kMaxTouches = 64;  ///< contacts of a surface; further ones do not press the body
+inline constexpr int kMaxTouches = 32;  ///< contacts of a surface; further ones do not press the body
 
 /// A contact on a body: a spring to the tool that follows the surface.
 struct Touch {
-  scene::SurfacePoint at;
+  Patch patch;
   LocalLaw law{1.0, 1.0, 0.0};
   int sphere = 0;
-  double depth = 0.0;     ///< of the sphere below the touched surface [m]
-  double approach = 0.0;  ///< rate at which the sphere moves against the normal [m/s]
-  double viscous = 0.0;   ///< force of the Prony springs that remains when the elastic force vanishes [N]
-  double secant = 0.0;    ///< stiffness along the surface [N/m]
+  Vec3 centre = Vec3::Zero(), velocity = Vec3::Zero();  ///< of the sphere [m], [m/s]
+  double viscous = 0.0;  ///< force of the Prony springs that remains when the elastic force vanishes [N]
+  double secant = 0.0;   ///< stiffness along the surface [N/m]
   Vec3 normal = Vec3::Zero();
   Vec3 force = Vec3::Zero();  ///< force on the tool along the surface [N]
 };
@@ -35,6 +36,19 @@ struct Press {
   double dt = 1e-3;          ///< length of a tick [s]
   int touches = 0;
   std::array<Touch, kMaxTouches> touch;
+
+  Press() = default;
+  Press(const Press& other) noexcept { *this = other; }
+  /// Copies the used entries.
+  Press& operator=(const Press& other) noexcept {
+    number = other.number;
+    share = other.share;
+    ticks = other.ticks;
+    dt = other.dt;
+    touches = other.touches;
+    std::copy_n(other.touch.begin(), touches, touch.begin());
+    return *this;
+  }
 };
 
 /// What a body gave way to a contact.
@@ -72,17 +86,21 @@ class PressedBody {
  private:
   void step(const Press& press, double since) noexcept;
   void push(const Press& press, double since) noexcept;
-  [[nodiscard]] double depth_of(const Touch& touch, const Vec3& moved, double since) const noexcept;
+  Meeting meet(const Touch& touch, double since) noexcept;
+  [[nodiscard]] Vec3 moved(int touch, int vertices) const noexcept;
   void guard(double dt) noexcept;
-  void describe(const Press& press, Shape& out) const noexcept;
+  void describe(const Press& press, Shape& out) noexcept;
   void describe_surface(Shape& out) const noexcept;
 
   Body body_;
   std::shared_ptr<const SoftTables> tables_;
-  double instantaneous_ = 1.0;  ///< 1 + sum of the Prony shares
-  std::array<Vec3, kMaxTouches> start_;
-  std::vector<double> safe_u_, zero_;  ///< displacements before the tick; zeros
-  double safe_volume_ = 1.0;           ///< least det F before the last step of that tick [-]
+  double instantaneous_ = 1.0;                                         ///< 1 + sum of the Prony shares
+  std::array<Vec3, kPatchVertices> x_, pull_;                          ///< of the vertices under a contact
+  std::array<double, kPatchVertices> share_{};                         ///< of these vertices
+  std::array<std::array<float, kPatchVertices>, kMaxTouches> held_{};  ///< shares at the beginning of a press
+  std::array<Vec3, kMaxTouches> start_;                                ///< mean place of the vertices at that time [m]
+  std::vector<double> safe_u_, zero_;                                  ///< displacements before the tick; zeros
+  double safe_volume_ = 1.0;  ///< least det F before the last step of that tick [-]
   bool hurried_ = false;
   double still_ = 0.0, healthy_ = HUGE_VAL;  ///< time left of standing still; time since it ended [s]
 };

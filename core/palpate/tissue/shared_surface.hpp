@@ -84,6 +84,7 @@ class SharedSurface final : public scene::Surface, public scene::Deformable {
   [[nodiscard]] scene::Response respond(const scene::SpherePlace& at) const noexcept override {
     return view_->respond(at);
   }
+  [[nodiscard]] Vec3 velocity(const Vec3& p) const noexcept override { return view_->velocity(p); }
   void advance(std::span<const scene::SurfaceLoad> loads, double dt) noexcept override;
   [[nodiscard]] scene::DeformableState state() const noexcept override { return view_->state(); }
   [[nodiscard]] std::span<const double> published() noexcept override { return view_->published(); }

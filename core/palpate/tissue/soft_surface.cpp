@@ -8,7 +8,6 @@
 #include <thread>
 #include <utility>
 
-#include "palpate/scene/smooth.hpp"
 #include "palpate/types/index.hpp"
 
 namespace palpate::tissue {
@@ -20,6 +19,8 @@ constexpr double kMotion = 3e-3;            // [s] time constant of the velocity
 constexpr double kFastest = 0.5;            // [m/s] largest velocity that a sphere is taken to keep for a period
 constexpr double kStalled = 0.05;           // [s] delay of the thread beside after which the force fades
 constexpr double kSettle = 3e-3;            // [s] time constant of the share of the force that gives no energy
+constexpr double kMostBridge = 4.0;         // of the force of one shape over that of the next
+constexpr double kResting = 1e-9;           // [m] a shorter motion in a tick is rounding
 constexpr double kLongest = 0.05;           // [s] longest period
 
 double checked_period(double period) {
@@ -40,6 +41,7 @@ SoftSurface::SoftSurface(const Body& body, double width, double period, std::uin
       shape_(pressed_.at_rest()),
       made_(shape_),
       shapes_(shape_),
+      seen_(tables_->rest->triangles().size() / 3, 0),
       published_(shape_.vertices) {
   for (const PronyTerm& term : body.data().prony) instantaneous_ += term.g;
 }
@@ -55,6 +57,7 @@ SoftSurface::SoftSurface(const SoftSurface& from, std::uint64_t id, double perio
       shape_(pressed_.at_rest()),
       made_(shape_),
       shapes_(shape_),
+      seen_(tables_->rest->triangles().size() / 3, 0),
       published_(shape_.vertices) {}
 
 std::shared_ptr<scene::Surface> SoftSurface::at_rest() const {
@@ -65,58 +68,86 @@ std::shared_ptr<SoftSurface> SoftSurface::in_cycle() const {
   return std::shared_ptr<SoftSurface>(new SoftSurface(*this, id(), 0.0));
 }
 
-// The touched surface is X + K u between the vertices, with the roundness that it has at rest. A contact method may see
-// it rounder, because a dent of a few facets looks round to it; the depth is corrected by the difference.
-SoftSurface::Site SoftSurface::locate(const scene::SpherePlace& place) const noexcept {
+/// Where a sphere meets the surface as it is.
+const SoftSurface::Met& SoftSurface::meet(const scene::SpherePlace& place) const noexcept {
+  const Vec3 centre = place.p_OC + (place.radius - place.depth) * place.normal;
+  const double same = 1e-9 * place.radius;
+  for (const Met& met : met_)
+    if (met.found && met.radius == place.radius && (met.centre - centre).cwiseAbs().maxCoeff() < same) return met;
+  Met& met = met_[next_met_];
+  next_met_ = (next_met_ + 1) % kMet;
+  met.found = true;
+  met.centre = centre;
+  met.radius = place.radius;
   const scene::BvhHit hit = mesh_->impl().closest(place.p_OC, std::numeric_limits<double>::infinity(), -1);
-  Site site{{hit.triangle, hit.v, hit.w}, place.depth};
-  if (hit.triangle < 0) return site;
-  const Vec3 facet = mesh_->impl().position(site.at), rest = tables_->rest->impl().position(site.at);
-  const scene::SmoothPoint round = scene::smooth_at(tables_->rest->impl(), site.at, rest);
-  const double height = round.found ? -round.distance : 0.0;
-  const double higher = place.normal.dot(facet - place.p_OC) + height;
-  site.depth = std::clamp(place.depth + higher, 0.5 * place.depth, 1.5 * place.depth);
-  return site;
+  met.at = {};
+  if (hit.triangle < 0) return met;
+  const bool before = place.sphere >= 0 && place.sphere < kSpheres && motion_[to_index(place.sphere)].known;
+  const Motion* const last = before ? &motion_[to_index(place.sphere)] : nullptr;
+  // The point of the proxy can lie on another side of the body than the dent that the sphere has made.
+  const double any = std::numeric_limits<double>::infinity();
+  const std::array starts{hit.triangle, last != nullptr ? last->heaviest : -1,
+                          mesh_->impl().closest(centre, any, hit.triangle).triangle};
+  met.patch.gather(*tables_, mesh_->impl(), centre, place.radius, last != nullptr ? last->axis : place.normal, starts,
+                   seen_, ++round_);
+  for (int k = 0; k < met.patch.vertices(); ++k)
+    x_[to_index(k)] = Vec3(&mesh_->impl().vertices[3 * to_index(met.patch.vertex(k))]);
+  met.at = met.patch.meet(*tables_, centre, x_.data(), pull_.data(), met.share.data());
+  met.law = law_of(met);
+  return met;
 }
 
-LocalLaw SoftSurface::law_at(const scene::SurfacePoint& at, double radius) const noexcept {
-  const double b[3] = {at.u(), at.v, at.w};
-  const DepthModuli::Felt felt = tables_->moduli.at(&tables_->rest->triangles()[to_index(3 * at.triangle)], at, radius);
-  return {felt.pressed, radius, tables_->spreading.yield(at.triangle, b) / felt.spread, felt.growth};
+LocalLaw SoftSurface::law_of(const Met& met) const noexcept {
+  const DepthModuli::Felt felt = tables_->moduli.at(met.patch.all(), met.share.data(), met.radius);
+  const double yield = Spreading::widened(met.at.yield, tables_->edge, std::sqrt(kSoftness) * met.radius);
+  return {felt.pressed, met.radius, yield / felt.spread, felt.growth};
 }
 
 /// Value of the local law, which also gives way for a body that steps less often than the cycle.
-LocalLaw::Value SoftSurface::value_at(const Site& site, const LocalLaw& law, int sphere) const noexcept {
-  if (period_ == 0.0) return law.at(site.depth);
+LocalLaw::Value SoftSurface::value_of(const Met& met, int sphere) const noexcept {
+  if (period_ == 0.0) return met.law.at(met.at.depth);
   const auto begin = shape_.yield.begin(), end = begin + shape_.touches;
   const auto found = std::find_if(begin, end, [&](const Yield& y) { return y.sphere == sphere; });
-  return found != end ? law.since(site.depth, found->length, found->energy) : law.since(site.depth, 0.0, 0.0);
+  return found != end ? met.law.since(met.at.depth, found->length, found->energy)
+                      : met.law.since(met.at.depth, 0.0, 0.0);
 }
 
 /// Force of the Prony springs of the near field [N].
 double SoftSurface::viscous_force(int sphere, double elastic) const noexcept {
   double sum = 0.0;
   const auto& terms = body().data().prony;
-  for (std::size_t i = 0; i < terms.size() && sphere < kSpheres; ++i)
+  for (std::size_t i = 0; i < terms.size() && sphere >= 0 && sphere < kSpheres; ++i)
     sum += terms[i].g * (elastic - memory_[to_index(sphere)][i]);
   return sum;
 }
 
 scene::Response SoftSurface::respond(const scene::SpherePlace& at) const noexcept {
   scene::Response out;
-  if (!(at.depth > 0.0)) return out;
-  const Site site = locate(at);
-  if (site.at.triangle < 0) return out;
-  const LocalLaw::Value value = value_at(site, law_at(site.at, at.radius), at.sphere);
-  const double share = share_ * passive_;
-  const double force = share * std::max(value.force + viscous_force(at.sphere, value.force), 0.0);
+  const Met& met = meet(at);
+  if (!(met.at.depth > 0.0)) return out;
+  const LocalLaw::Value value = value_of(met, at.sphere);
+  const bool bridged = at.sphere >= 0 && at.sphere < kSpheres && motion_[to_index(at.sphere)].known;
+  const double share = share_ * passive_ * (bridged ? motion_[to_index(at.sphere)].bridge : 1.0),
+               slope = met.at.push.norm();
+  const double force = share * slope * std::max(value.force + viscous_force(at.sphere, value.force), 0.0);
+  out.depth = met.at.depth;
+  out.normal = met.at.push / slope;
   out.force = force;
-  out.stiffness = force / at.depth;
-  out.tangent = share * instantaneous_ * value.tangent;
+  out.stiffness = force / met.at.depth;
+  out.tangent = share * slope * slope * instantaneous_ * value.tangent;
   out.stored = share * value.stored;
-  const double b[3] = {site.at.u(), site.at.v, site.at.w};
+  for (int k = 0; k < met.patch.vertices(); ++k)
+    out.velocity += met.share[to_index(k)] * Vec3(&shape_.velocity[3 * to_index(met.patch.vertex(k))]);
+  return out;
+}
+
+Vec3 SoftSurface::velocity(const Vec3& p) const noexcept {
+  const scene::BvhHit hit = mesh_->impl().closest(p, std::numeric_limits<double>::infinity(), -1);
+  Vec3 out = Vec3::Zero();
+  if (hit.triangle < 0) return out;
+  const double b[3] = {1.0 - hit.v - hit.w, hit.v, hit.w};
   for (int k = 0; k < 3; ++k)
-    out.velocity += b[k] * Vec3(&shape_.velocity[3 * to_index(mesh_->triangles()[to_index(3 * site.at.triangle + k)])]);
+    out += b[k] * Vec3(&shape_.velocity[3 * to_index(mesh_->triangles()[to_index(3 * hit.triangle + k)])]);
   return out;
 }
 
@@ -127,7 +158,8 @@ void SoftSurface::advance(std::span<const scene::SurfaceLoad> loads, double dt) 
   relax(dt);
   if (period_ > 0.0) {
     withhold(dt);
-    exchange(dt);
+    for (Motion& m : motion_) m.bridge += (1.0 - m.bridge) / std::max(m.bridging--, 1);
+    if (exchange(dt)) bridge(loads);
   } else {
     pressed_.advance(press_, shape_);
     show();
@@ -149,30 +181,26 @@ void SoftSurface::follow(const Shape& shape, double dt) noexcept {
   publish(dt);
 }
 
-/// Rate at which a sphere moves against the normal, smoothed; 0 at a new contact.
-double SoftSurface::approach(const scene::SpherePlace& at, double dt) noexcept {
-  if (at.sphere >= kSpheres || period_ == 0.0) return 0.0;
-  Motion& m = motion_[to_index(at.sphere)];
-  const Vec3 p_OS = at.p_OC - at.depth * at.normal;  // up to the radius along the normal
+/// Takes the motion of a sphere: its velocity, smoothed, and the energy that it puts in, by the trapezoidal rule over
+/// the last tick.
+void SoftSurface::observe(const scene::SurfaceLoad& load, const Met& met, Touch& touch) noexcept {
+  if (touch.sphere < 0 || touch.sphere >= kSpheres) return;
+  Motion& m = motion_[to_index(touch.sphere)];
   if (m.known) {
-    const double rate = -at.normal.dot(p_OS - m.p_OS) / dt;
-    m.rate += dt / (kMotion + dt) * (rate - m.rate);
+    Vec3 moved = met.centre - m.centre;
+    if (moved.cwiseAbs().maxCoeff() < kResting) moved.setZero();
+    given_ += 0.5 * (m.force + load.force).dot(moved);
+    m.velocity += press_.dt / (kMotion + press_.dt) * (moved / press_.dt - m.velocity);
   } else {
-    m.rate = 0.0;
+    m.velocity.setZero();
+    m.bridge = 1.0;
   }
-  m.p_OS = p_OS;
-  m.known = true;
-  return std::clamp(m.rate, -kFastest, kFastest);
-}
-
-/// Adds up the energy that a sphere puts in, by the trapezoidal rule over the last tick.
-void SoftSurface::observe(const scene::SurfaceLoad& load) noexcept {
-  if (load.at.sphere >= kSpheres) return;
-  Motion& m = motion_[to_index(load.at.sphere)];
-  const Vec3 centre = load.at.p_OC + (load.at.radius - load.at.depth) * load.at.normal;
-  if (m.known) given_ += 0.5 * (m.force + load.force).dot(centre - m.centre);
-  m.centre = centre;
+  m.centre = met.centre;
   m.force = load.force;
+  m.axis = met.patch.axis();
+  m.heaviest = met.patch.heaviest(met.share.data());
+  const double speed = m.velocity.norm();
+  if (period_ > 0.0) touch.velocity = speed > kFastest ? Vec3(kFastest / speed * m.velocity) : m.velocity;
 }
 
 /// Chooses the share of the force of the next tick from the energies of this one.
@@ -191,24 +219,27 @@ void SoftSurface::take(std::span<const scene::SurfaceLoad> loads) noexcept {
   given_ = stored_ = 0.0;
   std::array<bool, kSpheres> seen{};
   for (const scene::SurfaceLoad& load : loads) {
-    const Site site = locate(load.at);
-    if (site.at.triangle < 0 || press_.touches == kMaxTouches || !load.force.allFinite()) continue;
+    const Met& met = meet(load.at);
+    if (!(met.at.depth > 0.0) || press_.touches == kMaxTouches || !load.force.allFinite()) continue;
     Touch& touch = press_.touch[to_index(press_.touches)];
-    touch.at = site.at;
-    touch.law = law_at(site.at, load.at.radius);
+    touch.patch = met.patch;
+    touch.law = met.law;
     touch.sphere = load.at.sphere;
-    touch.depth = site.depth;
-    if (period_ > 0.0) observe(load);
-    touch.approach = approach(load.at, press_.dt);
+    touch.centre = met.centre;
+    touch.velocity.setZero();
+    observe(load, met, touch);
     if (touch.sphere < kSpheres) seen[to_index(touch.sphere)] = true;
-    const LocalLaw::Value value = value_at(site, touch.law, touch.sphere);
+    const LocalLaw::Value value = value_of(met, touch.sphere);
     stored_ += value.stored;
+    if (touch.sphere >= 0 && touch.sphere < kSpheres)
+      motion_[to_index(touch.sphere)].felt = met.at.push.norm() * value.force;
     elastic_[to_index(press_.touches++)] = value.force;
-    const double elastic = touch.law.at(touch.depth).force;
+    const double elastic = touch.law.at(met.at.depth).force;
     touch.viscous = viscous_force(load.at.sphere, elastic) - elastic * (instantaneous_ - 1.0);
-    touch.secant = touch.depth > 0.0 ? std::max(load.force.dot(load.at.normal), 0.0) / touch.depth : 0.0;
-    touch.normal = load.at.normal;
-    touch.force = load.force - load.at.normal * load.at.normal.dot(load.force);
+    touch.normal = met.at.push.normalized();
+    const double normal_force = respond(load.at).force;
+    touch.secant = normal_force / met.at.depth;
+    touch.force = load.force - normal_force * touch.normal;
   }
   for (std::size_t s = 0; s < seen.size(); ++s) motion_[s].known = seen[s];
 }
@@ -228,7 +259,7 @@ void SoftSurface::relax(double dt) noexcept {
 }
 
 /// Hands over the contacts at the first tick of a period, and takes the shape at the last one, or later.
-void SoftSurface::exchange(double dt) noexcept {
+bool SoftSurface::exchange(double dt) noexcept {
   if (!waiting_) {
     ++press_.number;
     presses_.write(press_);
@@ -240,12 +271,25 @@ void SoftSurface::exchange(double dt) noexcept {
   if (!beside_.load(std::memory_order_relaxed)) work();
   if (patient_ && std::abs(overdue_) < 0.5 * dt) wait_for_thread();
   late_ = overdue_ > 0.5 * dt;
-  if (overdue_ < -0.5 * dt) return;
+  if (overdue_ < -0.5 * dt) return false;
   const Shape& newest = shapes_.read();
-  if (newest.number != press_.number) return;
+  if (newest.number != press_.number) return false;
   shape_ = newest;
   show();
   waiting_ = false;
+  return true;
+}
+
+/// Leads the force of each sphere over from the shape before to the new one within a period.
+void SoftSurface::bridge(std::span<const scene::SurfaceLoad> loads) noexcept {
+  for (const scene::SurfaceLoad& load : loads) {
+    if (load.at.sphere < 0 || load.at.sphere >= kSpheres) continue;
+    Motion& m = motion_[to_index(load.at.sphere)];
+    const Met& met = meet(load.at);
+    const double now = met.at.push.norm() * value_of(met, load.at.sphere).force;
+    m.bridge = m.known && now > 0.0 ? std::clamp(m.bridge * m.felt / now, 0.0, kMostBridge) : 1.0;
+    m.bridging = press_.ticks;
+  }
 }
 
 /// In the tick in which a shape is due: takes part in its work, or waits for it, if the loop is ahead of real time.
@@ -269,7 +313,10 @@ bool SoftSurface::work() noexcept {
 }
 
 /// Moves the touched surface.
-void SoftSurface::show() noexcept { mesh_->move(shape_.vertices); }
+void SoftSurface::show() noexcept {
+  mesh_->move(shape_.vertices);
+  for (Met& met : met_) met.found = false;
+}
 
 /// Removes the force while the body stands still or its thread is stalled, and restores it afterwards.
 void SoftSurface::ramp(double dt) noexcept {

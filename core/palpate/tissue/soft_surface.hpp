@@ -32,8 +32,8 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   static constexpr int kTools = 8;           ///< tools with a viscous memory
   static constexpr int kSpheresOfTool = 16;  ///< spheres of a tool with a viscous memory
 
-  /// width: standard deviation of the spread contact force [m]; 0: .7 of the mean length of the surface's edges. It
-  /// should be at least .45 of the largest sphere's radius, or else deep contacts are too stiff. period: of the steps
+  /// width: standard deviation by which the mesh spreads a force [m]; 0: .7 of the mean length of the surface's edges,
+  /// which keeps the contact independent of the place of its nodes. period: of the steps
   /// beside the cycle [s]; 0: the body steps in every tick. continues: id of another surface of the same body; 0: a new
   /// one. Throws std::invalid_argument if the body has no surface, or if the period is negative or above 50 ms.
   explicit SoftSurface(const Body& body, double width = 0.0, double period = 0.0, std::uint64_t continues = 0);
@@ -51,6 +51,7 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   /// The newest shape that is touched.
   [[nodiscard]] const Shape& shape() const noexcept { return shape_; }
   [[nodiscard]] scene::Response respond(const scene::SpherePlace& at) const noexcept override;
+  [[nodiscard]] Vec3 velocity(const Vec3& p) const noexcept override;
   void advance(std::span<const scene::SurfaceLoad> loads, double dt) noexcept override;
   /// Instead of advance(), for a view of a body that is stepped elsewhere (shared_surface.hpp): advances the viscous
   /// memory under the contacts by a tick, and then takes over the shape of that body.
@@ -75,31 +76,39 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
  private:
   static constexpr int kSpheres = kTools * kSpheresOfTool;
   using Memory = std::array<double, kMaxProny>;
-  /// Where a sphere touches, and its depth below the touched surface.
-  struct Site {
-    scene::SurfacePoint at;
-    double depth = 0.0;
+  /// A sphere that meets the surface.
+  struct Met {
+    Patch patch;
+    Meeting at;
+    LocalLaw law{1.0, 1.0, 0.0};
+    std::array<double, kPatchVertices> share{};  ///< of the vertices of the patch
+    Vec3 centre = Vec3::Zero();                  ///< of the sphere [m]
+    double radius = 0.0;
+    bool found = false;
   };
   /// Motion of a sphere that touches.
   struct Motion {
-    Vec3 p_OS = Vec3::Zero();
-    double rate = 0.0;                                 ///< against the normal [m/s]
-    Vec3 centre = Vec3::Zero(), force = Vec3::Zero();  ///< of the sphere [m], on it [N]
+    Vec3 centre = Vec3::Zero(), velocity = Vec3::Zero(), force = Vec3::Zero();  ///< of the sphere; on it [N]
+    Vec3 axis = Vec3::Zero();                                                   ///< of its patch
+    double felt = 0.0;           ///< elastic force by the shape of this tick [N]
+    double bridge = 1.0;         ///< share of the force that leads over from the shape before
+    std::int32_t heaviest = -1;  ///< triangle of its patch with the largest share
+    int bridging = 0;            ///< ticks until it is 1
     bool known = false;
   };
 
   SoftSurface(const SoftSurface& from, std::uint64_t id, double period);
-  [[nodiscard]] Site locate(const scene::SpherePlace& place) const noexcept;
-  [[nodiscard]] LocalLaw law_at(const scene::SurfacePoint& at, double radius) const noexcept;
-  [[nodiscard]] LocalLaw::Value value_at(const Site& site, const LocalLaw& law, int sphere) const noexcept;
+  const Met& meet(const scene::SpherePlace& place) const noexcept;
+  [[nodiscard]] LocalLaw law_of(const Met& met) const noexcept;
+  [[nodiscard]] LocalLaw::Value value_of(const Met& met, int sphere) const noexcept;
   [[nodiscard]] double viscous_force(int sphere, double elastic) const noexcept;
   void take(std::span<const scene::SurfaceLoad> loads) noexcept;
-  double approach(const scene::SpherePlace& at, double dt) noexcept;
-  void observe(const scene::SurfaceLoad& load) noexcept;
+  void observe(const scene::SurfaceLoad& load, const Met& met, Touch& touch) noexcept;
   void withhold(double dt) noexcept;
   void relax(double dt) noexcept;
-  void exchange(double dt) noexcept;
+  bool exchange(double dt) noexcept;
   void wait_for_thread() noexcept;
+  void bridge(std::span<const scene::SurfaceLoad> loads) noexcept;
   void show() noexcept;
   void ramp(double dt) noexcept;
   void publish(double dt) noexcept;
@@ -127,6 +136,13 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   double given_ = 0.0;                                    // energy that the tools get in this tick [J]
   double stored_ = 0.0;                                   // near the contacts of this tick [J]
   double passive_ = 1.0;                                  // share of the force that gives no energy
+
+  static constexpr std::size_t kMet = 16;
+  mutable std::array<Met, kMet> met_;  // spheres that met the surface as it is
+  mutable std::size_t next_met_ = 0;
+  mutable std::vector<std::uint32_t> seen_;  // last round of each triangle
+  mutable std::uint32_t round_ = 0;
+  mutable std::array<Vec3, kPatchVertices> x_, pull_;
 
   Mailbox<std::vector<double>> published_;
   double unpublished_ = 0.0;  // time since the vertices were published [s]

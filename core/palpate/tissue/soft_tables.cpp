@@ -54,6 +54,7 @@ double mean_edge(const scene::Mesh& mesh) {
 SoftTables::SoftTables(const BodyData& data, double width)
     : rest(mesh_of(data)), node(nodes_of(*rest, data)), edge(mean_edge(*rest)) {
   spreading = Spreading(rest->vertices(), rest->triangles(), width > 0.0 ? width : kWidth * edge);
+  rounded = rest->impl().topology.height > 1e-6 * edge;
   moduli = DepthModuli(*rest, data, edge, spreading.width());
   first.push_back(0);
   for (std::size_t i = 0; i < node.size(); ++i) {
@@ -63,11 +64,14 @@ SoftTables::SoftTables(const BodyData& data, double width)
   }
 }
 
-Vec3 mean_under(const SoftTables& tables, const scene::SurfacePoint& at, std::span<const double> nodal) noexcept {
-  Vec3 sum = Vec3::Zero();
-  for_nodes_under(tables, at,
-                  [&](std::int32_t node, double weight) { sum += weight * Vec3(&nodal[3 * to_index(node)]); });
-  return sum;
+Vec3 position_of(const SoftTables& tables, std::int32_t vertex, std::span<const double> u) noexcept {
+  const std::size_t i = to_index(vertex);
+  Vec3 x(&tables.rest->vertices()[3 * i]);
+  for (std::size_t k = tables.first[i]; k < tables.first[i + 1]; ++k) {
+    const SoftTables::NodeWeight& e = tables.weights[k];
+    x += static_cast<double>(e.weight) * Vec3(&u[3 * to_index(e.node)]);
+  }
+  return x;
 }
 
 }  // namespace palpate::tissue

@@ -21,6 +21,7 @@ struct SoftTables {
   Spreading spreading;
   std::vector<std::int32_t> node;  ///< node of the body for each vertex of the mesh
   double edge = 0.0;               ///< mean length of the edges [m]
+  bool rounded = false;            ///< the smooth surface lies beside the facets somewhere
   DepthModuli moduli;
   /// Rows of `spreading` as nodes with weights in single precision, for the mean under each vertex of the mesh.
   struct NodeWeight {
@@ -34,19 +35,7 @@ struct SoftTables {
   SoftTables(const BodyData& data, double width);
 };
 
-/// A mean over the nodes under the spread load of a surface point. nodal: 3 numbers a node.
-[[nodiscard]] Vec3 mean_under(const SoftTables& tables, const scene::SurfacePoint& at,
-                              std::span<const double> nodal) noexcept;
-
-/// Calls act(node, weight) for all nodes under the spread load of a surface point.
-template <class Act>
-void for_nodes_under(const SoftTables& tables, const scene::SurfacePoint& at, Act&& act) noexcept {
-  const double b[3] = {at.u(), at.v, at.w};
-  for (std::int32_t k = 0; k < 3; ++k) {
-    const std::int32_t vertex = tables.rest->triangles()[to_index(3 * at.triangle + k)];
-    for (const Spreading::Entry& e : tables.spreading.row(vertex))
-      act(tables.node[to_index(e.vertex)], b[k] * e.weight);
-  }
-}
+/// Position of a vertex of the touched surface X + K u. u: displacements, 3 numbers a node [m].
+[[nodiscard]] Vec3 position_of(const SoftTables& tables, std::int32_t vertex, std::span<const double> u) noexcept;
 
 }  // namespace palpate::tissue

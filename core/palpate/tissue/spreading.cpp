@@ -122,6 +122,12 @@ Spreading::Spreading(std::span<const double> vertices, std::span<const std::int3
   find_yields(vertices, triangles);
 }
 
+// A Gaussian of the standard deviation w yields 1 / (2 sqrt(pi) w) under its own mean (Boussinesq).
+double Spreading::widened(double yield, double edge, double wider) noexcept {
+  const double more = kMore / edge, smooth = std::max(yield - more, 0.0);
+  return smooth / std::hypot(1.0, 2.0 * std::sqrt(std::numbers::pi) * wider * smooth) + more;
+}
+
 void Spreading::find_yields(std::span<const double> vertices, std::span<const std::int32_t> triangles) {
   const auto vertex = [&](std::int32_t i) { return Vec3(&vertices[3 * to_index(i)]); };
   std::vector<double> edge(first_.size() - 1, 0.0), edges(edge);  // mean length of the edges at each vertex

@@ -37,6 +37,9 @@ class Spreading {
     return b[0] * b[0] * y[0] + b[1] * b[1] * y[1] + b[2] * b[2] * y[2] +
            2.0 * (b[0] * b[1] * y[3] + b[1] * b[2] * y[4] + b[2] * b[0] * y[5]);
   }
+  /// The same where a Gaussian of the standard deviation `wider` [m] spreads the load before. edge: mean length of the
+  /// edges [m].
+  [[nodiscard]] static double widened(double yield, double edge, double wider) noexcept;
 
  private:
   void find_yields(std::span<const double> vertices, std::span<const std::int32_t> triangles);

@@ -21,6 +21,7 @@ constexpr double kSoftTick = 1e-3;    // [s] period of a tick
 constexpr double kAway = 10.0;        // [m] where a sphere that takes no part is parked
 constexpr double kReach = 3.0;        // [r] contact may be lost where the deflection is below this, at 1 m/s
 constexpr double kMoved = 0.1;        // [edge] displacement of a node that is at rest
+constexpr double kDecay = 0.9;        // of the kinetic energy of a swing from one third of a hold to the next
 constexpr double kSoftPause = 20e-3;  // [s] pause between two actions
 
 using Centres = std::array<Vec3, 2>;
@@ -29,7 +30,7 @@ using Centres = std::array<Vec3, 2>;
 struct Action {
   std::vector<Centres> way;
   double speed = 0.1, limit = 3.0, friction = 0.0;
-  bool hard = false;
+  bool hard = false, held = false;
 };
 
 class TissueSoak {
@@ -101,6 +102,7 @@ class TissueSoak {
 
   void poke(Action& a, const Vec3& q, const Vec3& n, const Vec3& along) {
     ++out_.pokes;
+    a.held = true;
     const Vec3 in = (-n + between(0.0, 0.8) * along).normalized();
     const Vec3 first = q - 2.5 * range_.radius * in;
     a.way = {alone(first), alone(q + between(0.1, 1.0) * range_.depth * in), alone(first)};
@@ -126,6 +128,10 @@ class TissueSoak {
 
   static Centres alone(const Vec3& p) { return {p, p + Vec3(kAway, kAway, kAway)}; }
 
+  struct Flags {
+    bool touched = false, bad = false, popped = false, frozen = false, hurried = false;
+  };
+
   void perform(const Action& a) {
     Flags seen;
     scene_.objects[0].material.mu = a.friction;
@@ -142,15 +148,31 @@ class TissueSoak {
         out = tick(gone.back(), seen) > a.limit;
         if (!a.hard) out_.largest_force = std::max(out_.largest_force, force_);
       }
+      if (a.held && leg == 0 && !gone.empty()) hold(a, gone.back(), seen);
     }
     for (; out && !gone.empty(); gone.pop_back()) tick(gone.back(), seen);
     pause(kSoftPause, &seen);
     count(a, seen);
   }
 
-  struct Flags {
-    bool touched = false, bad = false, popped = false, frozen = false, hurried = false;
-  };
+  /// Holds the tool where it is. In the last third of the time, the force must only creep or swing slowly, with a small
+  /// second difference, or the body's swing must decay: a contact that chatters sustains it.
+  void hold(const Action& a, const Centres& at, Flags& seen) {
+    std::array<double, 3> jump{}, kinetic{};  // largest ones of each third
+    std::array<Vec3, 2> last{total_, total_};
+    const int n = static_cast<int>(range_.hold / kSoftTick);
+    for (int i = 0; i < n; ++i) {
+      tick(at, seen);
+      const std::size_t third = to_index(3 * i / n);
+      jump[third] = std::max(jump[third], (total_ - 2.0 * last[0] + last[1]).norm());
+      kinetic[third] = std::max(kinetic[third], soft_->state().kinetic);
+      last = {total_, last[0]};
+    }
+    if (n == 0 || !(force_ > 0.0)) return;
+    ++out_.held;
+    const bool rests = jump[2] < range_.restless || kinetic[2] < kDecay * kinetic[1];
+    out_.restless += !a.hard && !rests ? 1 : 0;
+  }
 
   void count(const Action& a, const Flags& seen) {
     out_.touched += seen.touched ? 1 : 0;
@@ -169,6 +191,7 @@ class TissueSoak {
     ++out_.ticks;
     std::array<double, 2> deflection{};
     force_ = 0.0;
+    total_ = terms.F;
     for (int i = 0; i < contacts.size; ++i) {
       const Contact& c = contacts.contact[to_index(i)];
       deflection[to_index(c.sphere)] = c.delta_x.norm();
@@ -219,7 +242,8 @@ class TissueSoak {
   std::vector<double> rest_;
   Centres tip_;
   std::array<double, 2> last_{};
-  double t_ = 0.0, force_ = 0.0;
+  double t_ = 0.0, force_ = 0.0;  // force_: largest one of a sphere
+  Vec3 total_ = Vec3::Zero();     // on all spheres
   TissueSoakReport out_;
 };
 

@@ -18,6 +18,8 @@ struct TissueSoakRange {
   double friction = 1.0;                        ///< largest coefficient of friction [-]
   int rest_every = 25;                          ///< actions between two checks at rest
   double rest = 0.6;                            ///< time without contact before such a check [s]
+  double hold = 0.25;                           ///< time for which a poke is held where it turns back [s]
+  double restless = 5e-3;  ///< second difference of the force that is no rest, unless the swing decays [N]
 };
 
 /// Result of a soak test.
@@ -26,6 +28,8 @@ struct TissueSoakReport {
   std::int64_t hard = 0;                           ///< actions beyond force_max
   std::int64_t touched = 0;                        ///< actions with a contact
   std::int64_t ticks = 0;
+  std::int64_t held = 0;              ///< pokes that were held in contact
+  std::int64_t restless = 0;          ///< of these with a force that neither rested nor swung out, up to force_max
   std::int64_t not_finite = 0;        ///< actions with a force that is not finite
   std::int64_t popped = 0;            ///< actions in which a sphere lost its contact below the surface
   std::int64_t guarded = 0;           ///< actions up to force_max in which the guard stopped a divergence

@@ -21,6 +21,7 @@ Figure = Literal[
     "finding",
     "viscosity",
     "smoothness",
+    "stillness",
     "energy",
     "kernels",
     "theories",

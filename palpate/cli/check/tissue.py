@@ -33,6 +33,13 @@ _MORE_CELLS = 0.10
 _THIN_SHARE = 0.05
 """Share of the nodes in parts of one tetrahedron's thickness from which a body is told to be thin [-]."""
 
+JUDGED_TIPS = (0.13, 3.5)
+"""Radius of a tip over the mean edge of the surface for which `palpate bench tissue --only stillness` judges whether
+the force comes to rest: .15 to 4 cells, where an edge is 1.14 cells [-]."""
+
+JUDGED_PERIOD = 20.0
+"""Longest period of a thread for which it does so [ms]."""
+
 
 @dataclass(frozen=True)
 class TissueFindings:
@@ -52,6 +59,8 @@ class TissueFindings:
     longest_edge_for_tip_mm: float | None  # median edge that the largest tip needs; None: the body is not thin
     one_cell_percent: float  # share of the nodes in parts that are one tetrahedron thick
     bending_error_percent: float  # predicted: by how much such parts are too stiff in bending; 10 without any, or less
+
+    tip_over_edge: float  # radius of the largest tip over the mean edge of the surface [-]
 
 
 def inspect_tissue(soft: Tissue, radius: float = 0.0) -> TissueFindings:
@@ -75,6 +84,7 @@ def inspect_tissue(soft: Tissue, radius: float = 0.0) -> TissueFindings:
         longest_edge_for_tip_mm=1e3 * thickness / THROUGH if thickness < THIN * radius else None,
         one_cell_percent=100.0 * one_cell,
         bending_error_percent=100.0 * bending,
+        tip_over_edge=radius / soft.core.edge,
     )
 
 
@@ -100,6 +110,22 @@ def warn_of_tissue(found: TissueFindings, where: str) -> None:
         )
         mend = f"a resolution of half their thickness, with which the error is at most {100.0 * _MORE_CELLS:.0f} %"
         warnings.warn(PalpateWarning(what, mend=mend), stacklevel=2)
+
+    least, most = JUDGED_TIPS
+    if found.tip_over_edge > 0.0 and not least <= found.tip_over_edge <= most:
+        what = (
+            f"{where}: the radius of the tip is {found.tip_over_edge:.2g} of an edge of the surface: whether its force "
+            f"comes to rest is judged from {least:g} to {most:g}"
+        )
+        fit = "a finer" if found.tip_over_edge < least else "a coarser"
+        mend = f"{fit} resolution, or press it with `palpate.contact.render` and look at the force at rest"
+        warnings.warn(PalpateWarning(what, mend=mend), stacklevel=2)
+    if found.thread_period_ms > JUDGED_PERIOD:
+        what = (
+            f"{where}: its thread steps every {found.thread_period_ms:g} ms: force and rest are judged up to "
+            f"{JUDGED_PERIOD:g} ms"
+        )
+        warnings.warn(PalpateWarning(what, mend="a shorter period, or a coarser resolution"), stacklevel=2)
     if found.poor_tets:
         what = f"{where}: {found.poor_tets:,} tetrahedra are poor (quality below {POOR:g})"
         mend = "they shorten the time step: mesh the volume again, or leave out volume: and let resolution: fill it"

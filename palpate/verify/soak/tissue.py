@@ -13,18 +13,22 @@ import numpy as np
 from rich.table import Table
 
 from palpate import _verify
+from palpate.arrays import Array
 from palpate.tissue import PRESETS, Tissue
 from palpate.tissue.blocks import block
 
 POKES = 10_000
 PER_BODY = 25  # actions on a body before it is made anew
-RADIUS = 5e-3
 BODIES = ("liver", "kidney", "silicone_20kPa", "liver_diseased", "silicone_60kPa")
-_SIZE = np.array([0.06, 0.06, 0.03])
+_SIZE = np.array([0.06, 0.06, 0.03])  # [m]
 _CELLS = ((6, 6, 3), (5, 5, 4), (8, 8, 4))
+_RADIUS = 5e-3  # of the tool [m]
+_LARGE = (1.0, 1.5, 2.0, 0.67, 3.0, 1.0, 1.5, 4.0)
+"""Radii of the tool over the length of a cell, for every second body."""
+_AROUND = 6.0  # width of such a body, twice its thickness [radius]
 
-_COUNTS = ("pokes", "slides", "grasps", "hard", "touched", "ticks", "not_finite", "popped", "guarded", "guarded_hard",
-           "hurried", "rests", "inverted_at_rest", "moved_at_rest")  # fmt: skip
+_COUNTS = ("pokes", "slides", "grasps", "hard", "touched", "ticks", "held", "restless", "not_finite", "popped",
+           "guarded", "guarded_hard", "hurried", "rests", "inverted_at_rest", "moved_at_rest")  # fmt: skip
 
 
 @dataclass
@@ -54,7 +58,9 @@ class TissueSoak:
     @property
     def failures(self) -> int:
         """Number of events that must not happen: below 3 N the guard, at any force what is never right."""
-        return sum(map(self.total, ("not_finite", "popped", "guarded", "inverted_at_rest", "moved_at_rest")))
+        return sum(
+            map(self.total, ("not_finite", "popped", "restless", "guarded", "inverted_at_rest", "moved_at_rest"))
+        )
 
 
 def run(
@@ -79,7 +85,7 @@ def run(
     out, start = TissueSoak(seed, bodies=[Body(name) for name in BODIES]), perf_counter()
     for k in range(-(-actions // PER_BODY)):
         into, count = out.bodies[k % len(BODIES)], min(PER_BODY, actions - out.actions)
-        _add(into, _at_one_body(into.material, count, seed + k, _CELLS[k % len(_CELLS)], range_))
+        _add(into, _at_one_body(into.material, count, seed + k, *_blocks(k), range_))
         out.actions += count
         out.seconds = perf_counter() - start
         if on_progress:
@@ -87,15 +93,29 @@ def run(
     return out
 
 
+def _blocks(k: int) -> tuple[tuple[int, int, int], Array]:
+    """Cells and size [m] of the body with the number k: with cells larger than the tool, or smaller ones by turns."""
+    if k % 2 == 0:
+        return _CELLS[k // 2 % len(_CELLS)], _SIZE
+    through = max(3, round(0.5 * _AROUND * _LARGE[k // 2 % len(_LARGE)]))
+    cell = _RADIUS / _LARGE[k // 2 % len(_LARGE)]
+    return (2 * through, 2 * through, through), cell * np.array([2.0 * through, 2.0 * through, through])
+
+
 def _at_one_body(
-    material: str, count: int, seed: int, cells: tuple[int, int, int], range_: _verify.TissueSoakRange | None
+    material: str,
+    count: int,
+    seed: int,
+    cells: tuple[int, int, int],
+    size: Array,
+    range_: _verify.TissueSoakRange | None,
 ) -> _verify.TissueSoakReport:
-    nodes, tets = block(cells, _SIZE)
-    nodes = nodes - [0.5 * _SIZE[0], 0.5 * _SIZE[1], _SIZE[2]]
-    m, held = PRESETS[material], nodes[:, 2] < -0.999 * _SIZE[2]
+    nodes, tets = block(cells, size)
+    nodes = nodes - [0.5 * size[0], 0.5 * size[1], size[2]]
+    m, held = PRESETS[material], nodes[:, 2] < -0.999 * size[2]
     soft = Tissue((nodes, tets), young=m.young, poisson=m.poisson, density=m.density, yeoh=m.yeoh, prony=m.prony,
-                  fixed=held)  # fmt: skip
-    return _verify.soak_tissue(soft.core_for(RADIUS), count, seed, -_SIZE[2], range_ or _verify.TissueSoakRange())
+                  fixed=held, thread="cycle")  # fmt: skip
+    return _verify.soak_tissue(soft.core, count, seed, -float(size[2]), range_ or _verify.TissueSoakRange())
 
 
 def _add(into: Body, report: _verify.TissueSoakReport) -> None:
@@ -109,14 +129,14 @@ def _add(into: Body, report: _verify.TissueSoakReport) -> None:
 def table(done: TissueSoak) -> Table:
     """The counts by material."""
     shown = Table(title=f"{done.actions:,} actions on soft bodies, seed {done.seed}, {done.seconds:.0f} s")
-    for name in ("material", "touched", "not finite", "popped", "guard to 3 N", "guard beyond", "rests", "inverted",
-                 "moved", "least det F", "at rest"):  # fmt: skip
+    for name in ("material", "touched", "held", "restless", "not finite", "popped", "guard to 3 N", "guard beyond",
+                 "rests", "inverted", "moved", "least det F", "at rest"):  # fmt: skip
         shown.add_column(name, justify="left" if name == "material" else "right")
     for body in done.bodies:
         c = body.counts
         shown.add_row(
-            body.material, *(f"{c[k]:,}" for k in ("touched", "not_finite", "popped", "guarded", "guarded_hard",
-                                                   "rests", "inverted_at_rest", "moved_at_rest")),
+            body.material, *(f"{c[k]:,}" for k in ("touched", "held", "restless", "not_finite", "popped", "guarded",
+                                                   "guarded_hard", "rests", "inverted_at_rest", "moved_at_rest")),
             f"{body.least_volume:.3f}", f"{body.least_volume_at_rest:.4f}",
         )  # fmt: skip
     return shown

@@ -39,7 +39,7 @@ Query Solid::query_local(const Pose& X_WT, double, double exact_within) const no
   const double far = std::abs(q.distance);
   if (surface.mesh() != nullptr && far > kTouch && far < exact_within) q.normal = (X_WT.p - q.point) / q.distance;
   q.basis = basis_of(q.normal);
-  if (soft_) q.velocity = surface.deformable()->respond({q.point, q.normal, kTouch, kTouch, kNoSphere}).velocity;
+  if (soft_) q.velocity = surface.deformable()->velocity(q.point);
   return q;
 }
 

@@ -6,6 +6,7 @@ that the figure's judgement fails then.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -20,6 +21,8 @@ from palpate.tissue.blocks import block
 
 YOUNG, POISSON = 5000.0, 0.45
 TICK = 1e-3  # [s]
+RESTLESS = 5e-3
+"""Peak to peak of a force above which a contact at rest chatters [N]."""
 PRONY = ((0.3, 0.02), (0.2, 0.2), (0.1, 2.0))
 
 
@@ -42,8 +45,18 @@ class Lab:
         return force
 
     def steady(self, soft: Tissue, radius: float, depth: float, at: Sequence[float] = (0.0, 0.0)) -> float:
-        """Force on a sphere at rest at ``depth`` [N]."""
-        return float(self.force(soft, radius, pressed(radius, depth, at))[-20:].mean())
+        """Force on a sphere at rest at ``depth`` [N]; NaN, which meets no limit, if the force does not come to rest."""
+        last = self.force(soft, radius, pressed(radius, depth, at))[-60:]
+        force = float(last[-20:].mean())
+        return force if chatter(last[:, None]) <= min(RESTLESS, 0.02 * abs(force)) else math.nan
+
+
+def chatter(force: Array) -> float:
+    """Largest peak to peak of the components of a force (n, 3) at rest [N], without a drift up to the third order."""
+    t = np.linspace(-1.0, 1.0, len(force))
+    drift = np.polynomial.polynomial.polyvander(t, 3)
+    rest = force - drift @ np.linalg.lstsq(drift, force, rcond=None)[0]
+    return float(np.ptp(rest, axis=0).max())
 
 
 def layer_mesh(thickness: float, cell: float, half: float) -> tuple[Array, npt.NDArray[np.int32]]:

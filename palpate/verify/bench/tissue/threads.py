@@ -114,9 +114,7 @@ def real_time(cells: tuple[int, int, int], thread: str, seconds: float = 8.0, tu
     fixed = nodes[:, 2] == 0.0
     soft = Tissue((nodes - size / 2, tets), young=5e3, prony=PRONY, yeoh=0.5, fixed=fixed, thread=thread)
     (rigid,) = setup.snapshot.objects
-    place = _core.Object(
-        rigid.name, soft.core_for(setup.scene.contact.radius), rigid.X_WO, _core.Material(K=np.zeros(3))
-    )
+    place = _core.Object(rigid.name, soft.core, rigid.X_WO, _core.Material(K=np.zeros(3)))
     loop, control = setup.simulation(), _core.BareLoop(1000.0)
     loop.set_snapshot(_core.Snapshot([place]))
     rows = []
