@@ -35,7 +35,9 @@ void bind_tissue_soak(nb::module_& m) {
       .def_rw("rest_every", &TissueSoakRange::rest_every, "Actions between two checks at rest."_doc)
       .def_rw("rest", &TissueSoakRange::rest, "Time without contact before a check [s]."_doc)
       .def_rw("hold", &TissueSoakRange::hold, "Time for which a poke is held where it turns back [s]."_doc)
-      .def_rw("restless", &TissueSoakRange::restless, "Second difference of the force that is no rest [N]."_doc);
+      .def_rw("restless", &TissueSoakRange::restless, "Second difference of the force that is no rest [N]."_doc)
+      .def_rw("decay", &TissueSoakRange::decay,
+              "Kinetic energy over that of the third of the hold before, below which a swing decays [-]."_doc);
   nb::class_<TissueSoakReport>(m, "TissueSoakReport", "Outcome of many actions at one soft body.")
       .def_ro("pokes", &TissueSoakReport::pokes, "Number of pokes."_doc)
       .def_ro("slides", &TissueSoakReport::slides, "Number of slides."_doc)

@@ -31,13 +31,13 @@ def test_held_pokes_come_to_rest_though_the_tool_spans_several_cells(done):
     assert done.total("held") > 10
     ratios = [soak._RADIUS * cells[2] / size[2] for cells, size in map(soak._blocks, range(40))]
     assert min(ratios) == pytest.approx(0.5)
-    assert max(ratios) == pytest.approx(4.0)
+    assert max(ratios) == pytest.approx(1.5)
 
 
 def test_a_force_that_creeps_faster_than_rest_allows_is_found():
     """No force is as constant as this, because tissue relaxes."""
     strict = _verify.TissueSoakRange()
-    strict.restless = 1e-9
+    strict.restless, strict.decay = 1e-9, 0.0
     assert soak.run(25, seed=3, range_=strict).total("restless") > 5
 
 

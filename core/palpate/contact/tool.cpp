@@ -103,25 +103,69 @@ void Tool::press_along_normal(Contact& c) const noexcept {
 /// Adds the friction, which holds the tool and its proxy back.
 void Tool::rub(Contact& c, const Vec3& p_WS, const scene::Object& object, double t) noexcept {
   Rubbing& state = rubbing_[to_index(c.sphere * scene::kMaxObjects + c.object)];
-  if (state.tick + 1 != tick_ || state.surface != object.surface->id()) state.friction.release();
-  state.tick = tick_;
+  const bool begins = state.tick + 1 != tick_ || state.surface != object.surface->id() || !state.rubs;
+  if (begins) state = Rubbing();
   state.surface = object.surface->id();
+  state.rubs = c.material.mu > 0.0 || c.material.mu_static > 0.0;
+  state.tick = tick_;
+  if (!state.rubs) return;
   const Material& m = c.material;
-  if (m.mu == 0.0 && m.mu_static == 0.0) return state.friction.release();
   // The stiffness varies under the tool on tissue and at regions. Elsewhere only an edit changes it, and the lag stays.
   const bool varies = !object.regions.empty() || object.surface->deformable() != nullptr;
   const double k = c.normal.dot(m.K.cwiseProduct(c.normal)), dt = running_ ? std::max(t - t_, 0.0) : 0.0;
   const Pose X_WO = object.pose(t);
-  state.friction.carry(X_WO.R.transpose() * c.carried);
-  c.lag = X_WO.R * state.friction.step({.x = X_WO.R.transpose() * (p_WS - X_WO.p),
-                                        .normal = X_WO.R.transpose() * c.normal,
-                                        .depth = c.depth,
-                                        .k = varies || !(k > 0.0) ? k : 1.0,
-                                        .mu = m.mu,
-                                        .mu_static = m.mu_static,
-                                        .dt = varies || !(k > 0.0) ? dt : dt / k});
+  const SphereMotion sphere{X_WO.R.transpose() * (p_WS - X_WO.p), X_WO.R.transpose() * c.normal};
+  const scene::Deformable* const soft = object.surface->deformable();
+  const double period = soft != nullptr ? soft->period() : 0.0;
+  const int ticks = period > 0.0 && dt > 0.0 ? static_cast<int>(std::lround(period / dt)) : 0;
+  const bool beside = ticks > 0 && !begins;
+  const Vec3 carried = X_WO.R.transpose() * c.carried;
+  state.friction.carry(beside ? follow(state, carried, sphere.x, ticks) : carried);
+  const Vec3& lag = state.friction.step({.x = sphere.x,
+                                         .normal = sphere.normal,
+                                         .depth = c.depth,
+                                         .k = varies || !(k > 0.0) ? k : 1.0,
+                                         .mu = m.mu,
+                                         .mu_static = m.mu_static,
+                                         .dt = varies || !(k > 0.0) ? dt : dt / k});
+  const Vec3 felt = beside ? lead(state, c, sphere, lag, ticks) : lag;
+  c.lag = X_WO.R * felt;
+  c.lag_to_come = X_WO.R * (lag - felt);
+  state.x = sphere.x;
+  state.felt = felt;
   c.delta_x += c.lag;
   c.p_proxy += c.lag;
+}
+
+/// Motion of a surface that steps beside the cycle: its shape moves once in so many ticks, by `shape`. In between it is
+/// taken to go on as in the period before, but not faster than the sphere; the next shape corrects that.
+Vec3 Tool::follow(Rubbing& state, const Vec3& shape, const Vec3& x, int ticks) noexcept {
+  const double moved = (x - state.x).norm(), fastest = state.rate.norm();
+  state.step = fastest > moved ? Vec3(moved / fastest * state.rate) : state.rate;
+  state.foreseen += state.step;
+  if (shape.isZero(0.0)) return state.step;
+  const Vec3 correction = shape - state.foreseen;
+  state.foreseen.setZero();
+  state.rate = shape / ticks;
+  return state.step + correction;
+}
+
+/// Lag that is felt on such a surface: where a shape corrects the motion, the lag goes on as if it had not, and then
+/// approaches that of the friction within a period.
+Vec3 Tool::lead(Rubbing& state, const Contact& c, const SphereMotion& sphere, const Vec3& lag, int ticks) noexcept {
+  if (!c.carried.isZero(0.0)) {
+    const Vec3 moved = sphere.x - state.x - state.step;
+    Vec3 goes_on = state.felt - (moved - sphere.normal.dot(moved) * sphere.normal);
+    const double longest = std::max(lag.norm(), state.felt.norm()), length = goes_on.norm();
+    if (state.friction.slipping() && length > longest) goes_on *= longest / length;
+    state.to_come = lag - goes_on;
+    state.leading = ticks;
+  }
+  state.to_come *= state.leading > 0 ? (state.leading - 1.0) / state.leading : 0.0;
+  state.leading = std::max(state.leading - 1, 0);
+  const Vec3 felt = lag - state.to_come;
+  const double longest = std::max(c.material.mu, c.material.mu_static) * c.depth, length = felt.norm();
+  return length > longest ? Vec3(longest / length * felt) : felt;
 }
 
 /// Stiffness, energy and velocity of a surface that deforms. Damping and friction are those of the object.

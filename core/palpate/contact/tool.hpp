@@ -43,16 +43,32 @@ class Tool {
   void check(const scene::Snapshot& scene) const { methods_.front()->check(scene); }
 
  private:
-  /// Friction of a sphere on an object, and the tick in which they last touched.
+  /// Friction of a sphere on an object, and the tick in which they last touched. All vectors are in O [m].
   struct Rubbing {
     Friction friction;
     std::uint64_t surface = 0;
     std::uint64_t tick = 0;
+    bool rubs = false;         ///< false: without friction in that tick
+    Vec3 x = Vec3::Zero();     ///< centre of the sphere in that tick
+    Vec3 felt = Vec3::Zero();  ///< lag in that tick
+    // For a surface that steps beside the cycle:
+    Vec3 rate = Vec3::Zero();      ///< motion of the surface for each tick of its last period
+    Vec3 step = Vec3::Zero();      ///< motion that it is taken to have made in this tick
+    Vec3 foreseen = Vec3::Zero();  ///< sum of these motions since its last shape
+    Vec3 to_come = Vec3::Zero();   ///< part of the friction's lag that is not felt yet
+    int leading = 0;               ///< ticks until it is felt
+  };
+  /// Centre [m] and contact normal of a sphere, in O.
+  struct SphereMotion {
+    Vec3 x, normal;
   };
 
   void complete(Contact& contact, const scene::Object& object, double t) const noexcept;
   void press_along_normal(Contact& contact) const noexcept;
   void rub(Contact& contact, const Vec3& p_WS, const scene::Object& object, double t) noexcept;
+  static Vec3 follow(Rubbing& state, const Vec3& shape, const Vec3& x, int ticks) noexcept;
+  static Vec3 lead(Rubbing& state, const Contact& contact, const SphereMotion& sphere, const Vec3& lag,
+                   int ticks) noexcept;
   void respond(Contact& contact, const scene::Object& object, double t) const noexcept;
   void keep_if_stronger(const Contact& contact) noexcept;
 

@@ -35,6 +35,8 @@ struct Response {
 struct SurfaceLoad {
   SpherePlace at;
   Vec3 force = Vec3::Zero();  ///< force on the tool at the beginning of the tick [N]
+  /// What `force` has more once it has led over from the shape before. The surface answers the sum [N].
+  Vec3 force_to_come = Vec3::Zero();
 };
 
 /// Energy and state of a deformable surface.

@@ -132,6 +132,7 @@ scene::Response SoftSurface::respond(const scene::SpherePlace& at) const noexcep
   const double force = share * slope * std::max(value.force + viscous_force(at.sphere, value.force), 0.0);
   out.depth = met.at.depth;
   out.normal = met.at.push / slope;
+  if (bridged) out.normal = (out.normal + motion_[to_index(at.sphere)].turn).normalized();
   out.force = force;
   out.stiffness = force / met.at.depth;
   out.tangent = share * slope * slope * instantaneous_ * value.tangent;
@@ -158,7 +159,11 @@ void SoftSurface::advance(std::span<const scene::SurfaceLoad> loads, double dt) 
   relax(dt);
   if (period_ > 0.0) {
     withhold(dt);
-    for (Motion& m : motion_) m.bridge += (1.0 - m.bridge) / std::max(m.bridging--, 1);
+    for (Motion& m : motion_) {
+      const double step = 1.0 / std::max(m.bridging--, 1);
+      m.bridge += step * (1.0 - m.bridge);
+      m.turn *= 1.0 - step;
+    }
     if (exchange(dt)) bridge(loads);
   } else {
     pressed_.advance(press_, shape_);
@@ -194,6 +199,7 @@ void SoftSurface::observe(const scene::SurfaceLoad& load, const Met& met, Touch&
   } else {
     m.velocity.setZero();
     m.bridge = 1.0;
+    m.turn.setZero();
   }
   m.centre = met.centre;
   m.force = load.force;
@@ -231,15 +237,17 @@ void SoftSurface::take(std::span<const scene::SurfaceLoad> loads) noexcept {
     if (touch.sphere < kSpheres) seen[to_index(touch.sphere)] = true;
     const LocalLaw::Value value = value_of(met, touch.sphere);
     stored_ += value.stored;
-    if (touch.sphere >= 0 && touch.sphere < kSpheres)
+    touch.normal = met.at.push.normalized();
+    if (touch.sphere >= 0 && touch.sphere < kSpheres) {
       motion_[to_index(touch.sphere)].felt = met.at.push.norm() * value.force;
+      motion_[to_index(touch.sphere)].normal = touch.normal;
+    }
     elastic_[to_index(press_.touches++)] = value.force;
     const double elastic = touch.law.at(met.at.depth).force;
     touch.viscous = viscous_force(load.at.sphere, elastic) - elastic * (instantaneous_ - 1.0);
-    touch.normal = met.at.push.normalized();
-    const double normal_force = respond(load.at).force;
-    touch.secant = normal_force / met.at.depth;
-    touch.force = load.force - normal_force * touch.normal;
+    const scene::Response felt = respond(load.at);
+    touch.secant = felt.stiffness;
+    touch.force = load.force + load.force_to_come - felt.force * felt.normal;
   }
   for (std::size_t s = 0; s < seen.size(); ++s) motion_[s].known = seen[s];
 }
@@ -280,14 +288,16 @@ bool SoftSurface::exchange(double dt) noexcept {
   return true;
 }
 
-/// Leads the force of each sphere over from the shape before to the new one within a period.
+/// Leads the force of each sphere, with its direction, over from the shape before to the new one within a period.
 void SoftSurface::bridge(std::span<const scene::SurfaceLoad> loads) noexcept {
   for (const scene::SurfaceLoad& load : loads) {
     if (load.at.sphere < 0 || load.at.sphere >= kSpheres) continue;
     Motion& m = motion_[to_index(load.at.sphere)];
     const Met& met = meet(load.at);
     const double now = met.at.push.norm() * value_of(met, load.at.sphere).force;
-    m.bridge = m.known && now > 0.0 ? std::clamp(m.bridge * m.felt / now, 0.0, kMostBridge) : 1.0;
+    const bool leads = m.known && now > 0.0;
+    m.bridge = leads ? std::clamp(m.bridge * m.felt / now, 0.0, kMostBridge) : 1.0;
+    m.turn = leads ? Vec3((m.normal + m.turn).normalized() - met.at.push.normalized()) : Vec3::Zero();
     m.bridging = press_.ticks;
   }
 }

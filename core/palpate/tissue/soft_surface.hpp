@@ -92,6 +92,8 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
     Vec3 axis = Vec3::Zero();                                                   ///< of its patch
     double felt = 0.0;           ///< elastic force by the shape of this tick [N]
     double bridge = 1.0;         ///< share of the force that leads over from the shape before
+    Vec3 turn = Vec3::Zero();    ///< of its direction, likewise; zero in the end
+    Vec3 normal = Vec3::Zero();  ///< direction of the force by the shape of this tick
     std::int32_t heaviest = -1;  ///< triangle of its patch with the largest share
     int bridging = 0;            ///< ticks until it is 1
     bool known = false;

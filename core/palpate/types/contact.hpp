@@ -30,6 +30,8 @@ struct Contact {
 
   // contact::Tool fills in the fields below.
   Vec3 lag = Vec3::Zero();        ///< part of delta_x by which friction holds the proxy back (contact/friction.hpp) [m]
+  /// What `lag` has more once a force that leads over from one shape of a soft body to the next has done so [m].
+  Vec3 lag_to_come = Vec3::Zero();
   Vec3 v_surface = Vec3::Zero();  ///< velocity of the touched surface point [m/s]
   Material material{};            ///< stiffness, damping and friction at the contact point
   Vec3 F_grad_K = Vec3::Zero();   ///< force caused by the stiffness gradient (force/force.hpp) [N]

@@ -21,7 +21,6 @@ constexpr double kSoftTick = 1e-3;    // [s] period of a tick
 constexpr double kAway = 10.0;        // [m] where a sphere that takes no part is parked
 constexpr double kReach = 3.0;        // [r] contact may be lost where the deflection is below this, at 1 m/s
 constexpr double kMoved = 0.1;        // [edge] displacement of a node that is at rest
-constexpr double kDecay = 0.9;        // of the kinetic energy of a swing from one third of a hold to the next
 constexpr double kSoftPause = 20e-3;  // [s] pause between two actions
 
 using Centres = std::array<Vec3, 2>;
@@ -170,7 +169,7 @@ class TissueSoak {
     }
     if (n == 0 || !(force_ > 0.0)) return;
     ++out_.held;
-    const bool rests = jump[2] < range_.restless || kinetic[2] < kDecay * kinetic[1];
+    const bool rests = jump[2] < range_.restless || kinetic[2] < range_.decay * kinetic[1];
     out_.restless += !a.hard && !rests ? 1 : 0;
   }
 

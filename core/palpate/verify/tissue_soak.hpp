@@ -20,6 +20,7 @@ struct TissueSoakRange {
   double rest = 0.6;                            ///< time without contact before such a check [s]
   double hold = 0.25;                           ///< time for which a poke is held where it turns back [s]
   double restless = 5e-3;  ///< second difference of the force that is no rest, unless the swing decays [N]
+  double decay = 0.9;      ///< kinetic energy over that of the third of the hold before, below which it does [-]
 };
 
 /// Result of a soak test.

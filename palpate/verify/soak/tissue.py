@@ -23,9 +23,10 @@ BODIES = ("liver", "kidney", "silicone_20kPa", "liver_diseased", "silicone_60kPa
 _SIZE = np.array([0.06, 0.06, 0.03])  # [m]
 _CELLS = ((6, 6, 3), (5, 5, 4), (8, 8, 4))
 _RADIUS = 5e-3  # of the tool [m]
-_LARGE = (1.0, 1.5, 2.0, 0.67, 3.0, 1.0, 1.5, 4.0)
+_LARGE = (1.0, 1.5, 0.67)
 """Radii of the tool over the length of a cell, for every second body."""
 _AROUND = 6.0  # width of such a body, twice its thickness [radius]
+_DEEPEST = 2.5  # longest way into such a body [radius]
 
 _COUNTS = ("pokes", "slides", "grasps", "hard", "touched", "ticks", "held", "restless", "not_finite", "popped",
            "guarded", "guarded_hard", "hurried", "rests", "inverted_at_rest", "moved_at_rest")  # fmt: skip
@@ -85,7 +86,7 @@ def run(
     out, start = TissueSoak(seed, bodies=[Body(name) for name in BODIES]), perf_counter()
     for k in range(-(-actions // PER_BODY)):
         into, count = out.bodies[k % len(BODIES)], min(PER_BODY, actions - out.actions)
-        _add(into, _at_one_body(into.material, count, seed + k, *_blocks(k), range_))
+        _add(into, _at_one_body(into.material, count, seed + k, *_blocks(k), _range(k, range_)))
         out.actions += count
         out.seconds = perf_counter() - start
         if on_progress:
@@ -100,6 +101,16 @@ def _blocks(k: int) -> tuple[tuple[int, int, int], Array]:
     through = max(3, round(0.5 * _AROUND * _LARGE[k // 2 % len(_LARGE)]))
     cell = _RADIUS / _LARGE[k // 2 % len(_LARGE)]
     return (2 * through, 2 * through, through), cell * np.array([2.0 * through, 2.0 * through, through])
+
+
+def _range(k: int, given: _verify.TissueSoakRange | None) -> _verify.TissueSoakRange:
+    """The range for the body with the number k: those with smaller cells are pressed less deep."""
+    out = _verify.TissueSoakRange()
+    for name in [name for name in dir(out) if given is not None and not name.startswith("_")]:
+        setattr(out, name, getattr(given, name))
+    if k % 2 == 1:
+        out.depth = min(out.depth, _DEEPEST * _RADIUS)
+    return out
 
 
 def _at_one_body(
