@@ -475,6 +475,15 @@ class TissueSoakRange:
     @restless.setter
     def restless(self, arg: float, /) -> None: ...
 
+    @property
+    def decay(self) -> float:
+        """
+        Kinetic energy over that of the third of the hold before, below which a swing decays [-].
+        """
+
+    @decay.setter
+    def decay(self, arg: float, /) -> None: ...
+
 class TissueSoakReport:
     """Outcome of many actions at one soft body."""
 

@@ -21,7 +21,8 @@ void advance_soft(const scene::Snapshot& scene, const contact::Tool& tool, const
       const double radius = tool.radius(c.sphere);
       const Vec3 p_WC = c.p_proxy - c.delta_x - (radius - c.depth) * c.normal;
       loads[n++] = {{X_OW * p_WC, X_OW.R * c.normal, c.depth, radius, c.sphere},
-                    X_OW.R * forces.F_contact[to_index(i)].f, X_OW.R * c.material.K.cwiseProduct(c.lag_to_come)};
+                    X_OW.R * forces.F_contact[to_index(i)].f,
+                    X_OW.R * c.material.K.cwiseProduct(c.lag_to_come)};
     }
     soft->advance({loads.data(), n}, dt);
   }

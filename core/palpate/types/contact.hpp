@@ -29,7 +29,7 @@ struct Contact {
   Vec3 carried = Vec3::Zero();  ///< motion of a surface that deforms, relative to its object, since the last tick [m]
 
   // contact::Tool fills in the fields below.
-  Vec3 lag = Vec3::Zero();        ///< part of delta_x by which friction holds the proxy back (contact/friction.hpp) [m]
+  Vec3 lag = Vec3::Zero();  ///< part of delta_x by which friction holds the proxy back (contact/friction.hpp) [m]
   /// What `lag` has more once a force that leads over from one shape of a soft body to the next has done so [m].
   Vec3 lag_to_come = Vec3::Zero();
   Vec3 v_surface = Vec3::Zero();  ///< velocity of the touched surface point [m/s]

@@ -91,5 +91,5 @@ TIES = [
     Tie("tissue-figures.md", "tissue", (tissue_rows, tissue_text)),
     Tie("tissue-figures.md", "tissue_times", (tissue_ticks, tissue_mujoco, tissue_controls)),
     Tie("tissue-figures.md", "tissue_loops", (tissue_loops,)),
-    Tie("tissue-figures.md", "theories", (theories,)),
+    Tie("tissue-theories.md", "theories", (theories,)),
 ]
