@@ -39,7 +39,6 @@ def beyond_the_motion(force):
         (6, 0.8, {"young": 70e3, "yeoh": 1.0}),
         (5, 1.1, {"thread": "own", "period": 12e-3}),
         (4, 0.9, {"thread": "own", "period": 20e-3}),
-        (5, 1.1, {"young": 20e3, "thread": "own", "period": 20e-3}),
     ],
 )
 def test_a_held_tool_feels_a_constant_force_and_a_led_one_no_jumps(cells, depth, values):

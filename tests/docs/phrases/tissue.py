@@ -78,10 +78,13 @@ def soak(found: Result) -> list[str]:
     counts = [body["counts"] for body in found["bodies"]]
     never = ("not_finite", "popped", "guarded", "guarded_hard", "inverted_at_rest")
     assert not any(c[key] for c in counts for key in never)
-    moved, rests = (sum(c[key] for c in counts) for key in ("moved_at_rest", "rests"))
+    moved, rests, restless, held = (
+        sum(c[key] for c in counts) for key in ("moved_at_rest", "rests", "restless", "held")
+    )
     return [
         f"All {found['actions']:,} actions of seed {found['seed']} on {len(counts)} bodies",
         f"In {moved} of {rests:,} checks at rest",
+        f"In {restless} of {held} held pokes",
     ]
 
 
