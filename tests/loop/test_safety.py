@@ -161,15 +161,23 @@ def test_leader_gets_gravity_compensation_before_the_first_follower_state():
     assert int(row["status"]) & FOLLOWER_STALE
 
 
-def test_unreachable_goal_holds_the_follower_and_sets_the_status():
+def test_unreachable_goal_moves_the_follower_within_its_limits_and_sets_the_status():
+    """It goes to the nearest pose, with no joint faster or farther than its limits, and rests there."""
+    arm = Arm.psm("lnd")
     d = Driver(options(mapping__scale=5.0))
     for _ in range(10):
-        _, held = d.step()
-    far = Q_LEADER.copy()
+        _, before = d.step()
+    far, last, rests = Q_LEADER.copy(), before, Q_FOLLOWER
     far[:3] = 0.6, 0.9, 0.5
-    row, q_command = d.step(q=far)
-    assert int(row["status"]) & 64
-    np.testing.assert_allclose(q_command, held, atol=1e-9)
+    for _ in range(4000):
+        row, q_command = d.step(q=far, q_follower=rests)
+        assert int(row["status"]) & 64
+        assert (np.abs(q_command - last) <= arm.v_max * 1e-3 + 1e-12).all()
+        assert (q_command >= arm.q_min).all()
+        assert (q_command <= arm.q_max).all()
+        moved, last, rests = np.abs(q_command - last).max(), q_command, q_command
+    assert moved < 1e-9
+    assert np.abs(last - before).max() > 0.1
 
 
 wild = st.one_of(st.floats(allow_nan=True, allow_infinity=True), st.floats(-2, 2), st.sampled_from([1e308, math.nan]))

@@ -114,3 +114,44 @@ def test_stiffness_of_three_axes_is_a_spring_on_every_slope(shape, reverse):
     left, exchanged, _ = loop(given, reverse=reverse)
     assert exchanged > 3.0, "control: the loop loads springs"
     assert abs(left) < 0.1 + 2e-3 * exchanged, f"{left:.3f} of {exchanged:.1f} mJ: the tool follows one tick later"
+
+
+REACH = 0.2334
+"""Distance of the tip from the remote centre of the shipped follower, at the end of its shaft [m]."""
+
+
+def at_the_end_of_the_shaft(tilt, start=0.963, **contact):
+    """A scene whose tool starts near the end of its reach, and the direction of its shaft; tilt: [rad] about y."""
+    a = np.array([np.sin(tilt), 0.0, -np.cos(tilt)])
+    tip = np.array([0.0, 0.0, 0.007])
+    given = scene(**contact).model_dump(mode="json", exclude_unset=True)
+    given["arms"]["follower"] |= {"base": {"xyz": [float(x) for x in tip - start * REACH * a], "rpy_deg": [0, 0, 0]}}
+    return Scene.parse(yaml.safe_dump(given)), a
+
+
+@pytest.mark.parametrize("tilt", [0.0, 0.2, -0.35, 0.5])
+@pytest.mark.parametrize("reverse", [False, True])
+@pytest.mark.parametrize("wall", [WALL, {"sphere": {"radius": 0.02}, "pose": {"xyz": [0.004, 0.002, -0.02]}}])
+def test_loops_beyond_the_reach_of_the_follower_yield_nothing(tilt, reverse, wall):
+    given, _ = at_the_end_of_the_shaft(tilt, **wall)
+    corners = [(x, y, 1.5 * z) for x, y, z in SQUARE]
+    for turns in (None, [(0, 0, 0), (0.2, 0.1, 0), (0.1, -0.3, 0.2), (0, 0.2, 0), (0, 0, 0)]):
+        energy, stored, _ = loop(given, corners, turns, reverse, side=2400)
+        assert stored > 0.3
+        assert abs(energy) < 4e-3 * stored + 2e-3
+
+
+def test_hand_beyond_the_reach_feels_the_force_across_the_shaft():
+    """The tip stays on the sphere of its reach, so the hand feels L / (L + d) (I - a a^T) times the force on it."""
+    given, a = at_the_end_of_the_shaft(0.4, start=0.963)
+    out, X = 1e-3 * np.linspace(0, 16, 3000), np.eye(4)
+    with palpate.Haptics(given) as haptics:
+        for k, d in enumerate(out):
+            X[:3, 3] = d * a
+            F = haptics.step(1e-3 * k, X)[:3]
+        assert np.linalg.norm(F) > 0.2
+    reached = REACH * a * (1 - 0.963) + [0.0, 0.0, 0.007]
+    pressed = 700.0 * (0.002 - reached[2]) * np.array([0.0, 0.0, 1.0])
+    beyond = 0.016 - (1 - 0.963) * REACH
+    felt = REACH / (REACH + beyond) * (pressed - a * (a @ pressed))
+    np.testing.assert_allclose(F, felt, atol=0.02 * pressed[2])

@@ -18,6 +18,7 @@ struct IkResult {
   double position_error = 0.0;     ///< [m]
   double orientation_error = 0.0;  ///< [rad]
   double damping = 0.0;            ///< damping of the last step: large near singularities and for goals out of reach
+  double step = 0.0;               ///< largest change of a joint in the last step; 0: there was none [rad, m]
 };
 
 struct IkOptions {
@@ -25,6 +26,7 @@ struct IkOptions {
   double position_tolerance = 1e-8;     ///< [m]
   double orientation_tolerance = 1e-8;  ///< [rad]
   double damping = 1e-6;                ///< smallest damping; the damping grows with the remaining error
+  double length = 0.1;  ///< position error that counts as much as one radian, where the goal is out of reach [m]
 };
 
 /// A spring that carries a link. Its potential is P = -torque sin(x) with x = along . q, so it loads the drives with
@@ -127,6 +129,10 @@ class Arm {
   /// damped Newton steps from q (in/out). A redundant arm stays near q. An arm that does not orient() ignores the
   /// goal's orientation.
   IkResult ik(const Pose& X_0T_goal, JointVector& q, const IkOptions& options = {}) noexcept;
+  /// Derivative of the tip's pose with respect to a goal out of reach, where q, found by ik() with the same `length`,
+  /// are the joints whose tip is nearest to the goal; both as (displacement, rotation vector) in base axes. Zero if the
+  /// tip at q is not nearest. Changes tip() and jacobian() like update().
+  [[nodiscard]] Mat6 nearest_derivative(const Pose& X_0T_goal, const JointVector& q, double length) noexcept;
 
   /// Poses of every link frame at q, in link_names() order; for drawing, not for the cycle.
   [[nodiscard]] std::vector<Pose> link_poses(const JointVector& q);

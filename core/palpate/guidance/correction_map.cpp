@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "palpate/types/index.hpp"
+#include "palpate/types/so3.hpp"
 
 namespace palpate::guidance {
 namespace {
@@ -11,20 +12,6 @@ namespace {
 constexpr double kPivot = 1e-10;    // a smaller pivot means that the rows depend on each other
 constexpr double kMostGain = 30.0;  // largest motion of the corrected goal per motion of the mapped goal
 constexpr int kUnknowns = 6 + CorrectionMap::kRows;
-
-Mat3 cross_matrix(const Vec3& x) noexcept {
-  Mat3 m;
-  m << 0.0, -x.z(), x.y(), x.z(), 0.0, -x.x(), -x.y(), x.x(), 0.0;
-  return m;
-}
-
-/// Derivative of the rotation vector phi of R with respect to a small rotation before R: log(exp(d) R) = phi + J d.
-Mat3 log_derivative(const Vec3& phi) noexcept {
-  const double angle2 = phi.squaredNorm(), angle = std::sqrt(angle2);
-  const Mat3 X = cross_matrix(phi);
-  const double k = angle < 1e-3 ? 1.0 / 12.0 : 1.0 / angle2 - 0.5 / angle / std::tan(0.5 * angle);
-  return Mat3::Identity() - 0.5 * X + k * X * X;
-}
 
 /// Solves A X = B by elimination with column pivots, in place of B. False if A is singular.
 template <int Columns>
@@ -90,7 +77,7 @@ void CorrectionMap::solve(const Vec6& y) noexcept {
 bool CorrectionMap::try_solve(const Vec6& y, bool curved) noexcept {
   Mat6 M = Mat6::Identity(), N = Mat6::Identity();
   if (curved) {
-    M.bottomRightCorner<3, 3>() = log_derivative(y.tail<3>() / kLength);
+    M.bottomRightCorner<3, 3>() = rotation_vector_derivative(y.tail<3>() / kLength);
     N.bottomRightCorner<3, 3>() = M.bottomRightCorner<3, 3>().transpose();
   }
   const Mat6 E = M;

@@ -7,7 +7,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "palpate/loop/reach.hpp"
 #include "palpate/loop/record.hpp"
 #include "palpate/types/low_pass.hpp"
 #include "palpate/types/so3.hpp"
@@ -330,7 +329,8 @@ unsigned CrtkCycle::follow(const HapticsOutput& felt) noexcept {
   moved_ = !felt.mapped.engaged && (moved_ || !at_goal);
   bool reached = options_.own_teleop && at_goal && !moved_;
   if (options_.virtual_follower && arm_) {
-    reached = reach(*arm_, out_.X_BT_goal, q_step_, q_follower_);
+    reached = reach_.step(*arm_, out_.X_BT_goal, options_.X_WB.R, q_step_, q_follower_);
+    in_.J_WT = reach_.J_WT();
     in_.tool.jaw = out_.jaw;
   }
   in_.tool.reached = reached && in_.tool.valid;

@@ -13,6 +13,7 @@
 #include "palpate/loop/crtk_watch.hpp"
 #include "palpate/loop/haptics.hpp"
 #include "palpate/loop/instruments.hpp"
+#include "palpate/loop/reach.hpp"
 
 namespace palpate::loop {
 
@@ -129,7 +130,8 @@ class CrtkCycle {
   HandVelocity velocity_;
   CrtkGates gates_;
   HapticsInput in_;
-  Pose X_BT_;  ///< measured pose of the tool
+  Pose X_BT_;    ///< measured pose of the tool
+  Reach reach_;  ///< of a virtual follower
   JointVector q_follower_, q_step_, zero_;
   Faults faults_;   ///< of messages and motions since the last step
   ClockTime last_;  ///< time of the last step

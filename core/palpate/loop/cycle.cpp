@@ -5,7 +5,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "palpate/loop/reach.hpp"
 #include "palpate/loop/record.hpp"
 
 namespace palpate::loop {
@@ -59,13 +58,15 @@ CycleOutput& Cycle::step(const CycleInput& in) noexcept {
   in_.tool.K_others = in.K_others;
   in_.tool.power_others = in.power_others;
   X_WO_ = in.X_WO;
+  in_.J_WT = reach_.J_WT();
   locate();
   const unsigned estimated = estimate();
   const bool planned = execute(in);
   mark(Stage::kinematics);
   const HapticsOutput& felt = haptics_.step(in_);
   const Pose X_BT_goal = options_.X_WB.inverse() * felt.mapped.X_WT_goal;
-  const bool reached = planned || reach(follower_, X_BT_goal, q_step_, out_.follower.q);
+  if (planned) reach_.reset();
+  const bool reached = planned || reach_.step(follower_, X_BT_goal, options_.X_WB.R, q_step_, out_.follower.q);
   if (planned) guard(felt, in.order.guard);
   out_.follower.jaw = felt.mapped.jaw;
   in_.tool.reached = reached && in_.tool.valid;

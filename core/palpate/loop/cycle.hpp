@@ -8,6 +8,7 @@
 #include "palpate/force/estimate.hpp"
 #include "palpate/loop/execution.hpp"
 #include "palpate/loop/haptics.hpp"
+#include "palpate/loop/reach.hpp"
 #include "palpate/torque/torque.hpp"
 #include "palpate/types/arms.hpp"
 
@@ -95,7 +96,8 @@ class Cycle {
   // The last usable states.
   LeaderState leader_state_;
   FollowerState follower_state_;
-  JointVector zero_;    ///< zero velocities of the follower's joints, whose kinematics need positions only
+  JointVector zero_;  ///< zero velocities of the follower's joints, whose kinematics need positions only
+  Reach reach_;
   JointVector q_step_;  ///< largest change of the follower's joints in a cycle [rad, m]
   bool leader_known_ = false, follower_known_ = false;
   ToolJoints joints_;           ///< joints of the follower

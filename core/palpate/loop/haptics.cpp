@@ -53,10 +53,10 @@ const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
   const ToolWithSpheres& tool = in.tool;
   take_mapping(in.controls);
   const bool following = advance(in) == SessionState::following;
-  out_.mapped = mapping_.step({options_.X_WL * handle.X_LH, handle.V_LH, handle.gripper, tool.X_WT, tool.jaw, following,
-                               in.controls.clutch, tool.reached, in.t, handle.X_LH.p, at_goal_.f,
-                               out_.guided.correction, in.controls.lock_rotation, in.controls.lock_translation,
-                               asks_for_pause(in), at_goal_.t});
+  out_.mapped =
+      mapping_.step({options_.X_WL * handle.X_LH, handle.V_LH, handle.gripper, tool.X_WT, tool.jaw, following,
+                     in.controls.clutch, tool.reached, in.t, handle.X_LH.p, at_goal_.f, out_.guided.correction,
+                     in.controls.lock_rotation, in.controls.lock_translation, asks_for_pause(in), at_goal_.t});
   if (in.X_WT_planned != nullptr) out_.mapped.X_WT_goal = *in.X_WT_planned;
   mark(Stage::mapping);
   guide(in);
@@ -65,7 +65,7 @@ const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
   mark(Stage::contact);
   out_.force = force::step(*out_.contacts, out_.V_WT, in.controls.stiffness_scale, in.controls.damping_scale);
   tool_force_ = contact_force(in);
-  at_goal_ = carried_to_goal(tool_force_.F_T_W) + out_.guided.on_tool.F;
+  at_goal_ = carried_to_goal(in, tool_force_.F_T_W) + out_.guided.on_tool.F;
   out_.tau_jaw = torque_on_jaws(tool);
   out_.commanded = mapping_.damped_wrench_on_hand({at_goal_, out_.guided.on_tool.B});
   if (in.controls.lock_rotation) out_.commanded.F.t.setZero();  // a moment that turns no tool could feed the hand
@@ -165,6 +165,7 @@ void Haptics::guide(const HapticsInput& in) noexcept {
     out_.guided.J_goal.setIdentity();
   }
   out_.V_WT = carried(out_.guided.J_goal, out_.mapped.V_WT);
+  if (in.J_WT != nullptr) out_.V_WT = carried(*in.J_WT, out_.V_WT);
   mapping_.set_commanded_goal(out_.mapped.X_WT_goal);
 }
 
@@ -194,9 +195,11 @@ ToolForce Haptics::contact_force(const HapticsInput& in) const noexcept {
   }
 }
 
-// The wrench at the mapped goal that does the same work as F_T_W on the tool, in W: the transpose of the map of the
-// hard fixtures' correction (NOTATION.md, "Virtual work").
-Wrench Haptics::carried_to_goal(const Wrench& F_T_W) const noexcept { return carried_back(out_.guided.J_goal, F_T_W); }
+// The wrench at the mapped goal that does the same work as F_T_W on the tool, in W: the transposes of the maps of the
+// follower's reach and of the hard fixtures' correction (NOTATION.md, "Virtual work").
+Wrench Haptics::carried_to_goal(const HapticsInput& in, const Wrench& F_T_W) const noexcept {
+  return carried_back(out_.guided.J_goal, in.J_WT != nullptr ? carried_back(*in.J_WT, F_T_W) : F_T_W);
+}
 
 // Energy that the springs behind the wrench on the hand store now, at the hand's port [J]; infinity for a soft body,
 // another instrument and a measured contact, whose stored energy is not known. Where the tool does not reach its goal
@@ -227,7 +230,7 @@ double Haptics::power_of_motion(const HapticsInput& in) const noexcept {
 }
 
 stability::Output Haptics::stabilise(const HapticsInput& in) noexcept {
-  const Vec3 F_T_W = carried_to_goal({out_.force.F, out_.force.torque}).f + out_.guided.on_tool.F.f;
+  const Vec3 F_T_W = carried_to_goal(in, {out_.force.F, out_.force.torque}).f + out_.guided.on_tool.F.f;
   const double K = stability::stiffness_along(F_T_W, *out_.contacts, in.controls.stiffness_scale) +
                    (guidance_ != nullptr ? guidance_->stiffness_along(F_T_W) : 0.0) + in.tool.K_others;
   return stability_.step({out_.commanded, in.t, in.handle, in.tool, feels(in), mapping_.stiffness_on_hand(K),

@@ -68,6 +68,9 @@ struct HapticsInput {
   bool moving = false;                 ///< a planned motion is not yet at rest
   const Pose* X_WT_planned = nullptr;  ///< goal of the tool by the planned motion; null: by the hand
   const scene::Snapshot* scene = nullptr;
+  /// Derivative of the tool's pose with respect to its last goal, both as (displacement, rotation vector) in W; null:
+  /// the identity, since the goal was within the follower's reach.
+  const Mat6* J_WT = nullptr;
 };
 
 /// Output of the haptics.
@@ -128,7 +131,7 @@ class Haptics {
   void guide(const HapticsInput& in) noexcept;
   [[nodiscard]] double torque_on_jaws(const ToolWithSpheres& tool) const noexcept;
   [[nodiscard]] ToolForce contact_force(const HapticsInput& in) const noexcept;
-  [[nodiscard]] Wrench carried_to_goal(const Wrench& F_T_W) const noexcept;
+  [[nodiscard]] Wrench carried_to_goal(const HapticsInput& in, const Wrench& F_T_W) const noexcept;
   [[nodiscard]] double potential(const HapticsInput& in) const noexcept;
   [[nodiscard]] double power_of_motion(const HapticsInput& in) const noexcept;
   [[nodiscard]] stability::Output stabilise(const HapticsInput& in) noexcept;

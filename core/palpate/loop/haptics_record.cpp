@@ -44,14 +44,15 @@ stability::Energy Haptics::book(const HapticsInput& in, const Wrench& F_H_L) noe
   forces.F_low_pass = rendered.F_low_pass;
   forces.F_coupling = rendered.F_coupling;
   if (law)
-    forces.F_damping = finite(mapping_.wrench_on_hand(carried_to_goal({out_.force.F_damping, out_.force.t_damping})));
+    forces.F_damping =
+        finite(mapping_.wrench_on_hand(carried_to_goal(in, {out_.force.F_damping, out_.force.t_damping})));
   Wrench rest = finite(commanded);
   for (int i = 0; law && engaged && i < contacts.size; ++i) {
     const auto k = static_cast<std::size_t>(i);
     const int object = contacts.contact[k].object;
     if (object >= kGuidanceSource) continue;
     Wrench& source = forces.F_source[static_cast<std::size_t>(object)];
-    const Wrench F_contact = finite(mapping_.wrench_on_hand(carried_to_goal(out_.force.F_contact[k])));
+    const Wrench F_contact = finite(mapping_.wrench_on_hand(carried_to_goal(in, out_.force.F_contact[k])));
     source = source + F_contact;
     rest = rest - F_contact;
   }

@@ -16,6 +16,14 @@ Vec3 rotation_vector(const Mat3& R) noexcept {
   return rotation.angle() * rotation.axis();
 }
 
+Mat3 rotation_vector_derivative(const Vec3& phi) noexcept {
+  const double angle2 = phi.squaredNorm(), angle = std::sqrt(angle2);
+  const double k = angle < 1e-3 ? 1.0 / 12.0 : 1.0 / angle2 - 0.5 / angle / std::tan(0.5 * angle);
+  Mat3 X;
+  X << 0.0, -phi.z(), phi.y(), phi.z(), 0.0, -phi.x(), -phi.y(), phi.x(), 0.0;
+  return Mat3::Identity() - 0.5 * X + k * X * X;
+}
+
 Eigen::AngleAxisd angle_axis(const Mat3& R) noexcept { return Eigen::AngleAxisd(R); }
 
 Mat3 rotation_by(const Vec3& theta) noexcept {

@@ -67,7 +67,7 @@ constexpr std::array kStatusDescriptions = {
     StatusDescription{"frame_lost", kFrameLost,
                       "a live frame has no known pose, or an old one: fixtures and objects in it are inactive"},
     StatusDescription{"goal_corrected", kGoalCorrected, "a hard fixture holds the instrument back"},
-    StatusDescription{"ik_failed", kIkFailed, "the instrument cannot reach further: it holds"},
+    StatusDescription{"ik_failed", kIkFailed, "the instrument cannot reach its goal: it goes to the nearest pose"},
     StatusDescription{"hand_slipped", kHandSlipped, "the handle slips out of the hand's grip"},
     StatusDescription{"guided", kGuided, "a fixture of guidance pulls"},
 };

@@ -15,7 +15,7 @@ enum Status : unsigned {
   kFollowerStale = 1u << 3,   ///< the follower state is too old: the force ramps to zero
   kNotFinite = 1u << 4,       ///< a NaN, an infinity or a value beyond a million was stopped: the force ramps to zero
   kTorqueLimited = 1u << 5,   ///< a joint torque reached its drive limit
-  kIkFailed = 1u << 6,        ///< the follower could not reach the goal and holds its position
+  kIkFailed = 1u << 6,        ///< the follower cannot reach the goal and goes to the nearest pose
   kClutched = 1u << 7,        ///< the clutch pedal is pressed
   kNotFollowing = 1u << 8,    ///< teleoperation is off
   kHandSlipped = 1u << 9,     ///< the simulated hand slipped: the force limit of its grip was reached
