@@ -82,7 +82,7 @@ def test_a_layer_appears_stiff_unless_its_thickness_is_known():
 
 
 def test_what_a_press_does_not_show_is_said():
-    one = tissue.fit(of_reference(1.0, levels=(0.5,), ramp=2.0), R)
+    one = tissue.fit(of_reference(0.0, levels=(0.5,), ramp=2.0), R)
     shallow = tissue.fit(of_reference(1.0, levels=(0.1,)), R)
     t = np.arange(0.0, 4.0, 0.01)
     slow = tissue.fit(Press(t, 0.4 * R * t / 4, indentation.sneddon(R, 0.4 * R * t / 4, E, NU)), R)
@@ -111,6 +111,57 @@ def test_intervals_cover_the_truth_in_most_noises():
     clean = viscosity.hereditary_force(terms, t, indentation.sneddon(R, d, E, NU))
     made = [tissue.fit(Press(t, d, noisy(clean, 0.01, seed)), R) for seed in range(10)]
     assert sum(low <= E <= high for low, high in (f.young_95 for f in made)) >= 8
+
+
+def _pink(rng, n):
+    f = np.fft.rfftfreq(n)
+    w = (rng.normal(size=len(f)) + 1j * rng.normal(size=len(f))) / np.sqrt(np.maximum(f, f[1]))
+    w[0] = 0.0
+    x = np.fft.irfft(w, n)
+    return x / x.std()
+
+
+@pytest.mark.parametrize("kind", ["white", "drift", "pink"])
+def test_intervals_cover_the_truth_with_any_times_drift_and_coloured_noise(kind):
+    """Two time constants anywhere between 0.1 and 5 s: 95 % of the intervals hold the modulus."""
+    t, d = steps(seconds=12.0)
+    t, d, inside, far = t[::2], d[::2], 0, []
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        terms = [
+            (g, float(np.exp(x))) for g, x in zip(rng.uniform(0.1, 0.5, 2), rng.uniform(-2.3, 1.6, 2), strict=True)
+        ]
+        force = viscosity.hereditary_force(terms, t, indentation.sneddon(R, d, E, NU))
+        noise = _pink(rng, len(t)) if kind == "pink" else rng.normal(size=len(t))
+        drift = 0.03 * rng.choice([-1.0, 1.0]) * t / t[-1] if kind == "drift" else 0.0
+        found = tissue.fit(Press(t, d - 2e-4, force + force.max() * (0.005 * noise + drift)), R)
+        inside += found.young_95[0] < E < found.young_95[1]
+        far.append(abs(np.log(found.young / E)))
+    assert inside >= 16  # of twenty at 0.95: fewer in one of four hundred
+    assert np.median(far) < (0.1 if kind == "pink" else 0.03)
+
+
+@pytest.mark.parametrize("above", [0.0, 1e-3, 2e-3, 6e-3, 12e-3])
+def test_press_that_begins_above_the_tissue_gives_the_same_modulus(above):
+    t, d = steps((0.2, 0.4), 6.0, ramp=0.5)
+    d = np.interp(t, [0.0, 0.2, 2.0, 2.5, 4.0, 4.3, 6.0], [-above, -above, 0.0, 0.2 * R, 0.2 * R, 0.4 * R, 0.4 * R])
+    force = viscosity.hereditary_force([(0.3, 0.3)], t, indentation.sneddon(R, np.maximum(d, 0.0), E, NU))
+    found = tissue.fit(Press(t, d + above, noisy(force)), R)
+    assert found.young == pytest.approx(E, rel=0.03)
+    assert found.touch == pytest.approx(above, abs=1e-4)
+
+
+def test_stiffening_is_told_from_relaxation_in_a_single_press():
+    found = tissue.fit(of_reference(1.0, levels=(0.5,), ramp=2.0), R)
+    assert found.yeoh == pytest.approx(1.0, abs=0.25)
+
+
+def test_residual_of_another_form_is_told():
+    t, d = steps()
+    bent = indentation.sneddon(R, d, E, NU) * (1.0 + 0.05 * np.sin(d / 1.5e-4))  # layers
+    found = tissue.fit(Press(t, d, noisy(bent)), R)
+    assert any("the form: the residual is" in text for text in found.not_identifiable)
+    assert not any("the form" in text for text in tissue.fit(of_reference(0.0), R).not_identifiable)
 
 
 @pytest.mark.parametrize(
