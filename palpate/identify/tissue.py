@@ -13,8 +13,8 @@ plus 1/f plus 1/f^2, with the shares that explain the spectrum of the residual, 
 
 How many time constants there are, and whether the tissue stiffens, is not known. The values are means over these forms,
 weighted by Akaike's information criterion (Buckland et al., Biometrics 53, 1997), and the intervals include the spread
-over the forms. They cover noise, white or coloured, and drift, not a tissue of another form: `residual` says how much of the
-force the model leaves, `coloured` how much more that is than white noise.
+over the forms. They cover noise, white or coloured, and drift, not a tissue of another form: `residual` says how much
+of the force the model leaves, `coloured` how much more that is than white noise.
 """
 
 from __future__ import annotations
