@@ -6,12 +6,16 @@ Tests run beside each other, and waiting threads of BLAS would take their cores.
 import faulthandler
 import gc
 import os
+import signal
 
 import pytest
 from hypothesis import settings
 
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(name, "1")
+
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # under nohup, and in the background of a script
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # processes that tests interrupt inherit it
 
 SLOW = ("viewer", "studies", "verify", "report", "cli", "package", "realtime")
 """Folders whose files take longest: they come first, so that the workers end at about the same time."""
