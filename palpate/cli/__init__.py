@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-import signal
 import sys
 import warnings
 from typing import Any
 
+from palpate import stop_signals
 from palpate.console import INTERRUPTED, MISTAKE
 from palpate.errors import PalpateError, PalpateWarning
 
@@ -36,9 +36,7 @@ def main(args: list[str] | None = None) -> int:
         return 0
     warnings.showwarning = _show_warning
     warnings.simplefilter("always", PalpateWarning)
-    signal.signal(signal.SIGTERM, _terminated)
-    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:  # the terminal closed; nohup ignores the signal
-        signal.signal(signal.SIGHUP, _terminated)
+    stop_signals.handle()
     try:
         from palpate.cli._folder import dispatch
 
@@ -52,10 +50,6 @@ def main(args: list[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of the output has closed it, e.g. `| head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
-
-
-def _terminated(*_: Any) -> None:
-    raise KeyboardInterrupt
 
 
 def _show_warning(message: Any, category: type[Warning], *place: Any, **more: Any) -> None:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
 from palpate.cli._pedals import pedals
-from palpate.console import INTERRUPTED
 from palpate.console.output import console_for, say, write_json
 from palpate.errors import PalpateError
 
@@ -48,6 +47,8 @@ def run_pairs(command: Options, scene: Scene, viewer: bool) -> int:
             what = f"pair {name} is felt on a device, and palpate run simulates the arms of several pairs"
             mend = "leave the drivers out, or use palpate ros haptics for arms on ROS 2"
             raise PalpateError(what, where=one.where("arms", "leader", "driver"), mend=mend)
+    from palpate.console import outcome
+
     if viewer:
         from palpate.console.view import live_pairs, open_page
 
@@ -59,7 +60,7 @@ def run_pairs(command: Options, scene: Scene, viewer: bool) -> int:
         session = _session(command, scene, lambda line: None)
         summary = _report(console, scene, _run(command, console, session, realtime=command.realtime))
     write_json(command.json, summary)
-    return INTERRUPTED if summary.interrupted else 0
+    return outcome.exit_code(*summary.pairs.values())
 
 
 def _session(command: Options, scene: Scene, say_progress: Callable[[str], None]) -> PairsSession:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, arg
 
+from palpate import stop_signals
 from palpate.console import HOST, PORT
 from palpate.console.output import console_for, say
 
@@ -84,7 +85,7 @@ class Command:
         shown = PairsReplayViewer(records, self.record.resolve().name, self.host, free_port(self.port, self.host))
         try:
             say(console, f"viewer: {shown.url}   (Ctrl-C ends it)")
-            threading.Event().wait()
+            stop_signals.wait(threading.Event())
         except KeyboardInterrupt:
             say(console, "viewer closed")
         finally:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional, arg
 
 from palpate.cli._pedals import pedals
-from palpate.console import HOST, INTERRUPTED, PORT
+from palpate.console import HOST, PORT
 from palpate.errors import PalpateError
 
 if TYPE_CHECKING:
@@ -75,6 +75,7 @@ class Command:
 
     def __call__(self) -> int:
         """Run the scene, print the summary, serve the viewer if requested; returns the exit code."""
+        from palpate.console import outcome
         from palpate.console.output import console_for, require_writable, write_json
         from palpate.console.view import live, open_page, require_viewer
         from palpate.scene import Scene
@@ -102,7 +103,7 @@ class Command:
         else:
             summary = _report(console, scene, self._run(self._session(scene), console, self.realtime))
         write_json(self.json, summary)
-        return INTERRUPTED if summary.interrupted else 0
+        return outcome.exit_code(summary)
 
     def _session(self, scene: Scene, say: Callable[[str], None] = lambda line: None) -> Session:
         from palpate.certificate.scene import warn_outside
@@ -161,7 +162,8 @@ class Command:
         console.print(summary_table(summary))
         outcome.print_details(console, summary, scene.record.report)
         write_json(self.json, summary)
-        return INTERRUPTED if summary.interrupted and self.duration is not None else int(failed)
+        ended = replace(summary, interrupted=summary.interrupted and self.duration is not None)
+        return outcome.exit_code(ended) or int(failed)
 
     def _sender(self, session: Session) -> AbstractContextManager[object]:
         if self.openigtlink is None:

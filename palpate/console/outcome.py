@@ -8,6 +8,8 @@ from pathlib import Path
 
 from rich.console import Console
 
+from palpate import stop_signals
+from palpate.console import CUT, INTERRUPTED
 from palpate.console.output import say
 from palpate.errors import MissingExtraError, PalpateError
 from palpate.scene import Scene
@@ -18,6 +20,8 @@ def with_report(summary: Summary, scene: Scene) -> Summary:
     """Write the report next to the record; a failure is added to the faults, or printed on the standard error."""
     if not scene.record.report or summary.record is None:
         return summary
+    if stop_signals.ends_at_once():
+        return replace(summary, interrupted=True)
     try:
         from palpate.report import write_report
 
@@ -29,6 +33,13 @@ def with_report(summary: Summary, scene: Scene) -> Summary:
         return replace(summary, faults=(*summary.faults, f"no report: {error}"))
     except KeyboardInterrupt:
         return replace(summary, interrupted=True)
+
+
+def exit_code(*summaries: Summary) -> int:
+    """The exit code of a run: INTERRUPTED, CUT if the record of a pair ends before the run, or 0."""
+    if any(one.interrupted for one in summaries):
+        return INTERRUPTED
+    return CUT if any(one.record is not None and one.record_sha256 is None for one in summaries) else 0
 
 
 def print_details(console: Console, summary: Summary, report_wanted: bool) -> None:

@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
+from palpate import stop_signals
 from palpate.console import HOST
 from palpate.console.output import say
 from palpate.errors import MissingExtraError, PortError
@@ -184,7 +185,7 @@ def _run_shown(
 
 def _wait(shown: LiveViewer | PairsViewer, console: Console) -> None:
     try:
-        shown.stopped.wait()
+        stop_signals.wait(shown.stopped)
     except KeyboardInterrupt:
         say(console, "viewer closed")
 

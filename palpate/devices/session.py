@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from palpate import stop_signals
 from palpate.devices.driven import DrivenLoop
 from palpate.devices.driver import Driver
 from palpate.devices.loop import WORDS, DeviceLoop
@@ -18,7 +19,7 @@ from palpate.errors import DeviceError
 from palpate.record.ticks import Ticks
 from palpate.scene.scene import Scene
 from palpate.sensing.source import Clouds
-from palpate.session import LiveSession, State, signals
+from palpate.session import LiveSession, State
 from palpate.session.faults import NO_FAULTS, SeenFaults
 from palpate.session.run_folder import require_writable
 from palpate.session.summary import Summary
@@ -103,7 +104,7 @@ class DrivenSession(DeviceSession):
             The summary; its faults name the cause if the driver failed.
         """
         self._require_idle()
-        with signals.deferred(self._interrupted):
+        with stop_signals.deferred(self._interrupted):
             try:
                 self.start()
                 end = time.monotonic() + (np.inf if duration is None else duration)

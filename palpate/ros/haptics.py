@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate import _core, ros
+from palpate import _core, ros, stop_signals
 from palpate.errors import PalpateError
 from palpate.record.ticks import STATUS, Ticks
 from palpate.renamed import RenamedMethod
@@ -25,7 +25,7 @@ from palpate.ros.reports import ForceReports
 from palpate.scene import port
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
-from palpate.session import LiveSession, State, signals
+from palpate.session import LiveSession, State
 from palpate.session.faults import SeenFaults
 from palpate.session.run_folder import require_writable
 from palpate.session.summary import Summary
@@ -273,7 +273,7 @@ class HapticSession(LiveSession):
             on_progress: called with the state about ten times a second.
         """
         self._require_idle()
-        with signals.deferred(self._interrupted):
+        with stop_signals.deferred(self._interrupted):
             try:
                 self.start()
                 end = time.monotonic() + (np.inf if duration is None else duration)

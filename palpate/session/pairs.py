@@ -10,12 +10,12 @@ from types import MappingProxyType
 
 import numpy as np
 
-from palpate import _core
+from palpate import _core, stop_signals
 from palpate.errors import PalpateError, SceneError, StateError
 from palpate.record.ticks import Ticks, as_ticks
 from palpate.scene.scene import Scene
 from palpate.scene.together import build_pairs, capsules
-from palpate.session import signals, tool_exchange
+from palpate.session import tool_exchange
 from palpate.session.camera import CameraArm
 from palpate.session.controls import Controls
 from palpate.session.live import DRAIN
@@ -168,7 +168,7 @@ class PairsSession:
         n = max(1, round((self.scene.duration if duration is None else duration) * rate))
         self._require_idle()
         stopped = next(iter(self.pairs.values())).stopped
-        with signals.deferred(stopped):
+        with stop_signals.deferred(stopped):
             try:
                 (self._run_realtime if realtime else self._run_lockstep)(n, on_progress)
             except BaseException:

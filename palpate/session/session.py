@@ -9,13 +9,13 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate import _core
+from palpate import _core, stop_signals
 from palpate.errors import PalpateError, SceneError, StateError
 from palpate.record.ticks import as_ticks
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.sensing.source import Clouds
-from palpate.session import signals, tool_exchange
+from palpate.session import tool_exchange
 from palpate.session.live import DRAIN, LiveSession
 from palpate.session.loop import LockstepLoop, Rows
 from palpate.session.run_folder import require_writable
@@ -92,7 +92,7 @@ class Session(LiveSession):
         """
         self._require_idle()
         n = max(1, round((self.scene.duration if duration is None else duration) * self.rate))
-        with signals.deferred(self._interrupted):
+        with stop_signals.deferred(self._interrupted):
             try:
                 (self._run_realtime if realtime else self._run_lockstep)(n, on_progress)
             except BaseException:

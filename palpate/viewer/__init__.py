@@ -12,6 +12,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
+from palpate import stop_signals
 from palpate.record.reader import Record
 from palpate.record.ticks import Ticks
 from palpate.session import Session
@@ -48,7 +49,7 @@ def serve(
         replayed = ReplayViewer(ticks, stage, host, port)
         try:
             on_ready(replayed.url)
-            threading.Event().wait()
+            stop_signals.wait(threading.Event())
         finally:
             replayed.close()
         return
@@ -56,7 +57,7 @@ def serve(
     try:
         shown.start()
         on_ready(live.url)
-        threading.Event().wait()
+        stop_signals.wait(threading.Event())
     finally:
         shown.stop()
         live.close()

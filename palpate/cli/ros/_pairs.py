@@ -46,13 +46,13 @@ def run_pairs(command: Options, scene: Scene) -> int:
     Raises:
         PalpateError: a pair has no names of its arms.
     """
+    from palpate import stop_signals
     from palpate.cli._pedals import pedals
     from palpate.console import outcome
     from palpate.report.summary import summary_table
     from palpate.ros.haptics import Limits
     from palpate.ros.pairs import HapticPairs
     from palpate.ros.pedal_topics import PedalTopics
-    from palpate.session import signals
 
     console, names = console_for(command.json), wanted(scene, command.pair)
     limits = Limits(command.force_cap, command.rate, command.tip_frame, not command.any_state)
@@ -70,7 +70,7 @@ def run_pairs(command: Options, scene: Scene) -> int:
             from palpate.ros.around import Around
 
             stack.enter_context(Around(session, pair=name, draws_objects=name == next(iter(scene.pairs))))
-        with signals.deferred(pairs.stopped):
+        with stop_signals.deferred(pairs.stopped):
             pairs.start()
             failed = _watch(pairs, command.duration, console)
         summaries = pairs.close(pairs.stopped.is_set())
