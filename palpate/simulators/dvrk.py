@@ -9,11 +9,11 @@
 
 Some topics exist in the simulation only. `hand/servo_cp`, `hand/servo_cf`, `hand/gripper` and `hand/free` simulate a
 hand on the handle of an MTM. `tool/servo_cf` is a force on the tip of a PSM: it moves a driven PSM, and otherwise only
-appears in the measured torques. `emulate_fault` triggers a fault, `emulate_arm_clutch` presses the button on a PSM or the
-ECM, and `emulate_*` of `footpedals` presses a pedal.
+appears in the measured torques. `emulate_fault` triggers a fault, `emulate_arm_clutch` presses the button on a PSM or
+the ECM, and `emulate_*` of `footpedals` presses a pedal.
 
-Further components: `SUJ/ARM`, the setup joints that carry a PSM or the ECM (OURS: six joints; at zero the base is where it
-was configured), `SUJ` for all of them, `MTML_MTMR_ECM`, the camera's teleoperation, and `endoscope_focus`.
+Further components: `SUJ/ARM`, the setup joints that carry a PSM or the ECM (OURS: six joints; at zero the base is where
+it was configured), `SUJ` for all of them, `MTML_MTMR_ECM`, the camera's teleoperation, and `endoscope_focus`.
 
 The parameters of the arms are those of `models/`. The parameters of their controllers are those of
 sawIntuitiveResearchKit 2.4 unless marked OURS (chosen for this simulation).
