@@ -38,7 +38,7 @@ def test_lockstep_tick_with_plant_allocates_nothing(lockstep, case):
     assert first[0] > 0, "control: the allocations of the call are counted"
 
 
-ROBOTS = ("following", "impedance", "moving")
+ROBOTS = ("following", "impedance", "moving", "carried")
 
 
 @pytest.fixture(scope="module")

@@ -360,6 +360,15 @@ def robot(what: str) -> dict[str, object]:
         system.send("MTMR", "move_jp", [0.2, 0.3, 0.1, -0.4, 1.2, 0.3, 0.5])
         system.send("PSM1", "move_jp", [0.5, 0.3, 0.2, 1.0, 0.5, -0.5])
         system.send("MTML", "emulate_fault", "on purpose")
+    if what == "carried":
+        system.send("SUJ", "set_reference_arm", "ECM")
+        system.send("SUJ/PSM1", "move_jp", [0.1, 0.2, -0.3, 0.1, 0.2, 0.1])
+        system.send("console", "teleop/enable", True)
+        system.send("console", "emulate_operator_present", 1)
+        system.send("console", "emulate_camera", 1)
+        system.send("endoscope_focus", "focus_in", True)
+        system.send("ECM", "set_endoscope_type", "SD_UP")
+        system.send("PSM2", "emulate_arm_clutch", 1)
     me, counted = threading.get_native_id(), []
     for n in (300, 300, 3, 6000, 3):
         before = counts(me)
