@@ -11,9 +11,9 @@ import palpate
 from palpate import _dvrk
 from palpate.simulators import dvrk
 
-ARMS = ("MTMR", "PSM1", "ECM")
-KINDS = {"MTMR": 1, "PSM1": 2, "ECM": 4}
-JOINTS = {"MTMR": 7, "PSM1": 6, "ECM": 4}
+ARMS = ("MTMR", "MTML", "PSM1", "ECM")
+KINDS = {"MTMR": 1, "MTML": 1, "PSM1": 2, "ECM": 4}
+JOINTS = {"MTMR": 7, "MTML": 7, "PSM1": 6, "ECM": 4, "SUJ/PSM1": 6, "SUJ/ECM": 6}
 #: payloads of messages.hpp
 NONE, FLAG, VALUE, TEXT, BUTTON, NUMBERS, JOINT, POSE, ROTATION, WRENCH, CARTESIAN, IMPEDANCE = range(12)
 VERBS = {
@@ -21,12 +21,17 @@ VERBS = {
     "console": [v for v in _dvrk.verbs() if v[0] == 1],
     "footpedals": [v for v in _dvrk.verbs() if v[0] == 2],
     "MTMR_PSM1": [v for v in _dvrk.verbs() if v[0] == 4],
+    "MTML_MTMR_ECM": [v for v in _dvrk.verbs() if v[0] == 5],
+    "SUJ/PSM1": [v for v in _dvrk.verbs() if v[0] == 6],
+    "SUJ/ECM": [v for v in _dvrk.verbs() if v[0] == 6],
+    "SUJ": [v for v in _dvrk.verbs() if v[0] == 7],
+    "endoscope_focus": [v for v in _dvrk.verbs() if v[0] == 8],
 } | {arm: [v for v in _dvrk.verbs() if v[0] == 3 and v[1] & KINDS[arm]] for arm in ARMS}
 
 odd = st.sampled_from([0.0, -0.0, np.nan, np.inf, -np.inf, 1e308, -1e308, 5e-324])
 number = st.one_of(st.floats(-1, 1), st.floats(-1, 1), odd)
 TEXTS = st.sampled_from(
-    ["home", "enable", "disable", "pause", "resume", "unhome", "align_MTM", "x" * 500, "", "MTMR_PSM1"]
+    ["home", "enable", "disable", "pause", "resume", "unhome", "align_MTM", "x" * 500, "", "MTMR_PSM1", "ECM", "PSM1"]
 )
 
 
@@ -78,6 +83,7 @@ PAYLOADS = {
 def models():
     return (
         palpate.Arm.mtm("right"),
+        palpate.Arm.mtm("left"),
         palpate.Arm.psm("lnd"),
         palpate.Arm.load(palpate.arm.models_folder() / "ecm.yaml"),
     )
@@ -127,6 +133,10 @@ class AnyClient(RuleBasedStateMachine):
                 assert np.isfinite(values).all()
             for key in ("measured_cp", "setpoint_cp", "measured_cv", "body/measured_cf", "body/jacobian"):
                 assert np.isfinite(state[key]).all(), (arm, key)
+            for key in ("SUJ/measured_cp", "SUJ/local/measured_cp") if "SUJ/measured_cp" in state else ():
+                assert np.isfinite(state[key]).all(), (arm, key)
+                R = state[key][:3, :3]
+                assert np.allclose(R @ R.T, np.eye(3), atol=1e-2), (arm, key)
             assert (np.abs(truth["effort"]) <= self.limits[arm] + 1e-12).all()
             if state["state"] in ("DISABLED", "FAULT"):
                 assert np.all(truth["effort"] == 0), "a disabled arm is driven"

@@ -16,7 +16,7 @@ from palpate.simulators import dvrk
 from palpate.verify.fuzz import FaultError
 from palpate.verify.fuzz.ports import values
 
-ARMS = {"MTMR": 1, "PSM1": 2, "ECM": 4}
+ARMS = {"MTMR": 1, "MTML": 1, "PSM1": 2, "ECM": 4}
 _SIDES = ("position_positive", "position_negative", "orientation_positive", "orientation_negative")
 _IMPEDANCE = 11  # number of the payload
 _TICKS = 1  # ticks of 1/3 ms between two messages
@@ -25,10 +25,11 @@ _TICKS = 1  # ticks of 1/3 ms between two messages
 @cache
 def _targets() -> list[tuple[str, str, int]]:
     """Component, verb and payload of each command."""
-    kinds = {0: ["system"], 1: ["console"], 2: ["footpedals"], 4: ["MTMR_PSM1"]}
+    kinds = {0: ["system"], 1: ["console"], 2: ["footpedals"], 4: ["MTMR_PSM1"], 5: ["MTML_MTMR_ECM"],
+             6: ["SUJ/PSM1", "SUJ/ECM"], 7: ["SUJ"], 8: ["endoscope_focus"]}  # fmt: skip
     found = []
     for kind, mask, verb, payload in _dvrk.verbs():
-        names = [name for name, bit in ARMS.items() if mask & bit] if kind == 3 else kinds.get(kind, [])
+        names = [name for name, bit in ARMS.items() if mask & bit] if kind == 3 else kinds[kind]
         found += [(name, verb, payload) for name in names]
     return found
 
@@ -61,6 +62,7 @@ def _judge(robot: Any) -> None:
         state = robot.state(arm)
         parts = [*(state["measured_js"].values() if state["joints_valid"] else ())]
         parts += [state[name] for name in ("measured_cp", "measured_cv", "measured_cf") if state["cartesian_valid"]]
+        parts += [state[name] for name in ("SUJ/measured_cp", "SUJ/local/measured_cp") if name in state]
         for part in parts:
             if not np.isfinite(np.asarray(part, dtype=float)).all():
                 raise FaultError(f"a measurement of {arm} is not finite: {part}")
