@@ -57,3 +57,16 @@ def remove(node: Any, context: Any) -> None:
 
     node.destroy_node()
     rclpy.shutdown(context=context)
+
+
+def silence(node: Any, topic: str, kind: str) -> str:
+    """Why nothing may arrive on a topic of messages of this kind, as the network shows it, in words."""
+    types = dict(node.get_topic_names_and_types())
+    name = node.resolve_topic_name(topic)
+    count = node.count_publishers(name)
+    if not count:
+        domain = node.context.get_domain_id()
+        return f"no node publishes {name} in domain {domain}"
+    if kind not in types.get(name, [kind]):
+        return f"{name} carries {', '.join(types[name])}, not {kind}"
+    return f"{count} nodes publish {name}, and no message arrives"

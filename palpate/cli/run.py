@@ -109,6 +109,11 @@ class Command:
         from palpate.certificate.scene import warn_outside
         from palpate.session import Session
 
+        if any(s.topic is not None and s.replay is None for s in scene.sensors.values()):
+            from palpate.ros import build
+
+            say("preparing the messages of ROS 2")
+            build.messages(say)
         say("reading surfaces, placing arms and planning the path")
         session = Session(scene, out=self.out or Path(scene.record.folder), seed=self.seed)
         if self.plan is not None:

@@ -29,6 +29,16 @@ class FrameCounts:
     empty: int = 0  #: no valid point within the region
     invalid: int = 0  #: not an array of points, or the pose of the camera is not a pose
 
+    def refused(self) -> str:
+        """Frames that were not used, by their number and reason, in words; empty without any."""
+        words = {
+            "doubled": "with the stamp of the frame before", "backwards": "with stamps that go backwards",
+            "late": "older than the patience", "future": "with stamps ahead of the clock",
+            "frozen": "with the points of the frame before", "empty": "without a valid point within the region",
+            "invalid": "that are no points, or whose camera has no pose",
+        }  # fmt: skip
+        return ", ".join(f"{getattr(self, name)} frames {why}" for name, why in words.items() if getattr(self, name))
+
 
 @dataclass
 class Gate:

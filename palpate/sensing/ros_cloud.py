@@ -12,7 +12,7 @@ import numpy as np
 from palpate import dds_security
 from palpate.arrays import Array, so3
 from palpate.errors import CloudError, MissingExtraError, PalpateError
-from palpate.node_thread import NodeThread, remove
+from palpate.node_thread import NodeThread, remove, silence
 from palpate.sensing import messages
 from palpate.sensing.source import CloudFrame
 from palpate.sensing.tf_tree import TfTree
@@ -42,6 +42,7 @@ class RosCloudSource:
         self._X_WC, self._tf = X_WC, TfTree()
         self._newest: tuple[Any, float] | None = None  # message, time of arrival by the monotonic clock
         self.fault = ""  #: why the last message was not used
+        self._topic = topic
         context = Context()
         rclpy.init(context=context)
         name = f"palpate_camera_{os.getpid()}_{id(self):x}"
@@ -76,6 +77,10 @@ class RosCloudSource:
             return None
         self.fault = ""
         return CloudFrame(decoded.points, now - (time.monotonic() - arrived), X_WC, decoded.colors)
+
+    def heard(self) -> str:
+        """Why no frame comes: the last message that was not used, or who publishes the topic."""
+        return self.fault or silence(self._node, self._topic, "sensor_msgs/msg/PointCloud2")
 
     def close(self) -> None:
         """Remove the node from the network. No effect if it is closed."""
@@ -127,7 +132,11 @@ def import_rclpy() -> Any:
     try:
         import rclpy
         from sensor_msgs.msg import PointCloud2  # noqa: F401
-        from tf2_msgs.msg import TFMessage  # noqa: F401
     except ImportError:
         raise MissingExtraError("ROS 2", "ros") from None
+    try:
+        from tf2_msgs.msg import TFMessage  # noqa: F401
+    except ImportError:  # the wheels of ROS 2 do not contain it
+        why = "the ros-* wheels lack this package, which palpate ros compiles on its first use"
+        raise PalpateError("the messages of tf2_msgs are not built", why=why, mend="palpate ros setup") from None
     return rclpy

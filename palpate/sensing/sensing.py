@@ -15,7 +15,7 @@ from palpate.record.ticks import Ticks, as_ticks
 from palpate.scene import materials, surface
 from palpate.scene.rig import Rig
 from palpate.sensing.instrument import Instrument
-from palpate.sensing.source import CloudFrame, CloudSource
+from palpate.sensing.source import CloudFrame, CloudSource, Hearing
 from palpate.sensing.stream import Stream
 
 if TYPE_CHECKING:
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 PERIOD = 0.002
 """Period at which sources are asked in real time [s]."""
+_EARLY = 0.5  # silence that is told at the end of a run [s]
 
 
 class _Loop(Protocol):
@@ -103,7 +104,21 @@ class Sensing:
 
     def status(self, t: float) -> dict[str, str]:
         """State of each stream in words, at the session's time t [s]."""
-        return {name: _state(stream, t) for name, stream in self.streams.items()}
+        return {name: _state(stream, t, self._sources[name]) for name, stream in self.streams.items()}
+
+    def silent(self, t: float) -> list[str]:
+        """Objects of which no surface was made until the time `t` [s], in words."""
+        if t < _EARLY:
+            return []
+        found = []
+        for name, stream in self.streams.items():
+            if stream.surface is not None:
+                continue
+            source = self._sources[name]
+            heard = source.heard() if isinstance(source, Hearing) else ""
+            words = "; ".join(filter(None, (stream.gate.counts.refused(), heard))) or "no frame came"
+            found.append(f"cloud {name}: no surface was made: {words}; no force from it")
+        return found
 
     def clouds(self) -> dict[str, tuple[_tissue.PointSurface, float]]:
         """The newest surface of each object that has one, as handed to the loop, and its spacing [m]; any thread."""
@@ -144,9 +159,10 @@ class Sensing:
         self._loop.set_live(targets)
 
 
-def _state(stream: Stream, t: float) -> str:
+def _state(stream: Stream, t: float, source: CloudSource) -> str:
     if stream.surface is None:
-        return "no frame yet"
+        heard = source.heard() if isinstance(source, Hearing) else ""
+        return f"no frame yet: {heard}" if heard else "no frame yet"
     age = t - stream.gate.last
     note = f", {len(stream.remembered):,} points remembered" if len(stream.remembered) else ""
     if age > stream.section.patience:

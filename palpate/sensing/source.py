@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -36,6 +36,15 @@ class CloudSource(Protocol):
 
     def close(self) -> None:
         """End the connection."""
+        ...
+
+
+@runtime_checkable
+class Hearing(Protocol):
+    """A source that says why no frame comes."""
+
+    def heard(self) -> str:
+        """What is known of its connection and of the last frame that could not be used, in words; may be empty."""
         ...
 
 

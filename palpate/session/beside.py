@@ -92,6 +92,12 @@ class AttendedLoop(RecordedLoop):
     def _timed(self, step: Callable[[float], object]) -> None:
         step(float(self.latest()["t"]))
 
+    def _faults(self) -> list[str]:
+        """Also the sources that never spoke: without them an object gives no force, and nothing else says so."""
+        t = float(self.latest()["t"])
+        parts = [part for part in (self.tracking, self.sensing) if part is not None]
+        return [*super()._faults(), *(words for part in parts for words in part.silent(t))]
+
     def _note(self, words: str) -> None:
         self.notes.append(words)
 

@@ -14,7 +14,7 @@ import numpy as np
 from palpate import dds_security
 from palpate.arrays import Array
 from palpate.errors import MissingExtraError, PalpateError
-from palpate.node_thread import NodeThread, remove
+from palpate.node_thread import NodeThread, remove, silence
 from palpate.trackers.tracker import Sighting
 
 _MOST = 64  # messages of all tools that wait for the next poll; older ones are dropped
@@ -43,6 +43,7 @@ class RosTopicTracker:
         from rclpy.context import Context
 
         self._seen: deque[Sighting] = deque(maxlen=_MOST)
+        self._topics = dict(topics)
         context = Context()
         rclpy.init(context=context)
         name = f"palpate_tracker_{os.getpid()}_{id(self):x}"
@@ -63,6 +64,11 @@ class RosTopicTracker:
             while True:
                 found.append(self._seen.popleft())
         return found
+
+    def heard(self, tool: str) -> str:
+        """Why no pose of a tool comes: who publishes its topic."""
+        topic = self._topics.get(tool)
+        return "" if topic is None else silence(self._node, topic, "geometry_msgs/msg/PoseStamped")
 
     def close(self) -> None:
         """Remove the node from the network. No effect if it is closed."""

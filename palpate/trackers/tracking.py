@@ -24,6 +24,7 @@ from palpate.trackers.tracker import Hearing, Tracker
 
 PERIOD = 0.01
 """Period at which trackers are read [s]."""
+_EARLY = 0.5  # silence that is told at the end of a run [s]
 
 
 class _Loop(Protocol):
@@ -86,6 +87,22 @@ class Tracking:
     def status(self, t: float) -> dict[str, str]:
         """State of each tracked frame in words, at the session's time `t` [s]."""
         return {child: self._words(child, gate, t) for child, gate in self.gates.items()}
+
+    def silent(self, t: float) -> list[str]:
+        """Frames whose tool was never seen until the time `t` [s], or was not seen at last, in words."""
+        if t < _EARLY:
+            return []
+        found = []
+        for child, gate in self.gates.items():
+            section = self._rig.scene.trackers.get(self._edges[child].tracker or "")
+            last = gate.is_lost(t - _EARLY) and section is not None and section.simulated is None
+            if gate.taken and not last:
+                continue
+            held = [one.name for one in self._followers if child in one.edges]
+            force = f"; no force from {', '.join(held)}" if held else ""
+            name = "" if gate.tool == child else f" (tool {gate.tool} of {self._edges[child].tracker})"
+            found.append(f"tracked frame {child}{name}: {self._words(child, gate, t)}{force}")
+        return found
 
     def close(self) -> None:
         """Close the connections to all trackers."""
