@@ -53,6 +53,8 @@ class Command:
     """Of a scene: noise of the simulated camera on the visible side of the object [mm]."""
     seed: int = 0
     """Of a scene: seed of the simulated errors."""
+    doubtful: bool = False
+    """Write the mesh, and end with 0, even where the views do not agree."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the figures as JSON (docs/json/scan.md); - for the standard output."""
 
@@ -71,15 +73,21 @@ class Command:
         cell, reach = (None if mm is None else 1e-3 * mm for mm in (self.cell, self.reach))
         found = scan(clouds, poses, spacing=cell, reach=reach, close=close)
         values = values_of(found) | ({} if body is None else {"error_m": _error(found, body)})
-        if self.out is not None:
+        wanted = self.out if not found.doubt or self.doubtful else None
+        if wanted is not None:
             from palpate.mesh import files
 
-            files.write(self.out, found.vertices, found.triangles)
+            files.write(wanted, found.vertices, found.triangles)
         console.print(_table(values))
-        if self.out is not None:
-            say(console, f"wrote {self.out}; in a scene:  - {{mesh: {self.out}, unit: m}}")
+        if found.doubt:
+            mend = "give the views in the order of the motion, with more overlap, or their rough poses (--frames)"
+            say(console, f"{found.doubt}; {mend}", "doubt:", "red")
+        if wanted is not None:
+            say(console, f"wrote {wanted}; in a scene:  - {{mesh: {wanted}, unit: m}}")
+        elif self.out is not None:
+            say(console, f"{self.out} is not written; --doubtful writes it all the same")
         write_json(self.json, values)
-        return 0
+        return int(bool(found.doubt) and not self.doubtful)
 
     def _refuse(self) -> None:
         if not self.clouds:
@@ -134,6 +142,7 @@ def values_of(found: Scan) -> dict[str, Any]:
     return {
         "rms_m": found.rms, "noise_m": found.noise, "triangles": len(found.triangles), "seconds": found.seconds,
         "views": len(found.poses), "points": found.points, "outliers": found.outliers, "cell_m": found.spacing,
+        "trusted": not found.doubt, "doubt": found.doubt or None,
         "closed": found.closed, "holes": [{"area_m2": h.area, "centre": plain(h.centre)} for h in found.holes],
         "poses": plain(found.poses),
     }  # fmt: skip

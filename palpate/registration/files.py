@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import csv
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -15,10 +15,12 @@ from palpate.arrays.rigid import rigid
 from palpate.arrays.so3 import matrices
 from palpate.errors import FrameError, RegistrationError
 from palpate.frames.checks import quaternion
+from palpate.registration import slicer_files, tracker_tables
 from palpate.values.units import FILE_UNITS
 
 _QUATERNION = ("qw", "qx", "qy", "qz")
 _NAMES = ("name", "marker", "label")
+_SAME = 0.05  # relative difference of distances that scales of 1000 are told apart by
 
 
 @dataclass(frozen=True)
@@ -28,16 +30,22 @@ class Points:
     names: tuple[str, ...]
     p: Array  #: (N, 3) [m]
     sigma: Array | None  #: (N, 3) standard deviations along the axes [m], or None if the file has none
+    stated: bool = False  #: True if the file itself states its unit
 
 
 def read_points(path: Path, unit: str = "m") -> Points:
-    """Points of a CSV: columns x, y, z, optionally name and sx, sy, sz; or three columns of numbers without a header.
+    """Points of 3D Slicer (.fcsv, .mrk.json; in LPS) or of a CSV.
+
+    A CSV has columns x, y, z, optionally name and sx, sy, sz; or three columns of numbers without a header.
 
     A header may carry the unit (x_mm); otherwise lengths are in `unit`.
 
     Raises:
         RegistrationError: the file cannot be read, a column is missing, a value is no number, or a name is used twice.
     """
+    if slicer_files.is_slicer(path):
+        names, p = slicer_files.read(path)
+        return Points(names, p, None, stated=True)
     header, rows = _table(path)
     if not header:
         header = ["x", "y", "z"] if len(rows[0]) == 3 else ["name", "x", "y", "z"]
@@ -49,15 +57,23 @@ def read_points(path: Path, unit: str = "m") -> Points:
     p = _stack(path, columns, ("x", "y", "z"))
     names = _names(path, header, rows)
     sigma = _stack(path, columns, ("sx", "sy", "sz")) if "sx" in columns else None
-    return Points(names, p, sigma)
+    return Points(
+        names, p, sigma, stated=all(name.partition("_")[2] in FILE_UNITS for name in header if name[0] in "xyz")
+    )
 
 
 def read_poses(path: Path, unit: str = "m") -> Array:
-    """Poses (N, 4, 4) of a CSV: columns x, y, z, qw, qx, qy, qz, optionally t; or 16 numbers per row, row by row.
+    """Poses (N, 4, 4) of a table of OptiTrack, NDI or TUM, or of a CSV.
+
+    A CSV has columns x, y, z, qw, qx, qy, qz, optionally t; or 16 numbers per row, row by row.
 
     Raises:
         RegistrationError: as for points; also stamps that do not increase, and quaternions that are not of unit length.
     """
+    _refuse_transform(path)
+    table = tracker_tables.read(path, _text(path))
+    if table is not None:
+        return table
     header, rows = _table(path)
     if not header:
         if len(rows[0]) != 16:
@@ -81,6 +97,20 @@ def read_poses(path: Path, unit: str = "m") -> Array:
             mend = "give unit quaternions with the header qw,qx,qy,qz"
             raise RegistrationError(error.what, where=str(path), why=why, mend=mend) from None
     return rigid(matrices(q), _stack(path, columns, ("x", "y", "z")))
+
+
+def _refuse_transform(path: Path) -> None:
+    """Refuse files of one transform, which say in other programs what they are."""
+    if path.suffix.lower() in (".tfm", ".h5", ".mat"):
+        mend = "one row per pose; in Python: SimpleITK.ReadTransform(FILE), whose translation is in mm and in LPS"
+        raise RegistrationError("a file of one transform is no table of poses", where=str(path), mend=mend)
+
+
+def _text(path: Path) -> str:
+    try:
+        return limits.read_text(path, limits.MOST_TABLE, "utf-8-sig")
+    except (OSError, UnicodeDecodeError) as error:
+        raise RegistrationError("the file cannot be read", where=str(path), why=str(error)) from None
 
 
 def _table(path: Path) -> tuple[list[str], list[list[str]]]:
@@ -169,6 +199,32 @@ def by_name(moving: Points, fixed: Points) -> tuple[Points, Points, tuple[str, .
     return _chosen(moving, shared), _chosen(fixed, shared), alone
 
 
+def in_measured_unit(moving: Points, fixed: Points, names: tuple[str, str]) -> tuple[Points, Points, str]:
+    """Points whose unit one file states, and the other contradicts by a factor of 1000: the measured distances decide.
+
+    Args:
+        moving, fixed: corresponding points.
+        names: of their files, for the words.
+
+    Returns:
+        Both in metres, and what was changed, in words; empty if nothing was.
+    """
+    if moving.stated == fixed.stated or len(moving.p) != len(fixed.p) or len(moving.p) < 3:
+        return moving, fixed, ""
+    sure, other = (moving, fixed) if moving.stated else (fixed, moving)
+    lengths = [np.linalg.norm(one.p - np.roll(one.p, 1, axis=0), axis=1) for one in (other, sure)]
+    ratio = float(np.median(lengths[1] / np.maximum(lengths[0], 1e-12)))
+    factor = next((f for f in (1e3, 1e-3) if abs(ratio / f - 1.0) < _SAME), None)
+    if factor is None:
+        return moving, fixed, ""
+    scaled = replace(other, p=factor * other.p, sigma=None if other.sigma is None else factor * other.sigma)
+    wrong, right = names[::-1] if moving.stated else names
+    words = f"{wrong} is in {'m, not in mm' if factor > 1.0 else 'mm, not in m'}: its distances are those of {right}, "
+    words += "which states its unit"
+    return (moving, scaled, words) if moving.stated else (scaled, fixed, words)
+
+
 def _chosen(points: Points, names: list[str]) -> Points:
     rows = [points.names.index(name) for name in names]
-    return Points(tuple(names), points.p[rows], None if points.sigma is None else points.sigma[rows])
+    sigma = None if points.sigma is None else points.sigma[rows]
+    return Points(tuple(names), points.p[rows], sigma, points.stated)

@@ -16,6 +16,10 @@ from palpate.clouds import PointCloud
 from palpate.errors import CloudError
 from palpate.scan import alignment, field, surface, views
 
+TRUSTED = 1.25
+"""Largest distance of the points from the surface over their noise, both rms: 0.85 to 1.2 where the views are aligned,
+1.3 to 2.4 where some are not."""
+_EXACT = 2e-5  # smaller distances are those of exact points [m]
 _NEAR = 3.0  # points farther from the surface than this many cells belong to no surface: flying pixels
 
 
@@ -34,6 +38,15 @@ class Scan:
     closed: bool  #: True if the surface has no boundary
     holes: tuple[surface.Hole, ...]  #: places that no view shows, closed by membranes or open
     seconds: float  #: time of the computation [s]
+
+    @property
+    def doubt(self) -> str:
+        """Why the surface is doubted, in words; empty if it is trusted."""
+        ratio = self.rms / max(self.noise, 1e-12)
+        if ratio <= TRUSTED or self.rms < _EXACT or len(self.poses) < 2:
+            return ""
+        words = f"the points lie {ratio:.2f} times their noise from the surface, {TRUSTED:g} at most"
+        return f"{words} where all views agree: at least one view is not aligned"
 
     def mesh(self) -> mesh.Mesh:
         """The surface as a mesh, ready for contact."""
@@ -66,7 +79,7 @@ def scan(
     """
     began = time.perf_counter()
     _check(clouds, poses, spacing)
-    clean = [views.inliers(cloud.points) for cloud in clouds]
+    clean = [views.inliers(_seen(cloud)) for cloud in clouds]
     noise, step = (float(np.median(values)) for values in zip(*(views.spread(p) for p in clean), strict=True))
     size = float(np.linalg.norm(np.ptp(clean[0], axis=0)))
     cell = spacing or max(2.5 * noise, 2.0 * step)
@@ -109,6 +122,19 @@ def _aligned(
     if poses is None:
         return alignment.jointly(found, alignment.in_sequence(found, cell, reach), cell, 0.3 * reach)
     return alignment.jointly(found, [np.asarray(pose, dtype=np.float64) for pose in poses], cell, reach)
+
+
+def _seen(cloud: PointCloud) -> Array:
+    """Points (N, 3) that the camera measured.
+
+    Raises:
+        CloudError: too few.
+    """
+    points = views.measured(cloud.points, _sensor(cloud))
+    if len(points) < views.LEAST:
+        what = f"{len(points)} of {len(cloud)} points are measurements, the others mark pixels that saw nothing"
+        raise CloudError(what, where=cloud.name, mend=f"a view needs {views.LEAST} points at least")
+    return points
 
 
 def _sensor(cloud: PointCloud) -> Array:

@@ -29,6 +29,27 @@ def spread(points: Array) -> tuple[float, float]:
     return float(np.sqrt(max(np.median(variance), 0.0))), float(spacing)
 
 
+_SENSOR = 0.02  # a camera sees nothing nearer than this to itself [share of the median range]
+_REPEATED = 20  # points at one place that are a marker of invalid pixels, not measurements
+
+
+def measured(points: Array, sensor: Array) -> Array:
+    """Points (N, 3) without markers of pixels that saw nothing: at the camera, and many at exactly one place.
+
+    Cameras write (0, 0, 0), or another constant such as a largest range, where they measured nothing.
+
+    Args:
+        points: (N, 3) [m].
+        sensor: (3,) position of the camera [m].
+    """
+    away = np.linalg.norm(points - sensor, axis=1)
+    good = away > 0.0
+    if good.any():
+        good &= away > _SENSOR * np.median(away[good])
+    _, place, count = np.unique(points, axis=0, return_inverse=True, return_counts=True)
+    return np.asarray(points[good & (count[place.reshape(-1)] < _REPEATED)])
+
+
 def inliers(points: Array) -> Array:
     """Points (N, 3) without isolated ones, whose mean distance to their 8 neighbours is unusually large.
 

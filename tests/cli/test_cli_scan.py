@@ -1,6 +1,7 @@
 """`palpate scan`: its JSON, its mesh, and what it refuses."""
 
 import json
+from pathlib import Path
 
 import json_contract
 import numpy as np
@@ -76,3 +77,25 @@ def test_mistakes(scene, monkeypatch, capsys, arguments, words):
     assert main(["scan", *arguments]) == 2
     assert words in capsys.readouterr().err
     assert not (scene.parent / "organ.foo").exists()
+
+
+def test_views_that_are_far_apart_without_poses_make_no_organ(tmp_path, capsys):
+    """Views from all around, 15 degrees and more apart, find a wrong alignment: exit 1, and no file."""
+    from palpate import Scene
+    from palpate.scene.surface import placed
+    from palpate.sensing.around import around
+    from palpate.sensing.depth_camera import Body
+
+    organ = placed(Scene.parse("objects: [{name: organ, shape: organ}]\n"))[0].body
+    views = around(Body(organ.name, organ.vertices, organ.triangles), 12, 3e-4, 2)
+    paths = [str(tmp_path / f"{k:02d}.ply") for k in range(12)]
+    for path, cloud in zip(paths, views.clouds, strict=True):
+        cloud.save(Path(path))
+    out, more = tmp_path / "organ.ply", ["--json", "-"]
+    assert main(["scan", *paths, "--out", str(out), *more]) == 1
+    assert not out.exists()
+    told = capsys.readouterr()
+    assert json.loads(told.out)["trusted"] is False
+    assert "at least one view is not aligned" in " ".join(told.err.split())
+    assert main(["scan", *paths, "--out", str(out), "--doubtful", *more]) == 0
+    assert out.exists()

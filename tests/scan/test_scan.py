@@ -166,3 +166,30 @@ def test_views_that_do_not_overlap_are_refused():
     far[0, 3] = 1.0
     with pytest.raises(CloudError, match=r"view 0: only 0 % of the view lies on the other"):
         scan(clouds, [np.eye(4), far])
+
+
+@pytest.mark.parametrize("marker", [(0.0, 0.0, 0.0), (0.0, 0.0, 4.0), (0.1, -0.1, 0.3)])
+@pytest.mark.parametrize("share", [0.2, 0.85])
+def test_markers_of_invalid_pixels_change_nothing(marker, share):
+    """Cameras write the origin, a largest range or another constant where they saw nothing."""
+    clouds, poses = ring(3e-4, n=3)
+    clean = scan(clouds, poses, align=False, spacing=0.003)
+    marked = []
+    for cloud in clouds:
+        count = round(len(cloud) * share / (1.0 - share))
+        marked.append(PointCloud(np.vstack([cloud.points, np.tile(marker, (count, 1))]), name=cloud.name))
+    found = scan(marked, poses, align=False, spacing=0.003)
+    np.testing.assert_array_equal(found.vertices, clean.vertices)
+    assert found.outliers > clean.outliers
+    with pytest.raises(CloudError, match="of 400 points are measurements"):
+        scan([PointCloud(np.vstack([clouds[0].points[:100], np.tile(marker, (300, 1))]), name="a")])
+
+
+def test_views_that_do_not_agree_are_doubted():
+    """The pose of one view is wrong by 3 mm, against a noise of 0.3 mm; with the right one there is no doubt."""
+    clouds, poses = ring(3e-4)
+    assert scan(clouds, poses, align=False).doubt == ""
+    moved = [p.copy() for p in poses]
+    moved[2][:3, 3] += [3e-3, 0.0, 0.0]
+    found = scan(clouds, moved, align=False)
+    assert "times their noise from the surface, 1.25 at most" in found.doubt

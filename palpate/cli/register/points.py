@@ -48,9 +48,10 @@ class Command(_common.Register):
         console = self.begin()
         names, goals = _common.targets(self.target)
         moving, fixed = (files.read_points(path, self.unit) for path in (self.moving, self.fixed))
-        alone: tuple[str, ...] = ()
+        alone, unit = tuple[str, ...](), ""
         if not self.unknown:
             moving, fixed, alone = files.by_name(moving, fixed)
+            moving, fixed, unit = files.in_measured_unit(moving, fixed, (self.moving.name, self.fixed.name))
         stated = self.fle is not None
         found = points(
             moving.p, fixed.p, goals, correspond=not self.unknown, names=moving.names,
@@ -59,6 +60,8 @@ class Command(_common.Register):
         values = _common.values_of("points", found, names)
         values["names"] = list(moving.names)
         values["outlier_names"] = [moving.names[i] for i in found.outliers]
+        if unit:
+            values["warnings"].append(unit)
         if alone:
             values["warnings"].append(f"markers in one file alone, not used: {', '.join(alone)}")
         self.finish(console, [*_lines(values), *self._advice(values)], values, (self.moving, self.fixed))
