@@ -19,6 +19,17 @@ from palpate.values.units import FILE_UNITS
 
 FORMATS = (".pcd", ".ply", ".npz", ".npy", ".xyz", ".txt", ".csv")
 """Suffixes of files that are read."""
+_IMAGES = (".png", ".pgm", ".tif", ".tiff", ".exr", ".jpg", ".raw")
+DEPTH_IMAGES = (
+    "make clouds of them with the camera's fx, fy, cx, cy and the scale of its depths (1000 a metre for most cameras, "
+    "5000 in TUM RGB-D), e.g. open3d.geometry.PointCloud.create_from_depth_image, and save one .ply per frame"
+)
+"""How images of depths become clouds."""
+_CONVERTERS = (
+    ((".las", ".laz", ".e57"), "CloudCompare converts it: CloudCompare -O FILE -C_EXPORT_FMT PLY -SAVE_CLOUDS"),
+    ((".bag",), "a recording of RealSense becomes clouds by: rs-convert -i FILE.bag -l FOLDER/NAME"),
+    ((".obj", ".stl", ".off"), "a mesh is read by mesh: FILE"),
+)
 _COLUMNS = 64  # most columns of a table of points
 _DAMAGED = (ValueError, KeyError, IndexError, StopIteration, EOFError, struct.error, zipfile.BadZipFile, OSError)
 
@@ -47,10 +58,12 @@ def read(path: Path) -> Table:
         CloudError: the file cannot be read, is damaged, or has an unknown format.
     """
     kind = path.suffix.lower()
+    if kind in _IMAGES:
+        raise CloudError("an image of depths is no cloud without the camera", where=str(path), mend=DEPTH_IMAGES)
     if kind not in FORMATS:
-        raise CloudError(
-            f"unknown format {path.suffix!r} of a cloud", where=str(path), mend=f"use {', '.join(FORMATS)}"
-        )
+        mend = next((mend for endings, mend in _CONVERTERS if kind in endings), "")
+        mend = "; or ".join(filter(None, (mend, f"use {', '.join(FORMATS)}")))
+        raise CloudError(f"unknown format {path.suffix!r} of a cloud", where=str(path), mend=mend)
     try:
         data = limits.read_bytes(path)
     except FileNotFoundError:
@@ -117,6 +130,10 @@ def _text(data: bytes, require: partial[None]) -> Table:
     text = data.decode("utf-8", "replace").replace(",", " ").replace(";", " ")
     lines = [line for line in text.splitlines() if line.strip()]
     notes = [line.lstrip("# ").split() for line in lines if line.startswith("#")]
+    if any("tx ty tz" in line for line in lines if line.startswith("#")) or any(
+        note[:2] == ["timestamp", "filename"] for note in notes
+    ):
+        raise ValueError("it lists poses or files of images by time, and no points (a folder of TUM RGB-D)")
     rows = [line for line in lines if not line.startswith("#")]
     if rows and not _is_number(rows[0].split()[0]):
         rows = rows[1:]  # names of the columns

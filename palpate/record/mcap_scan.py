@@ -24,7 +24,7 @@ from palpate.errors import RecordError
 from palpate.record.mcap_file import MAGIC
 
 _MOST_RATIO = 64  # unpacked bytes for each byte of a file: telemetry reaches 10
-_DAMAGE = (
+DAMAGE = (
     McapError,
     struct.error,
     UnicodeDecodeError,
@@ -55,7 +55,7 @@ class Scan:
     def messages(self, path: Path) -> Iterator[records.Message]:
         """Every message, in the order of the file."""
         for chunk in self.chunks:
-            for opcode, body in _records(memoryview(chunk_data(chunk, path))):
+            for opcode, body in whole_records(memoryview(chunk_data(chunk, path))):
                 if opcode == Opcode.MESSAGE:
                     yield _parse_message(body, path)
         yield from self.loose
@@ -71,7 +71,7 @@ def scan(path: Path) -> Scan:
     data = memoryview(_load(path))
     most = max(limits.MOST_UNPACKED, _MOST_RATIO * len(data))
     position = len(MAGIC)
-    for opcode, body in _records(data[position:]):
+    for opcode, body in whole_records(data[position:]):
         position += 9 + len(body)
         if opcode == Opcode.FOOTER:
             content.complete = bytes(data[position:]) == MAGIC
@@ -81,6 +81,13 @@ def scan(path: Path) -> Scan:
             unpacked += content.chunks[-1].uncompressed_size
             if unpacked > most:
                 raise damaged(path, limits.LimitError(f"it unfolds to more than {most:,} bytes"))
+    if not content.complete and content.chunks:  # zeros that a full disk or a lost machine left in the last chunk
+        try:
+            chunk_data(content.chunks[-1], path)
+        except RecordError:
+            if len(content.chunks) == 1:
+                raise
+            content.chunks.pop()
     return content
 
 
@@ -115,7 +122,7 @@ def chunk_data(chunk: records.Chunk, path: Path) -> bytes:
         data = limits.unpack(chunk.data, chunk.compression, chunk.uncompressed_size)
         if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
             raise ValueError("its checksum is wrong")
-    except _DAMAGE as error:
+    except DAMAGE as error:
         raise damaged(path, error) from error
     return data
 
@@ -141,7 +148,7 @@ def _load(path: Path) -> bytes:
     return data
 
 
-def _records(data: memoryview) -> Iterator[tuple[int, memoryview]]:
+def whole_records(data: memoryview) -> Iterator[tuple[int, memoryview]]:
     """Complete records in `data` as (opcode, body); stops at the first truncated record, and where zeros begin."""
     position = 0
     while position + 9 <= len(data):
@@ -157,7 +164,7 @@ def _take(content: Scan, opcode: int, body: memoryview, path: Path) -> None:
         chunk = _parse(body, path, records.Chunk.read)
         content.chunks.append(chunk)
         if not content.channels:  # the writer of the mcap library puts schemas and channels into the first chunk
-            for inner, inner_body in _records(memoryview(chunk_data(chunk, path))):
+            for inner, inner_body in whole_records(memoryview(chunk_data(chunk, path))):
                 if inner in (Opcode.SCHEMA, Opcode.CHANNEL):
                     _take(content, inner, inner_body, path)
     elif opcode == Opcode.SCHEMA:
@@ -179,7 +186,7 @@ def _take(content: Scan, opcode: int, body: memoryview, path: Path) -> None:
 def _parse(body: memoryview, path: Path, read: Callable[[ReadDataStream], Any]) -> Any:
     try:
         return read(ReadDataStream(BytesIO(body)))
-    except _DAMAGE as error:
+    except DAMAGE as error:
         raise damaged(path, error) from error
 
 

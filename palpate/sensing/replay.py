@@ -10,6 +10,7 @@ import numpy as np
 
 from palpate.arrays import Array
 from palpate.clouds import PointCloud
+from palpate.clouds.files import DEPTH_IMAGES
 from palpate.errors import CloudError, RecordError
 from palpate.record.bags.library import open_bag
 from palpate.sensing import messages
@@ -45,6 +46,8 @@ class ReplaySource:
     ) -> None:
         if not path.exists():
             raise CloudError("the recording does not exist", where=str(path), mend="check the path")
+        if path.is_dir() and ((path / "depth.txt").is_file() or any(path.glob("*.png")) or (path / "depth").is_dir()):
+            raise CloudError("a folder of depth images is no recording of clouds", where=str(path), mend=DEPTH_IMAGES)
         files = sorted(f for f in path.iterdir() if f.suffix.lower() in _FILES) if path.is_dir() else []
         if files:
             self._begin: Callable[[], Iterator[CloudFrame]] = lambda: _of_files(files, rate, unit)

@@ -165,3 +165,24 @@ def test_a_ply_of_another_library_is_read(tmp_path):
         element = plyfile.PlyElement.describe(rows, "vertex", val_types={"view": "i4"}, len_types={"view": "u1"})
         plyfile.PlyData([element], text=text, byte_order="<").write(str(tmp_path / "a.ply"))
         assert palpate.PointCloud.load(tmp_path / "a.ply", unit="m").points == pytest.approx(points, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "words"),
+    [
+        ("depth.png", "x", "image of depths is no cloud without the camera[\\s\\S]*create_from_depth_image"),
+        ("a.las", "x", "unknown format '.las'[\\s\\S]*CloudCompare"),
+        ("a.bag", "x", "unknown format '.bag'[\\s\\S]*rs-convert"),
+        ("groundtruth.txt", "# timestamp tx ty tz qx qy qz qw\n1.5 0 0 1 0 0 0 1\n", "lists poses or files"),
+        ("depth.txt", "# timestamp filename\n1.5 depth/1.5.png\n", "lists poses or files"),
+    ],
+)
+def test_depth_images_and_folders_of_tum_are_refused_with_the_tool(tmp_path, name, text, words):
+    from palpate.sensing.replay import ReplaySource
+
+    (tmp_path / name).write_text(text)
+    with pytest.raises(CloudError, match=words):
+        palpate.PointCloud.load(tmp_path / name, unit="m")
+    if name in ("depth.png", "depth.txt"):
+        with pytest.raises(CloudError, match=r"a folder of depth images[\s\S]*5000 in TUM RGB-D"):
+            ReplaySource(tmp_path)

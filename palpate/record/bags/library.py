@@ -6,14 +6,17 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from types import SimpleNamespace
 from typing import Any
 
 from palpate import limits
 from palpate.arrays.yaml_loader import MOST_OF_PLAN, read_yaml
 from palpate.errors import MissingExtraError, RecordError
+from palpate.record.bags.recover import needs_recovery, recover
 from palpate.record.mcap_scan import require_unpackable
 
+_ROS_1 = b"#ROSBAG V"
 _SUFFIXES = (".mcap", ".db3", ".zstd")
 
 
@@ -21,8 +24,9 @@ _SUFFIXES = (".mcap", ".db3", ".zstd")
 def open_bag(path: Path) -> Iterator[Any]:
     """The reader of a bag: its folder, an ``.mcap`` or a ``.db3``.
 
-    It is rosbags' ``AnyReader`` with an attribute ``undecodable``: types whose definition in the bag cannot be read,
-    with the reason. Where such a type is one of ROS, the definition of ROS is used.
+    It is rosbags' ``AnyReader`` with two attributes: ``undecodable``, types whose definition in the bag cannot be read,
+    with the reason (where such a type is one of ROS, the definition of ROS is used), and ``notes``, files that are cut
+    off or damaged, which are read up to there.
 
     Raises:
         RecordError: the bag is missing, damaged, or unfolds to more than any bag.
@@ -33,6 +37,7 @@ def open_bag(path: Path) -> Iterator[Any]:
     except ModuleNotFoundError as missing:
         raise MissingExtraError("rosbags, which reads ROS 2 bags,", "ros") from missing
     _bounded()
+    refuse_ros_1(path)
     try:
         for file in sorted(path.rglob("*")) if path.is_dir() else [path]:
             if file.suffix in _SUFFIXES:
@@ -41,14 +46,50 @@ def open_bag(path: Path) -> Iterator[Any]:
                     require_unpackable(file)
             elif file.name == "metadata.yaml":
                 read_yaml(file, MOST_OF_PLAN)
-        with reader([path]) as opened:
-            yield opened
+        with TemporaryDirectory(prefix="palpate-bag-") as folder:
+            paths, notes = _readable(path, Path(folder))
+            with reader(paths) as opened:
+                opened.notes = notes
+                yield opened
     except (RecordError, MissingExtraError):
         raise
     except (Exception, RecursionError) as error:  # damaged files make rosbags raise many types of exception
         mend = "ros2 bag info checks it; a bag that was cut short is mended by ros2 bag reindex"
         why = " ".join(str(error).split())[:300] or type(error).__name__
         raise RecordError("the bag cannot be read", where=str(path), why=why, mend=mend) from error
+
+
+def refuse_ros_1(path: Path) -> None:
+    """Refuse a bag of ROS 1 by name. Raises RecordError."""
+    if path.is_file() and path.stat().st_size > len(_ROS_1):
+        with path.open("rb") as file:
+            if file.read(len(_ROS_1)) == _ROS_1:
+                mend = f"rosbags-convert --src {path.name} --dst {path.stem} converts it (pip install rosbags)"
+                raise RecordError("a bag of ROS 1, not of ROS 2", where=str(path), mend=mend)
+
+
+def _readable(path: Path, folder: Path) -> tuple[list[Path], list[str]]:
+    """Paths that rosbags can open, and what was done to damaged files, whose whole part is copied into a folder."""
+    files = sorted(path.glob("*.mcap")) if path.is_dir() else [path] if path.suffix == ".mcap" else []
+    broken = [file for file in files if needs_recovery(file)]
+    if not broken and (not path.is_dir() or _has_storage(path)):
+        return [path], []
+    paths, notes = [], []
+    for k, file in enumerate(files):
+        if file in broken:
+            end = recover(file, folder / f"{k}.mcap")
+            notes += [f"{file.name}: {end}; read up to there"] if end else []
+        paths.append(folder / f"{k}.mcap" if file in broken else file)
+    return paths or sorted(path.glob("*.db3")) or [path], notes
+
+
+def _has_storage(folder: Path) -> bool:
+    """Whether the metadata of a bag name its storage: `ros2 bag reindex` may leave it empty."""
+    try:
+        found = read_yaml(folder / "metadata.yaml", MOST_OF_PLAN)["rosbag2_bagfile_information"]
+        return bool(found["storage_identifier"])
+    except (OSError, KeyError, TypeError, ValueError):
+        return False
 
 
 @cache

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from palpate.errors import MissingExtraError, RecordError
 from palpate.record.bags.bag import Bag
+from palpate.record.bags.library import refuse_ros_1
 from palpate.record.reader import Record
 
 
@@ -22,6 +23,7 @@ def open_any(path: Path) -> Record | Bag:
         RecordError: the file is neither of them.
     """
     found = _find(path)
+    refuse_ros_1(found)
     if found.is_dir() or found.suffix == ".db3":
         return Bag.open(found)
     try:

@@ -73,7 +73,8 @@ class _Reading:
             self._take(topic, t, message)
         arms = {name: self._arm(name) for name in dict.fromkeys(n for n, _ in self.rows)}
         duration = max((t[-1] for t in self.times.values()), default=0.0)
-        notes = [f"{topic} could not be decoded ({why})" for topic, why in self.undecoded.items()]
+        notes = [*self.reader.notes]
+        notes += [f"{topic} could not be decoded ({why})" for topic, why in self.undecoded.items()]
         for kind, why in self.reader.undecodable.items():
             names = ", ".join(sorted({c.topic for c in self.reader.connections if c.msgtype == kind}))
             notes.append(f"the definition of {kind} in the bag cannot be read ({why}); it is the type of {names}")
