@@ -7,6 +7,7 @@ import threading
 import weakref
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -41,6 +42,7 @@ class AttendedLoop(RecordedLoop):
         super().__init__(rig, loop, rate, seed, out)
         self._stop_pump = threading.Event()
         self.console = Console([weakref.proxy(self)])  #: pedals, presence, locks and scale
+        self.console.on_change(partial(_accept_moved_tools, weakref.ref(self)))
         self.camera = self._own_camera()  #: the endoscope arm of the scene; None if the scene has none
         self.tracking = Tracking(rig, loop) if rig.scene.trackers else None  #: moves the tracked frames
         if self.tracking is not None:
@@ -105,6 +107,13 @@ class AttendedLoop(RecordedLoop):
         """Let the hand move the camera for one `PERIOD` while the camera pedal is pressed."""
         if self.camera is not None:
             self.camera.steer([self.latest()], PERIOD)
+
+
+def _accept_moved_tools(session: weakref.ref[Any], pedal: str, down: bool) -> None:
+    """The pedal coag, pressed while the clutch is down, accepts tracked tools that were moved on purpose."""
+    one = session()
+    if pedal == "coag" and down and one is not None and one.tracking is not None and one.console.pedals["clutch"]:
+        one.tracking.accept_jumps()
 
 
 def _sensing(rig: Rig, loop: Loop, clouds: Clouds | None) -> sensing_module.Sensing | None:

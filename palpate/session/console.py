@@ -22,7 +22,7 @@ from palpate.session import machine
 PEDALS: Final = {
     "clutch": "the hands move freely, the tools hold",
     "camera": "the hands move the endoscope, the tools hold",
-    "coag": "coagulation: reported to programs, without an effect of its own",
+    "coag": "coagulation: reported to programs; while the clutch is down, accepts tracked tools that were moved",
     "operator": "the operator is at the console; present until a source reports it",
     "head": "the head is in the viewer; present until a source reports it",
 }

@@ -51,6 +51,7 @@ class Gate:
         self.refused = 0  #: number of refused poses
         self.taken = 0  #: number of good poses
         self._why = ""
+        self._jumped = False  # whether the newest refused pose was a jump
         self._stamp = -math.inf
         self._good_at: float | None = None
         self._memory = _MEMORY  # interval for which motion is allowed; a jump that lasts gains no more [s]
@@ -60,6 +61,7 @@ class Gate:
         """Take in a sighting at the session's time `now` [s]; True if it is the new good pose."""
         if seen.t == self._stamp:
             return False  # the tracker repeats a pose, which therefore ages
+        self._jumped = False
         why, X = self._judged(seen)
         if why:
             self._why, self.refused = why, self.refused + 1
@@ -68,6 +70,11 @@ class Gate:
         self.taken += 1
         self._why, self._free, self._memory = "", False, _MEMORY
         return True
+
+    @property
+    def jumped(self) -> bool:
+        """True while the newest pose is refused because no plausible motion leads to it."""
+        return self._jumped and bool(self._why)
 
     def accept_jump(self) -> None:
         """Trust the next valid pose wherever it is, for example after a marker was moved on purpose."""
@@ -114,7 +121,9 @@ class Gate:
         moved, turned = float(np.linalg.norm(xi[:3])), float(np.linalg.norm(xi[3:]))
         self._memory = dt
         if moved > self.limits.max_speed * dt + _SLACK[0]:
+            self._jumped = True
             return f"it jumped by {1e3 * moved:.1f} mm, tools may be confused"
         if turned > self.limits.max_turn * dt + _SLACK[1]:
+            self._jumped = True
             return f"it turned by {math.degrees(turned):.1f} deg at once, spheres or tools may be confused"
         return ""

@@ -88,6 +88,16 @@ class Tracking:
         """State of each tracked frame in words, at the session's time `t` [s]."""
         return {child: self._words(child, gate, t) for child, gate in self.gates.items()}
 
+    def accept_jumps(self) -> list[str]:
+        """Trust the new places of tools that are refused for a jump, e.g. of a marker that was moved on purpose.
+
+        The objects in their frames move there with limited speed. Returns the names of the frames.
+        """
+        moved = [child for child, gate in self.gates.items() if gate.jumped]
+        for child in moved:
+            self.gates[child].accept_jump()
+        return moved
+
     def silent(self, t: float) -> list[str]:
         """Frames whose tool was never seen until the time `t` [s], or was not seen at last, in words."""
         if t < _EARLY:
@@ -112,6 +122,8 @@ class Tracking:
     def _words(self, child: str, gate: Gate, t: float) -> str:
         """State of a tracked frame, with what its tracker knows where the tool is not seen."""
         words = gate.status(t)
+        if gate.jumped:
+            words += "; if it was moved on purpose, press coag while the clutch is down"
         tracker = self._trackers.get(self._edges[child].tracker or "")
         more = tracker.heard(gate.tool) if isinstance(tracker, Hearing) else ""
         if not gate.is_lost(t) or not more:

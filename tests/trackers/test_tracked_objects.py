@@ -242,3 +242,23 @@ def test_more_tracked_frames_and_objects_than_the_loop_holds_are_refused(what):
     text = f"frames: [{', '.join(frames)}]\ntrackers: {{t: {{simulated: {{}}}}}}\nobjects: [{', '.join(objects)}]\n"
     with pytest.raises(SceneError, match=f"9 {what} follow trackers; at most 8"):
         Session(Scene.parse(text))
+
+
+def test_a_marker_that_was_moved_on_purpose_is_accepted_by_pedals():
+    """The pedal coag does it while the clutch is down, and only for a tool that is refused for its jump."""
+    session, stream = pressed()
+    stream.X = at_10_mm(stream.X)
+    stream.X[:3, 3] += [0.05, 0.0, 0.0]
+    session.step(400)
+    status = session.tracking.status(session.state.t)["patient"]
+    assert "jumped by" in status
+    assert status.endswith("press coag while the clutch is down")
+    session.console.press("coag")
+    session.console.release("coag")
+    session.step(100)
+    assert session.tracking.gates["patient"].jumped
+    session.console.press("clutch")
+    session.console.press("coag")
+    session.step(100)
+    assert session.tracking.status(session.state.t)["patient"] == "tracked"
+    assert session.tracking.accept_jumps() == []

@@ -17,7 +17,8 @@ class Command(_common.Register):
     examples:
       palpate register pivot poses.csv --out tip.yaml
 
-    The file holds the tool in the tracker's frame: columns x, y, z, qw, qx, qy, qz, optionally t.
+    The file holds the tool in the tracker's frame: columns x, y, z, qw, qx, qy, qz, optionally t; or a table of
+    OptiTrack Motive, NDI ToolBox or TUM.
     """
 
     poses: Positional[Path]

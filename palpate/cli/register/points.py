@@ -19,8 +19,9 @@ class Command(_common.Register):
       palpate register points scan.csv tracker.csv --target tumour=0.02,0.01,-0.05 --out X_KS.yaml
       palpate register points psm1.csv psm2.csv --unknown --json -
 
-    A file has one row per marker: columns x, y, z, optionally name (rows then correspond by name) and sx, sy, sz
-    (standard deviations). The same command registers two arms that touched the same points, or each other's tips.
+    Files of 3D Slicer (.fcsv, .mrk.json) are read in LPS. A CSV has one row per marker: columns x, y, z, optionally
+    name (rows then correspond by name) and sx, sy, sz (standard deviations). The same command registers two arms that
+    touched the same points, or each other's tips.
     Targets are in the moving frame. docs/registration.md explains the figures.
     """
 
