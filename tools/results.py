@@ -96,6 +96,7 @@ RUNS: dict[str, Run] = {
         ("force_error", "force_rms_N", "motion_mm", "peak_speed_m_s", "neglected_N", "too_fast"),
         lambda row: row["model_scale"] == 1.0 and (row["K_N_per_m"] == 400.0 or row["law"] == "stiffness"),
     ),
+    "coverage": Run("coverage"),
     "force": Run(f"study force --data {DATA}"),
     "drift": Run("study drift", ("drift_mm",)),
     "dynamics_mtm": _dynamics("mtm"),

@@ -45,6 +45,7 @@ _LAGS = 13  # lags at which the search starts
 _BLOCKS = 10  # sections of the jackknife
 _IMPROBABLE = 1e-3  # probability of the lines' residuals below which the hand has another form
 _EXACT = 1e-3  # error of a line relative to its force that the finite segments cause
+_CLIPPED = 0.01  # share of values at the largest force from which on the load cell saturates
 _OVERLAP = (2.0 / 3.0, 1.0 / 6.0)  # correlation of Hann's window between lines one and two apart
 
 
@@ -372,6 +373,12 @@ def _warn(found: HandFit, grip: Grip) -> tuple[str, ...]:
     if found.explained < _GOOD_FIT:
         warnings.append(
             f"a mass with spring and damper explains {100 * found.explained:.0f} % only: the grip changed, or it slid"
+        )
+    largest = float(np.abs(grip.F).max())
+    ends = float(np.mean(np.abs(grip.F) > (1.0 - _EXACT) * largest))
+    if ends > _CLIPPED:
+        warnings.append(
+            f"the load cell saturates: {100 * ends:.2g} % of its values are within a thousandth of {largest:.3g} N"
         )
     if found.p_misfit < _IMPROBABLE:
         warnings.append(

@@ -1,0 +1,1 @@
+"""One file for each estimate: COMMAND, FORMS, and `trial(form, rng)`."""

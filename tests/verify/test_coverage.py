@@ -1,0 +1,81 @@
+"""The coverage harness: each printed interval has an estimate in it, and wrong figures are seen."""
+
+import re
+
+import json_contract
+import numpy as np
+import pytest
+
+from palpate.verify.coverage import run
+from palpate.verify.coverage.trial import RIGHT
+
+#: Commands that print intervals or covariances and have no file in `estimates`, with the reason.
+WITHOUT = {
+    "calibrate gravity": "judged on unseen poses; its bands need a generator of arms with springs",
+    "check": "poses, no estimate",
+    "device wrist": "prints ranges over parts of the recording",
+    "frames": "composes covariances that are given",
+    "path": "distances, no estimate",
+    "register session": "joins points, surface and touches; the study of registration judges it",
+    "study force": "the payload; tests/identify/test_payload.py judges it",
+    "study guidance": "bootstrap over simulated hands",
+    "study planning": "bootstrap over simulated routes",
+}
+_INTERVAL = re.compile(r"_95$|^covariance$|_covariance$|interval|_low$|_high$|deviation|^std|_std|^p_|^uncertain$")
+_TRIALS = {"bench": 2, "surface": 4}
+
+
+def commands_with_intervals() -> set[str]:
+    sections = [section for page in json_contract.PAGES for section in page.read_text().split("\n## ")[1:]]
+    return {
+        re.match(r"`palpate ([^`]*)`", section)[1]
+        for section in sections
+        if section.startswith("`palpate ") and any(_INTERVAL.search(k) for k in re.findall(r"`(\w+)`", section))
+    }
+
+
+def test_every_command_that_prints_an_interval_has_an_estimate():
+    judged = {run.estimate(name).COMMAND for name in run.names()}
+    found = commands_with_intervals()
+    assert {"register points", "calibrate hand", "identify tissue", "device bench"} <= found
+    assert found - judged - set(WITHOUT) - {"coverage"} == set()
+    assert not judged & set(WITHOUT)
+
+
+@pytest.mark.parametrize("name", run.names())
+def test_a_few_trials_of_each_estimate(name):
+    """The asked share of the right form lies in the interval of what was found; each wrong form runs."""
+    one = run.estimate(name)
+    assert next(iter(one.FORMS)) == RIGHT
+    assert len(one.FORMS) == 4
+    rows = run.run([name], _TRIALS.get(name, 10), seed=3, workers=0)
+    right = rows[0]
+    assert right.cover_95[0] <= 0.97
+    assert right.cover_95[1] >= 0.93
+    assert right.told <= 0.3
+    assert [row.form for row in rows] == list(one.FORMS)
+
+
+def test_row_of_a_narrow_interval_and_of_a_silent_bias_is_not_met():
+    """Normal errors with a stated deviation of half the true one, and errors with a bias of three deviations."""
+    rng = np.random.default_rng(0)
+
+    def row(form, bias, size, told):
+        z = size * rng.normal(size=400) + bias
+        return run._row("x", "x", form, "", (np.abs(z) < 1.96).astype(float), z**2, np.full(400, told))
+
+    assert row(RIGHT, 0.0, 1.0, 0.0).met
+    assert not row(RIGHT, 0.0, 2.0, 0.0).met
+    assert not row(RIGHT, 0.0, 0.3, 0.0).met
+    assert not row("wrong", 3.0, 1.0, 0.0).met
+    assert row("wrong", 3.0, 1.0, 1.0).met
+    assert row("wrong", 3.0, 1.0, 0.0).bias == pytest.approx(3.0, rel=0.1)
+    assert row("wrong", 0.3, 1.0, 0.0).met
+
+
+def test_interval_of_a_proportion_is_that_of_scipy():
+    from scipy.stats import binomtest
+
+    for k, n in [(0, 5), (5, 5), (190, 200), (3, 80)]:
+        known = binomtest(k, n).proportion_ci(method="exact")
+        assert run.proportion(k / n, n) == pytest.approx((known.low, known.high), abs=1e-12)
