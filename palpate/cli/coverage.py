@@ -21,7 +21,7 @@ class Command:
       palpate coverage --trials 2000 --resume runs/coverage
 
     Each estimate is judged on data with known truth: in the form that it assumes, and in three others
-    (docs/coverage.md).
+    (docs/verification.md).
     """
 
     estimate: Annotated[UseAppendAction[tuple[str, ...]], arg(metavar="NAME")] = ()
@@ -51,6 +51,6 @@ class Command:
         rows = run(self.estimate or names(), self.trials, self.seed, self.workers, self.resume, console)
         console.print(table(rows))
         failed = sum(not row.met for row in rows)
-        say(console, f"{len(rows)} forms, {failed} do not meet what is asked (docs/coverage.md)", "coverage:")
+        say(console, f"{len(rows)} forms, {failed} do not meet what is asked (docs/verification.md)", "coverage:")
         write_json(self.json, {"seed": self.seed, "trials": self.trials, "rows": [vars(row) for row in rows]})
         return int(failed > 0)

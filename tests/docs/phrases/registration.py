@@ -23,6 +23,25 @@ def registration_markers(found: Result) -> list[str]:
     ]
 
 
+def least(text: str) -> str:
+    """Lower 95 % limit of "k of n" by Clopper and Pearson."""
+    from palpate.verify.coverage.run import proportion
+
+    k, n = (int(word) for word in text.split(" of "))
+    return f"{100 * proportion(k / n, n)[0]:.1f} %"
+
+
+def registration_limits(found: Result) -> list[str]:
+    wrong = sum(one["wrong"] for one in found["surface"].values())
+    rough, none = (found["surface"][k] for k in ("rough", "none"))
+    return [
+        f"correspondence {least(of(list(found['unknown'].values()), 'right'))}, "
+        f"wrong marker {least(of([found['wrong_marker']['stated']], 'found'))}, "
+        f"liver {least(of([rough], 'converged'))}, without a start {least(of([none], 'converged'))}, "
+        f"told as wrong {least(f'{wrong} of {wrong}')}, trusted {least(trusted(found))}"
+    ]
+
+
 def trusted(found: Result) -> str:
     """Right answers of all kinds of views, and those of them that were trusted."""
     rows = [(round(one["converged"] * one["trials"]), one["right_trusted"])
@@ -109,5 +128,6 @@ TIES = [
     Tie("registration-session.md", "registration", (sessions,)),
     Tie("registration-session.md", "session", (session_time,)),
     Tie("registration.md", "registration", (registration_markers, registration_surfaces, registration_chain)),
+    Tie("registration.md", "registration", (registration_limits,)),
     Tie("registration.md", "registration", (covariances, registration_real)),
 ]

@@ -40,9 +40,10 @@ def trial(form: str, rng: np.random.Generator) -> Trial:
     x, force, push = (np.fft.irfft(spectrum, len(t)) for spectrum in (X + moved, F, u))
     if form == "friction":
         force = force + 0.1 * np.tanh(np.gradient(x, 1.0 / _RATE) / 0.005)
-    if form == "saturation":
+    force = force + rng.normal(0.0, 0.05, len(t))
+    if form == "saturation":  # of the amplifier, after the noise
         force = np.clip(force, -1.2 * force.std(), 1.2 * force.std())
-    grip = Grip(_RATE, x + rng.normal(0.0, 2e-5, len(t)), force + rng.normal(0.0, 0.05, len(t)), push)
+    grip = Grip(_RATE, x + rng.normal(0.0, 2e-5, len(t)), force, push)
     found = fit(grip)
     told = any("another form" in text or "saturates" in text for text in found.warnings)
     return of_intervals(found.value, _TRUE, found.student * found.std, told)
