@@ -94,7 +94,13 @@ def fit(press: Press, radius: float, thickness: float = np.inf, poisson: float =
     """
     _require_press(press, radius)
     press = _thinned(press)
-    forms = _forms(press, radius, thickness, poisson)
+    forms = [one for one in _forms(press, radius, thickness, poisson) if one.linear[0] > 0.0]
+    if not forms:
+        raise RecordingError(
+            "the force relaxes to nothing, so the tissue has no modulus at rest", where=press.source,
+            why="the force falls while the depth is held, to zero or below: the sensor drifts, or the contact slips",
+            mend="record again with the sensor zeroed above the tissue; press on a flat place",
+        )  # fmt: skip
     share = _shares(forms)
     stiff = _stiffens(forms)
     chosen = np.array([one.case.stiffens for one in forms]) == stiff

@@ -156,6 +156,17 @@ def test_stiffening_is_told_from_relaxation_in_a_single_press():
     assert found.yeoh == pytest.approx(1.0, abs=0.25)
 
 
+def test_press_that_relaxes_to_nothing_is_refused_or_has_finite_figures():
+    t, d = steps((0.5,), 12.0)
+    force = indentation.sneddon(R, d, E, NU) * np.exp(-np.maximum(t - 0.3, 0.0) / 2.0)
+    try:
+        found = tissue.fit(Press(t, d, noisy(force)), R)
+    except RecordingError as error:
+        assert "relaxes to nothing" in str(error)
+    else:
+        assert np.isfinite([found.young, *found.young_95, found.instantaneous]).all()
+
+
 def test_residual_of_another_form_is_told():
     t, d = steps()
     bent = indentation.sneddon(R, d, E, NU) * (1.0 + 0.05 * np.sin(d / 1.5e-4))  # layers
