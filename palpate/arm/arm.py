@@ -86,6 +86,8 @@ class Arm(_core.Arm):
     home: Array
     urdf: str
     """Text of its URDF; empty for a device without a URDF."""
+    folder: Path | None
+    """Folder of its URDF, to which names of mesh files are relative; None for a URDF that is given as text."""
     frames: tuple[str, str]
     """Base and tip frame of the URDF; empty names for a device without a URDF."""
     jaw_range: tuple[float, float]
@@ -95,7 +97,7 @@ class Arm(_core.Arm):
         super().__init__(xml, base_frame, tip_frame)
         robot = ElementTree.fromstring(xml)
         chain = set(self.joint_names)
-        self.urdf = xml
+        self.urdf, self.folder = xml, None
         self.frames = (base_frame, tip_frame)
         self._drawn = drawn_joints(robot, chain)
         self.jaw_range = jaw_range(robot, chain)
@@ -116,7 +118,7 @@ class Arm(_core.Arm):
             _core.Arm.__init__(arm, kind, numbers)
         except (RuntimeError, TypeError, ValueError) as error:
             raise ArmError(str(error), mend="docs/arms.md lists the parameters") from None
-        arm.urdf, arm.frames = "", ("", "")
+        arm.urdf, arm.folder, arm.frames = "", None, ("", "")
         arm._drawn, arm.jaw_range = [], (0.0, 0.0)
         arm._describe(data or {}, kind)
         return arm
@@ -129,7 +131,12 @@ class Arm(_core.Arm):
     @cached_property
     def visuals(self) -> list[Visual]:
         """Boxes, cylinders and spheres of the links; sticks between the joints where the URDF has none."""
-        return (visuals(ElementTree.fromstring(self.urdf)) if self.urdf else []) or sticks(self.segments)
+        return self.drawn or sticks(self.segments)
+
+    @cached_property
+    def drawn(self) -> list[Visual]:
+        """Boxes, cylinders and spheres that the URDF draws as <visual>."""
+        return visuals(ElementTree.fromstring(self.urdf)) if self.urdf else []
 
     def _describe(self, data: Content, name: str) -> None:
         self._data = data
@@ -182,7 +189,9 @@ class Arm(_core.Arm):
         try:
             xml = limits.read_text(urdf)
             base, tip = _ends(xml)
-            return cls(xml, str(data.get("base_frame", base)), str(data.get("tip_frame", tip)), data)
+            arm = cls(xml, str(data.get("base_frame", base)), str(data.get("tip_frame", tip)), data)
+            arm.folder = urdf.parent.resolve()
+            return arm
         except OSError as error:
             raise ArmError(
                 "the arm's URDF cannot be read", where=str(urdf), why=str(error), mend=f"urdf: in {path.name}"

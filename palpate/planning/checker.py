@@ -122,22 +122,21 @@ class Checker:
         return None
 
     def _inside(self, q: Array) -> Nearest | None:
-        """The deepest body whose capsule's axis lies inside of a closed obstacle."""
+        """The deepest body that has a point inside of a closed obstacle."""
         worst: Nearest | None = None
-        placed = self.robot.placed(q[None])
-        centres, chunks = placed.spheres()
+        probes, X_W = self.robot.probes, self.robot.placed(q[None]).X_W[0, self.robot.probes.body]
+        p = (X_W[:, :3, :3] @ probes.points[..., None])[..., 0] + X_W[:, :3, 3]
         for k in self._closed:
             obstacle = self.world.obstacles[k]
             X, (low, high) = obstacle.X_WO, obstacle.bounds_W
-            p = centres[0]
-            near = np.nonzero(((p > low) & (p < high)).all(axis=1) & self.pairs[chunks.body, k])[0]
+            near = np.nonzero(((p > low) & (p < high)).all(axis=1) & self.pairs[probes.body, k])[0]
             if not len(near) or obstacle.inside is None:
                 continue
             signed = obstacle.inside((p[near] - X[:3, 3]) @ X[:3, :3])
-            deep = signed - self.robot.radii[chunks.body[near]]
+            deep = signed - probes.depth[near]
             deepest = int(np.argmin(deep))
             if signed[deepest] < 0.0 and (worst is None or deep[deepest] < worst.distance):
-                names = (self.robot.bodies[chunks.body[near[deepest]]].name, obstacle.name)
+                names = (self.robot.bodies[probes.body[near[deepest]]].name, obstacle.name)
                 worst = Nearest(names, float(deep[deepest]), p[near[deepest]], p[near[deepest]])
         return worst
 

@@ -81,6 +81,19 @@ def capsule(value: Capsule) -> tuple[Solid, Array]:
     return Solid(made, np.stack([-box, box]), kind="capsule"), value.pose()
 
 
+def primitive(shape: str, size: tuple[float, ...]) -> Solid:
+    """A box (x, y, z), or a cylinder, capsule (radius, length of its straight part, along z) or sphere (radius) [m]."""
+    import coal
+
+    if shape == "box":
+        return Solid(coal.Box(*size), _box(0.5 * np.array(size)), kind="box")
+    if shape == "sphere":
+        return Solid(coal.Sphere(*size), _box(np.full(3, size[0])), kind="sphere")
+    if shape == "cylinder":
+        return Solid(coal.Cylinder(*size), _box(np.array([size[0], size[0], 0.5 * size[1]])), kind="cylinder")
+    return Solid(coal.Capsule(*size), _box(np.array([size[0], size[0], 0.5 * size[1] + size[0]])), kind="capsule")
+
+
 def of_surface(surface: Mesh | Surface) -> Solid:
     """The geometry of an object of a scene, in its own frame.
 
@@ -95,15 +108,13 @@ def of_surface(surface: Mesh | Surface) -> Solid:
     if isinstance(surface, Mesh):
         return mesh(surface.vertices, surface.triangles)
     if isinstance(surface, surfaces.Sphere):
-        return Solid(coal.Sphere(surface.radius), _box(np.full(3, surface.radius)), kind="sphere")
+        return primitive("sphere", (surface.radius,))
     if isinstance(surface, surfaces.Box):
-        return Solid(coal.Box(*surface.size), _box(0.5 * np.array(surface.size)), kind="box")
+        return primitive("box", tuple(surface.size))
     if isinstance(surface, surfaces.Cylinder):
-        half = np.array([surface.radius, surface.radius, 0.5 * surface.length])
-        return Solid(coal.Cylinder(surface.radius, surface.length), _box(half), kind="cylinder")
+        return primitive("cylinder", (surface.radius, surface.length))
     if isinstance(surface, surfaces.Capsule):
-        half = np.array([surface.radius, surface.radius, 0.5 * surface.length + surface.radius])
-        return Solid(coal.Capsule(surface.radius, surface.length), _box(half), kind="capsule")
+        return primitive("capsule", (surface.radius, surface.length))
     if isinstance(surface, surfaces.Plane):
         bounds = np.array([[-_PLANE, -_PLANE, -_PLANE], [_PLANE, _PLANE, 0.0]])
         return Solid(coal.Halfspace(np.array([0.0, 0.0, 1.0]), 0.0), bounds, kind="half-space")

@@ -24,6 +24,7 @@ from palpate.planning import moveit_scene, shorten
 from palpate.planning.allowed import disabled_pairs
 from palpate.planning.checker import Checker
 from palpate.planning.curves import line
+from palpate.planning.links import SIZES, Part
 from palpate.planning.planners import levers
 from palpate.planning.problem import Problem
 from palpate.planning.result import Plan
@@ -69,7 +70,11 @@ def export(problem: Problem, folder: Path) -> list[Path]:
 
 
 def urdf(problem: Problem) -> str:
-    """The arm's URDF with its base fixed in the link `world`, and capsules as collision geometry."""
+    """The arm's URDF with its base fixed in the link `world`, and the geometry of our checks as <collision>.
+
+    Capsules become cylinders with two spheres. Primitives and meshes of the URDF stay as they are; the files of meshes
+    get their full path.
+    """
     robot = problem.robot
     tree = ElementTree.fromstring(robot.arm.urdf)
     links = {link.get("name"): link for link in tree.findall("link")}
@@ -77,7 +82,9 @@ def urdf(problem: Problem) -> str:
         for old in link.findall("collision"):
             link.remove(old)
     for body in robot.bodies:
-        if body.mesh is None:
+        if body.part is not None:
+            _add_part(links[body.link], body.part)
+        elif body.mesh is None:
             mount = robot.kinematics.mount[body.link][1]
             _add_capsule(links[body.link], body.capsule.moved(np.asarray(np.linalg.inv(mount))))
     ElementTree.SubElement(tree, "link", name="world")
@@ -87,6 +94,24 @@ def urdf(problem: Problem) -> str:
     _add_origin(joint, robot.X_WB)
     ElementTree.indent(tree)
     return '<?xml version="1.0"?>\n' + ElementTree.tostring(tree, encoding="unicode") + "\n"
+
+
+def _add_part(link: ElementTree.Element, part: Part) -> None:
+    """A primitive or mesh of the URDF, at its own place."""
+    if part.shape == "capsule":
+        half = 0.5 * part.size[1] * np.array([0.0, 0.0, 1.0])
+        _add_capsule(link, Capsule(-half, half, part.size[0]).moved(part.X_link_part))
+        return
+    collision = ElementTree.SubElement(link, "collision")
+    _add_origin(collision, part.X_link_part)
+    shape = ElementTree.SubElement(ElementTree.SubElement(collision, "geometry"), part.shape)
+    if part.file is not None:
+        shape.set("filename", part.file.as_uri())
+        shape.set("scale", " ".join(repr(x) for x in part.size))
+        return
+    for key in SIZES[part.shape]:
+        values = part.size if key == "size" else (part.size[SIZES[part.shape].index(key)],)
+        shape.set(key, " ".join(repr(x) for x in values))
 
 
 def _add_capsule(link: ElementTree.Element, capsule: Capsule) -> None:

@@ -202,7 +202,7 @@ class Problem:
         robot = self.robot
         return Plan(False, "", robot.name, 0.0, clearance, seed, planner, self.world.version,
                     tuple(robot.arm.joint_names), scale=planners.levers(robot.arm), limits=self.limits,
-                    geometry=robot.geometry, notes=tuple(self.world.notes), X_WB=robot.X_WB,
+                    geometry=robot.geometry, notes=(*robot.notes, *self.world.notes), X_WB=robot.X_WB,
                     scene=self.scene)  # fmt: skip
 
     def failed(self, base: Plan, reason: str, blocker: tuple[str, str] = ("", ""), begin: float = 0.0) -> Plan:

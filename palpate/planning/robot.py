@@ -1,28 +1,27 @@
-"""The collision geometry of an instrument: capsules around the parts of its links, or the links' own meshes."""
+"""The collision geometry of an instrument: what its URDF gives, or capsules around the drawn parts of its links."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
-from palpate.arm import Arm, models_folder
+from palpate.arm import Arm
 from palpate.arm.shapes import Visual
 from palpate.arrays import Array
-from palpate.errors import PlanningError
-from palpate.mesh.headers import load_by_trimesh
-from palpate.planning import geometry, shapes
-from palpate.planning.kinematics import Kinematics, pose_of
+from palpate.planning import geometry, links, shapes
+from palpate.planning.geometry import Solid
+from palpate.planning.kinematics import Kinematics
+from palpate.planning.links import Part
 from palpate.planning.shapes import Capsule
 
 _SLACK = 1e-3  # primitives of one link share a capsule if it is thicker by no more than this [m]
 _SMALL = 0.025  # a link of less than this is one capsule [m]
-_SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",)}  # attributes in a URDF
 _CHUNK = 0.02  # length of the pieces whose bounding spheres cull far objects [m]
 
 
@@ -35,6 +34,21 @@ class Body:
     carrier: int  # moving link of the kinematics; -1: the base
     capsule: Capsule  # contains the part
     mesh: tuple[Array, Array] | None = None  # vertices (v, 3) [m] and triangles (t, 3), used instead of the capsule
+    part: Part | None = None  # of the URDF, used instead of the capsule: its mesh, or the primitive itself
+    X_part: Array = field(default_factory=lambda: np.eye(4))  # (4, 4) pose of a primitive
+
+    @property
+    def kind(self) -> str:
+        """What the collision checks use: meshes, primitives or capsules."""
+        return "meshes" if self.mesh is not None else "capsules" if self.part is None else "primitives"
+
+    def solid(self) -> tuple[Solid, Array]:
+        """Coal's geometry and its pose (4, 4) in the frame of the carrier."""
+        if self.mesh is not None:
+            return geometry.mesh(*self.mesh), np.eye(4)
+        if self.part is None:
+            return geometry.capsule(self.capsule)
+        return geometry.primitive(self.part.shape, self.part.size), self.X_part
 
 
 @dataclass(frozen=True)
@@ -76,18 +90,15 @@ class Robot:
     @cached_property
     def bodies(self) -> list[Body]:
         """Collision geometry, in the order of the links."""
-        meshes = link_meshes(self.arm)
+        given = links.parts(self.arm)
+        drawn = self.arm.drawn if given else self.arm.visuals
+        drawn = [part for part in drawn if part.link not in given]
         found: list[Body] = []
         for link, (carrier, X) in self.kinematics.mount.items():
-            if link in meshes:
-                v, t = meshes[link]
-                v = v @ X[:3, :3].T + X[:3, 3]
-                found.append(Body(link, link, carrier, shapes.around(v), (v, t)))
-                continue
-            parts = [part for part in self.arm.visuals if part.link == link]
-            groups = _capsules(parts, X)
-            for i, capsule in enumerate(groups):
-                found.append(Body(link if i == 0 else f"{link}.{i + 1}", link, carrier, capsule))
+            made = [_of_part(part, carrier, X) for part in given.get(link, [])]
+            for capsule in _capsules([part for part in drawn if part.link == link], X):
+                made.append(Body(link, link, carrier, capsule))
+            found += [replace(body, name=link if i == 0 else f"{link}.{i + 1}") for i, body in enumerate(made)]
         for held in self.attached:
             carrier, X = self.kinematics.mount[held.link]
             v = held.vertices @ X[:3, :3].T + X[:3, 3]
@@ -97,17 +108,29 @@ class Robot:
     @cached_property
     def solids(self) -> list[tuple[Any, Array]]:
         """Coal's geometry of each body, and its pose (4, 4) in the frame of the carrier."""
-        found = []
-        for body in self.bodies:
-            solid, X = (geometry.mesh(*body.mesh), np.eye(4)) if body.mesh else geometry.capsule(body.capsule)
-            found.append((solid.coal, X))
-        return found
+        made = [body.solid() for body in self.bodies]
+        return [(solid.coal, X) for solid, X in made]
 
     @property
     def geometry(self) -> str:
-        """What the collision checks use: "capsules", "meshes", or both."""
-        kinds = {"meshes" if body.mesh else "capsules" for body in self.bodies}
-        return " and ".join(sorted(kinds))
+        """What the collision checks use: "capsules", "meshes", "primitives", or several of them."""
+        kinds = sorted({body.kind for body in self.bodies})
+        return " and ".join([", ".join(kinds[:-1]), kinds[-1]] if len(kinds) > 1 else kinds)
+
+    @cached_property
+    def notes(self) -> list[str]:
+        """Remarks for the user: links without a body, and bodies that the URDF does not describe."""
+        if links.bare(self.arm):
+            return [f"the URDF of {self.arm.name} describes no bodies: thin sticks between its joints are checked"]
+        have = {body.link for body in self.bodies}
+        mount = self.kinematics.mount
+        filled = {mount[link][0] for link in have}
+        heavy = links.massive(self.arm)
+        without = [name for name, (k, _) in mount.items() if name not in have and (k not in filled or name in heavy)]
+        if not without:
+            return []
+        names = f"link {without[0]} has" if len(without) == 1 else f"links {', '.join(without)} have"
+        return [f"{names} no body in the URDF of {self.arm.name} (no <collision>, no <visual>): not checked"]
 
     @cached_property
     def carriers(self) -> NDArray[np.int64]:
@@ -148,6 +171,24 @@ class Robot:
     @cached_property
     def _chunks(self) -> dict[bytes, Chunks]:
         return {}
+
+    @cached_property
+    def probes(self) -> Probes:
+        """Points of all bodies, one at least in each connected part."""
+        rows: list[tuple[int, Array, float]] = []
+        for i, body in enumerate(self.bodies):
+            if body.mesh is not None:
+                _, first = np.unique(_components(body.mesh), return_index=True)
+                rows += [(i, p, 0.0) for p in body.mesh[0][first]]
+                continue
+            thick = body.capsule.radius
+            if body.part is not None:
+                thick = min(body.part.size if body.part.shape != "box" else 0.5 * np.array(body.part.size))
+            pieces = max(1, int(np.ceil(body.capsule.length / _CHUNK)))
+            along = ((np.arange(pieces) + 0.5) / pieces)[:, None]
+            rows += [(i, p, thick) for p in body.capsule.a + along * (body.capsule.b - body.capsule.a)]
+        body_of, points, depth = zip(*rows, strict=True) if rows else ((), (), ())
+        return Probes(np.array(body_of, dtype=np.int64), np.array(points).reshape(-1, 3), np.array(depth))
 
     @cached_property
     def all_bodies(self) -> NDArray[np.int64]:
@@ -195,6 +236,15 @@ class Chunks:
 
 
 @dataclass(frozen=True)
+class Probes:
+    """Points of bodies that tell whether a body lies inside of an obstacle whose surface it does not cross."""
+
+    body: NDArray[np.int64]  # (P,) index of the body
+    points: Array  # (P, 3) in the frame of its carrier [m]
+    depth: Array  # (P,) depth of the point below the surface of its body, at least [m]
+
+
+@dataclass(frozen=True)
 class Placed:
     """Bodies of a robot in W, for K configurations."""
 
@@ -211,6 +261,23 @@ class Placed:
         return a + chunks.along[:, None] * (b - a), chunks
 
 
+def _components(mesh: tuple[Array, Array]) -> NDArray[np.int64]:
+    """Number of the connected part to which each vertex (v,) of a mesh belongs."""
+    vertices, triangles = mesh
+    one, two = triangles[:, [0, 1, 2]].ravel(), triangles[:, [1, 2, 0]].ravel()
+    joined = coo_array((np.ones(len(one)), (one, two)), shape=(len(vertices), len(vertices)))
+    return np.asarray(connected_components(joined, directed=False)[1], dtype=np.int64)
+
+
+def _of_part(part: Part, carrier: int, X: Array) -> Body:
+    """A part of the URDF as a body; X (4, 4): pose of its link in the carrier."""
+    X = X @ part.X_link_part
+    if part.vertices is None or part.triangles is None:
+        return Body(part.link, part.link, carrier, shapes.of_primitive(part.shape, part.size, X), None, part, X)
+    v = part.vertices @ X[:3, :3].T + X[:3, 3]
+    return Body(part.link, part.link, carrier, shapes.around(v), (v, part.triangles), part)
+
+
 def _capsules(parts: list[Visual], X: Array) -> list[Capsule]:
     """Capsules around the parts of a link at X (4, 4): one around all parts of a small link, else one per part."""
     if not parts:
@@ -220,73 +287,3 @@ def _capsules(parts: list[Visual], X: Array) -> list[Capsule]:
         return [shapes.around(points)]
     groups = shapes.merged([shapes.of_primitive(p.shape, p.size, X @ p.X_link_visual) for p in parts], _SLACK)
     return sorted(groups, key=lambda c: -c.length)
-
-
-def link_meshes(arm: Arm, folder: Path | None = None) -> dict[str, tuple[Array, Array]]:
-    """Vertices (v, 3) [m] and triangles (t, 3) of the links whose URDF names mesh files, in the frames of the links.
-
-    A <collision> mesh is preferred to a <visual> one; boxes, cylinders and spheres beside a mesh belong to it. Files
-    are looked for relative to `folder`, then to the models.
-
-    Raises:
-        PlanningError: a mesh file is not found.
-    """
-    found: dict[str, tuple[Array, Array]] = {}
-    if "<mesh" not in arm.urdf:
-        return found
-    for link in ElementTree.fromstring(arm.urdf).findall("link"):
-        name = link.get("name", "")
-        kinds = [link.findall(kind) for kind in ("collision", "visual")]
-        parts = next((parts for parts in kinds if any(x.find("geometry/mesh") is not None for x in parts)), [])
-        vertices: list[Array] = []
-        triangles: list[Array] = []
-        for part in parts:
-            read: Any = _read(part, name, folder)
-            if read is None:
-                continue
-            origin = part.find("origin")
-            X = pose_of(_numbers(origin, "xyz", "0 0 0"), _numbers(origin, "rpy", "0 0 0"))
-            triangles.append(np.asarray(read.faces) + sum(map(len, vertices)))
-            vertices.append(np.asarray(read.vertices) @ X[:3, :3].T + X[:3, 3])
-        if vertices:
-            found[name] = (np.concatenate(vertices), np.concatenate(triangles))
-    return found
-
-
-def _read(part: ElementTree.Element, link: str, folder: Path | None) -> Any:
-    """A part of a link as a mesh: its file, or a solid around its primitive; None if it has neither."""
-    import trimesh
-
-    mesh = part.find("geometry/mesh")
-    if mesh is None:
-        shape = next((one for one in part.findall("geometry/*") if one.tag in _SIZES), None)
-        if shape is None:
-            return None
-        size = np.concatenate([_numbers(shape, key, "0") for key in _SIZES[shape.tag]])
-        return trimesh.convex.convex_hull(shapes.outline(shape.tag, tuple(size.tolist()), np.eye(4)))
-    name = mesh.get("filename", "")
-    file = _mesh_file(name, folder)
-    if file is None:
-        raise PlanningError(f"the mesh {name} of link {link} is not found", why="motions cannot be checked without it",
-                            mend="give its full path in the URDF")  # fmt: skip
-    try:
-        read: Any = load_by_trimesh(file).process()
-    except Exception as error:  # trimesh raises many types
-        why = " ".join(str(error).split())[:300]
-        raise PlanningError(f"the mesh of link {link} cannot be read", where=str(file), why=why) from None
-    read.vertices = np.asarray(read.vertices) * _numbers(mesh, "scale", "1 1 1")
-    return read
-
-
-def _mesh_file(name: str, folder: Path | None) -> Path | None:
-    """The file that a URDF names; None if it is not found."""
-    plain = name.removeprefix("file://")
-    if plain.startswith("package://"):
-        plain = plain.removeprefix("package://").partition("/")[2]
-    places = [Path(plain), models_folder() / plain] if folder is None else [folder / plain, models_folder() / plain]
-    return next((place for place in places if place.is_file()), None)
-
-
-def _numbers(element: ElementTree.Element | None, key: str, default: str) -> Array:
-    text = default if element is None else element.get(key, default)
-    return np.array([float(x) for x in text.split()])

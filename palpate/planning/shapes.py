@@ -50,7 +50,10 @@ class Capsule:
 
 
 def of_primitive(shape: str, size: tuple[float, ...], X: Array) -> Capsule:
-    """The capsule around a box (x, y, z), a cylinder (radius, length along z) or a sphere (radius) at X (4, 4) [m]."""
+    """The capsule around a box (x, y, z), a cylinder or capsule (radius, length along z) or a sphere (radius) at X [m].
+
+    X: pose (4, 4).
+    """
     if shape == "sphere":
         return Capsule(np.zeros(3), np.zeros(3), size[0]).moved(X)
     if shape == "cylinder":
@@ -58,6 +61,8 @@ def of_primitive(shape: str, size: tuple[float, ...], X: Array) -> Capsule:
         if half < _SQUAT * size[0]:  # a sphere reaches less far across than any capsule along a pin
             return Capsule(np.zeros(3), np.zeros(3), float(np.hypot(half, size[0]))).moved(X)
         return _least(half, size[0], _Z).moved(X)
+    if shape == "capsule":
+        return Capsule(-0.5 * size[1] * _Z, 0.5 * size[1] * _Z, size[0]).moved(X)
     sides = 0.5 * np.array(size)
     longest = int(np.argmax(sides))
     return _least(float(sides[longest]), float(np.linalg.norm(np.delete(sides, longest))), np.eye(3)[longest]).moved(X)
@@ -107,14 +112,21 @@ def _along(points: Array, axis: Array) -> Capsule:
 
 
 def merged(capsules: list[Capsule], slack: float) -> list[Capsule]:
-    """Fewer capsules that contain all given ones: two become one if it is thicker by no more than `slack` [m]."""
+    """Fewer capsules that contain all given ones.
+
+    Two become one if it is thicker than either by no more than `slack` [m], or if it only makes the thicker one thicker
+    and longer by so little: a thin tube is not made as thick as a short sleeve around it.
+    """
     left = list(capsules)
     for i, one in enumerate(left):
         for j, two in enumerate(left):
             if i == j:
                 continue
             both = _union(one, two)
-            if both is not None and both.radius <= max(one.radius, two.radius) + slack:
+            if both is None or both.radius > max(one.radius, two.radius) + slack:
+                continue
+            thick = one if one.radius >= two.radius else two
+            if both.radius <= min(one.radius, two.radius) + slack or both.length <= thick.length + slack:
                 rest = [c for k, c in enumerate(left) if k not in (i, j)]
                 return merged([*rest, both], slack)
     return left

@@ -81,16 +81,16 @@ def _parts(problem: Problem) -> list[_Part]:
 
     robot = problem.robot
     parts: list[_Part] = []
+    held = {one.name for one in robot.attached}
     for body in robot.bodies:
-        if body.mesh is not None:
-            vertices = body.mesh[0]
-            solid = geometry.mesh(*body.mesh).coal
-            mount = robot.kinematics.mount[body.link][1]
-            radius = float(np.linalg.norm(vertices, axis=1).max())
-            parts.append(_Part(body.link, solid, np.asarray(np.linalg.inv(mount)), radius, body.name))
-    meshes = {part.link for part in parts} - {held.link for held in robot.attached}
+        if body.kind != "capsules":
+            solid, X = body.solid()
+            X_link = np.asarray(np.linalg.inv(robot.kinematics.mount[body.link][1])) @ X
+            box = np.abs(solid.bounds).max(axis=0)
+            parts.append(_Part(body.link, solid.coal, X_link, float(np.linalg.norm(box)), body.name))
+    given = {part.link for part in parts if part.name not in held}
     for part in robot.arm.visuals:
-        if part.link in meshes:
+        if part.link in given or (given and not robot.arm.drawn):
             continue
         made = {"box": coal.Box, "cylinder": coal.Cylinder, "sphere": coal.Sphere}[part.shape](*part.size)
         half = {"box": np.array(part.size) / 2, "cylinder": np.array([part.size[0], part.size[-1] / 2]),

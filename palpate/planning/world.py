@@ -79,13 +79,9 @@ def instrument(robot: Robot, q: Array) -> list[Obstacle]:
     placed = robot.placed(q[None])
     found = []
     for i, body in enumerate(robot.bodies):
-        X = placed.X_W[0, i]
-        if body.mesh is not None:
-            solid = geometry.mesh(*body.mesh)
-        else:
-            solid, X_capsule = geometry.capsule(body.capsule)
-            X = X @ X_capsule
-        found.append(Obstacle(f"{robot.name}/{body.name}", solid, X))
+        solid, X = body.solid()
+        note = "; ".join(robot.notes) if i == 0 else ""
+        found.append(Obstacle(f"{robot.name}/{body.name}", solid, placed.X_W[0, i] @ X, note=note))
     return found
 
 

@@ -56,6 +56,19 @@ def test_model_file_needs_only_the_urdf(write):
     assert {v.link for v in arm.visuals} == {"base", "upper", "lower"}  # sticks, as the URDF has no visuals
 
 
+@pytest.mark.parametrize("limit", ["", '<limit effort="4" velocity="3"/>', LIMIT])
+def test_continuous_joints_turn_two_times_to_both_sides(write, limit):
+    arm = palpate.Arm.load(write(kind="continuous", limit=limit))
+    assert np.allclose([arm.q_min[1], arm.q_max[1], arm.home[1]], [-2 * np.pi, 2 * np.pi, 0.0])
+    q = np.array([0.3, -5.9])
+    assert np.allclose(arm.fk(q)[:3, 3], [0.2 * np.sin(q[0]) + 0.2 * np.sin(q.sum()), 0,
+                                          0.1 + 0.2 * np.cos(q[0]) + 0.2 * np.cos(q.sum())], atol=1e-14)  # fmt: skip
+    assert arm.v_max[1] == (3.0 if limit else 0.0)
+    if not limit:
+        with pytest.raises(ArmError, match="'elbow' has no speed limit"):
+            arm.follower_options()
+
+
 def test_values_of_a_model_file_are_used(write):
     text = "urdf: two.urdf\ntip_frame: lower\nhome: [0.1, 0.2]\ncoulomb: [0.1, 0.2]\nencoder_step_deg: [0.5, 1]\n"
     arm = palpate.Arm.load(write(text))
@@ -73,7 +86,7 @@ def test_values_of_a_model_file_are_used(write):
         ("urdf: two.urdf\ncolomb: [0, 0]\n", {}, r"unknown key 'colomb'[\s\S]*did you mean 'coulomb'"),
         ("urdf: two.urdf\ncoulomb: [0.1]\n", {}, r"coulomb needs 2 numbers[\s\S]*shoulder, elbow"),
         ("urdf: two.urdf\nhome: [0, 9]\n", {}, r"home puts elbow at 9, outside its limits -1.5 to 1.6"),
-        ("urdf: two.urdf\n", {"kind": "continuous", "limit": ""}, r"'elbow'.*unsupported type \(continuous\)"),
+        ("urdf: two.urdf\n", {"kind": "planar", "limit": ""}, r"'elbow'.*unsupported type \(planar\)"),
         ("urdf: two.urdf\n", {"kind": "floating", "limit": ""}, r"'elbow'.*unsupported type|degrees of freedom"),
         ("urdf: two.urdf\n", {"limit": '<limit lower="1" upper="0" effort="1" velocity="1"/>'}, r"'elbow'.*limits 1"),
         ("name: nothing\n", {}, r"no arm is named"),

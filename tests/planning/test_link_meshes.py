@@ -1,6 +1,5 @@
 """Capsules contain the meshes of the links: every vertex, of every shipped arm drawn as meshes, and of odd shapes."""
 
-from types import SimpleNamespace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -10,10 +9,8 @@ from planning_worlds import psm
 
 from palpate import Arm
 from palpate.arm import models_folder
-from palpate.errors import PlanningError
-from palpate.planning import robot as robots
 from palpate.planning import shapes
-from palpate.planning.robot import Robot, link_meshes
+from palpate.planning.robot import Robot
 
 ARMS = {
     "psm": Arm.psm,
@@ -51,17 +48,40 @@ def outside(robot: Robot, link: str, vertices: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("name", ARMS)
-def test_every_vertex_of_every_link_mesh_lies_within_its_capsules(name, tmp_path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
+def test_every_vertex_of_every_link_mesh_lies_within_its_capsules(name, tmp_path) -> None:  # type: ignore[no-untyped-def]
     arm = ARMS[name]()
     drawn = Robot(name, arm, np.eye(4))
-    meshes = link_meshes(SimpleNamespace(urdf=drawn_as_meshes(arm.urdf, tmp_path)))
-    assert set(meshes) == {body.link for body in drawn.bodies}
-    monkeypatch.setattr(robots, "link_meshes", lambda _: meshes)
-    meshed = Robot(name, arm, np.eye(4))
+    meshed = Robot(name, Arm(drawn_as_meshes(arm.urdf, tmp_path), *arm.frames), np.eye(4))
+    assert {body.link for body in meshed.bodies} == {body.link for body in drawn.bodies}
     assert (drawn.geometry, meshed.geometry) == ("capsules", "meshes")
-    for link, (vertices, _) in meshes.items():
-        assert outside(drawn, link, vertices) < 1e-7  # files have single precision
-        assert outside(meshed, link, vertices) < 1e-9
+    assert meshed.notes == drawn.notes == []
+    for body in meshed.bodies:
+        assert body.part is not None
+        v, X = body.part.vertices, body.part.X_link_part
+        vertices = v @ X[:3, :3].T + X[:3, 3]
+        assert outside(drawn, body.link, vertices) < 1e-7  # files have single precision
+        assert outside(meshed, body.link, vertices) < 1e-9
+
+
+def test_a_tube_is_not_as_thick_as_the_sleeve_around_it() -> None:
+    """The trocar of the PSM: its tube of 5.8 mm stands out of a sleeve of 11.5 mm."""
+    robot = Robot("psm", Arm.psm(), np.eye(4))
+    tube = next(part for part in robot.arm.visuals if part.shape == "cylinder" and part.size == (0.0058, 0.11))
+    thin = [b.capsule for b in robot.bodies if b.link == tube.link and b.capsule.radius < 1.02 * 0.0058]
+    X = robot.kinematics.mount[tube.link][1] @ tube.X_link_visual
+    along = X[:3, 3] + X[:3, 2] * np.linspace(-0.05, 0.05, 11)[:, None]
+    side = along + 0.007 * X[:3, 0]  # 1.2 mm beside the tube
+    assert min(c.distances(along).max() for c in thin) < 0.0
+    others = [b.capsule for b in robot.bodies if b.link == tube.link]
+    free = np.min([c.distances(side) for c in others], axis=0) > 1e-3
+    assert free.sum() >= 6  # the sleeve covers the rest
+    two = [
+        shapes.Capsule(np.zeros(3), np.array([0, 0, 0.1]), 0.005),
+        shapes.Capsule(np.zeros(3), np.array([0, 0, 0.02]), 0.01),
+    ]
+    assert len(shapes.merged(two, 1e-3)) == 2
+    inner = shapes.Capsule(np.zeros(3), np.array([0, 0, 0.01]), 0.005)
+    assert len(shapes.merged([two[1], inner], 1e-3)) == 1
 
 
 def test_a_capsule_that_is_too_small_would_be_noticed() -> None:
@@ -79,23 +99,3 @@ def test_capsules_contain_odd_shapes(rank: int) -> None:
         for _ in range(20):
             points = rng.normal(size=(30, rank)) @ rng.normal(size=(rank, 3)) * size + rng.normal(size=3)
             assert shapes.around(points).distances(points).max() < 1e-9
-
-
-URDF = """<robot name="m"><link name="base"/><link name="finger">{}</link></robot>"""
-BOX = '<{0}><origin xyz="0 0 0.1"/><geometry><box size="0.02 0.02 0.02"/></geometry></{0}>'
-MESH = '<{0}><geometry><mesh filename="{1}"/></geometry></{0}>'
-
-
-def test_primitives_beside_a_mesh_belong_to_it(tmp_path) -> None:  # type: ignore[no-untyped-def]
-    trimesh.creation.box((0.01, 0.01, 0.01)).export(tmp_path / "part.stl")
-    for kind in ("visual", "collision"):
-        text = URDF.format(MESH.format(kind, tmp_path / "part.stl") + BOX.format(kind))
-        vertices = link_meshes(SimpleNamespace(urdf=text))["finger"][0]
-        assert vertices[:, 2].max() == pytest.approx(0.11)
-        assert vertices[:, 2].min() == pytest.approx(-0.005)
-
-
-def test_a_mesh_file_that_is_missing_is_refused_by_name() -> None:
-    text = URDF.format(MESH.format("visual", "package://robot/gone.stl") + BOX.format("visual"))
-    with pytest.raises(PlanningError, match=r"package://robot/gone.stl of link finger is not found"):
-        link_meshes(SimpleNamespace(urdf=text))

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <numbers>
 #include <set>
 #include <stdexcept>
 
@@ -42,8 +43,12 @@ urdf::ModelInterfaceSharedPtr parse(const std::string& xml) {
 
 bool moves(const urdf::Joint& joint) { return joint.type != urdf::Joint::FIXED && joint.type != urdf::Joint::UNKNOWN; }
 
-/// Refuses a joint that is not revolute or prismatic with limits.
+/// Range of a joint of type "continuous", to both sides [rad]: two turns, as searches need an end.
+constexpr double kContinuous = 2.0 * std::numbers::pi;
+
+/// Refuses a joint that is not continuous, nor revolute or prismatic with limits.
 void check(const urdf::Joint& joint) {
+  if (joint.type == urdf::Joint::CONTINUOUS) return;
   if (joint.type == urdf::Joint::REVOLUTE || joint.type == urdf::Joint::PRISMATIC) {
     const double low = joint.limits ? joint.limits->lower : 0.0, high = joint.limits ? joint.limits->upper : 0.0;
     if (low < high && std::isfinite(low) && std::isfinite(high)) return;
@@ -51,13 +56,9 @@ void check(const urdf::Joint& joint) {
                              std::to_string(high) +
                              ": give it <limit lower=... upper=...> with lower below upper [rad, m]");
   }
-  const bool continuous = joint.type == urdf::Joint::CONTINUOUS;
   throw std::runtime_error("joint '" + joint.name + "' of the arm is of an unsupported type (" +
-                           (continuous                          ? "continuous"
-                            : joint.type == urdf::Joint::PLANAR ? "planar"
-                                                                : "floating") +
-                           "): revolute and prismatic joints are supported; " +
-                           (continuous ? "make it revolute, with a limit" : "lock it with type=\"fixed\""));
+                           (joint.type == urdf::Joint::PLANAR ? "planar" : "floating") +
+                           "): revolute, continuous and prismatic joints are supported; lock it with type=\"fixed\"");
 }
 
 /// Adds a rigid body, given in the link's axes, to the link.
@@ -92,7 +93,7 @@ class ChainReader {
       throw std::runtime_error("the chain from '" + base + "' to '" + tip + "' has " +
                                std::to_string(on_chain_.size()) + " degrees of freedom; 1 to " +
                                std::to_string(kMaxJoints) +
-                               " revolute or prismatic joints are supported (give continuous joints a limit)");
+                               " revolute, continuous or prismatic joints are supported");
     }
     const auto joints = static_cast<Eigen::Index>(on_chain_.size());
     Facts& facts = chain_.facts;
@@ -142,10 +143,11 @@ class ChainReader {
     chain_.links.push_back(link);
     Facts& facts = chain_.facts;
     facts.joint_names.push_back(joint.name);
-    facts.q_min[k] = joint.limits->lower;
-    facts.q_max[k] = joint.limits->upper;
-    facts.tau_max[k] = joint.limits->effort;
-    facts.v_max[k] = joint.limits->velocity;
+    const bool continuous = joint.type == urdf::Joint::CONTINUOUS;  // its lower and upper limits mean nothing
+    facts.q_min[k] = continuous ? -kContinuous : joint.limits->lower;
+    facts.q_max[k] = continuous ? kContinuous : joint.limits->upper;
+    facts.tau_max[k] = joint.limits ? joint.limits->effort : 0.0;
+    facts.v_max[k] = joint.limits ? joint.limits->velocity : 0.0;
     return {static_cast<int>(k), {}};
   }
 
