@@ -72,6 +72,32 @@ def test_largest_stiffness_without_intervention(force):
         assert not passivity.pays(K + 0.5, o, force, 0.05), delay
 
 
+OVER_COUNTS = (
+    1746726840836805515,
+    4236736195306753039,
+    8741444442913408522,
+    7394817117970848642,
+    3657561684396322056,
+    6452175769592573436,
+    6019525504479057665,
+    5770868913523264847,
+    4736207333899897932,
+    2942499377345954816,
+    8561065954526878167,
+)
+"""Cases of `palpate study passivity` that oscillate or miss the bound with the observer, with counts of 3 to 50 um."""
+
+
+@pytest.mark.parametrize("seed", OVER_COUNTS)
+def test_without_counts_the_runs_that_miss_the_bound_keep_it_and_rest(seed):
+    """The control of docs/stability-study.md: the observer's account is right where a position is known exactly."""
+    one = passivity.case(seed)
+    one.axis.quantum = 1e-9
+    result, rows = one.run("observer")
+    assert not result.oscillates
+    assert passivity.port(one.axis, rows)[1].min() >= -passivity.BOUND
+
+
 @pytest.mark.parametrize(
     ("changed", "acts"),
     [({}, False), ({"rate_cap": 14.9}, True), ({"force_cap": 0.49}, True), ({"damping": 0.0, "B": 0.0}, True)],
