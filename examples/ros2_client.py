@@ -2,7 +2,12 @@
 `palpate ros haptics wall.yaml --follower virtual --teleop none` at the same time (docs/ros2.md). The client uses plain
 rclpy, as for a real dVRK."""
 
-import rclpy
+import sys
+
+try:
+    import rclpy
+except ImportError:
+    sys.exit("error: this example needs ROS 2: run it with the Python of a sourced installation, or run make setup")
 from crtk_msgs.msg import OperatingState
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import PoseStamped, WrenchStamped

@@ -11,6 +11,7 @@ Listing reads the files as text; a command and its imports are loaded only when 
 from __future__ import annotations
 
 import ast
+import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass, make_dataclass
 from importlib import import_module
@@ -20,6 +21,7 @@ from types import ModuleType, UnionType
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
 from palpate.cli._overview import overview
+from palpate.errors import PalpateError
 
 
 @dataclass(frozen=True)
@@ -73,15 +75,30 @@ def dispatch(group: ModuleType, prog: str, description: str, args: Sequence[str]
 
     config = (FlagCreatePairsOff,)
     if args[0] not in members:
+        if not args[0].startswith("-"):
+            raise PalpateError(f"there is no command {prog} {args[0]}", mend=_nearest(prog, args[0], list(members)))
         tyro.cli(_choice(members), prog=prog, description=description, args=args[:1], config=config)
         return 2  # not reached: tyro lists the commands and exits
     module = import_module(members[args[0]].module)
     prog = f"{prog} {args[0]}"
     if hasattr(module, "Command"):
-        return int(tyro.cli(_with_typing_unions(module.Command), prog=prog, args=args[1:], config=config)())
+        from palpate.cli._numbers import check_numbers
+
+        command = tyro.cli(_with_typing_unions(module.Command), prog=prog, args=args[1:], config=config)
+        check_numbers(command)
+        return int(command())
     if hasattr(module, "prepare"):
         module.prepare()
     return dispatch(module, prog, module.__doc__ or "", args[1:])
+
+
+def _nearest(prog: str, given: str, names: Sequence[str]) -> str:
+    """Advice for a mistyped command: the nearest names, also those of parts of a command, or all names."""
+    near = difflib.get_close_matches(given.lower(), names, n=3, cutoff=0.5)
+    near += [name for name in names if len(given) > 1 and name.startswith(given.lower()) and name not in near]
+    if near:
+        return f"did you mean {' or '.join(f'{prog} {name}' for name in near)}? All commands: {prog} --help"
+    return f"write one of {', '.join(names)}; {prog} --help describes them"
 
 
 def _with_typing_unions(command: type[Any]) -> type[Any]:

@@ -30,7 +30,7 @@ class Command:
 
     examples:
       palpate run palpation
-      palpate run scenes/liver.yaml --headless --duration 5 --json run.json
+      palpate run soft_liver --headless --duration 5 --json run.json
       palpate run my.yaml --realtime --seed 7 --out /data/runs
 
     In a terminal the scene runs in real time in the 3-D viewer, which stays open until its stop button or Ctrl-C.

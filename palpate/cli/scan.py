@@ -27,7 +27,7 @@ class Command:
     examples:
       palpate scan view1.pcd view2.pcd view3.pcd --unit m --out organ.ply
       palpate scan views/*.ply --frames poses.yaml --unit mm --out organ.ply
-      palpate scan scenes/liver.yaml --views 12 --noise 1 --out organ.ply
+      palpate scan palpation --views 12 --noise 1 --out organ.ply
 
     Give the views in the order of the camera's motion. With a scene instead of clouds, a simulated camera looks at its
     first object from all around, and the error against the true surface is reported.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -39,6 +39,8 @@ class Fixture(Section):
         geometry: a `Shape`, or one line of text: ``margin: 3 mm around: vessel.stl``.
         values: the keys below.
     """
+
+    ONE_LINE: ClassVar[dict[str, str]] = {example.partition(":")[0]: example for example in one_line.EXAMPLES}
 
     geometry: Geometry
     """shape and position of the constraint"""

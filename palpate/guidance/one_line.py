@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -50,6 +51,7 @@ def expand(value: Any) -> Any:
         return value
     key = next((key for key in _LINES if key in value), None)
     if key is None:
+        _refuse_mistyped(value)
         return value
     rest = {k: v for k, v in value.items() if k not in (key, "around", "unit")}
     made = _LINES[key](value)
@@ -59,6 +61,17 @@ def expand(value: Any) -> Any:
     if _plan_of(value):
         rest.pop("hard", None)  # it is the tube's
     return {**made, **rest}
+
+
+def _refuse_mistyped(value: Content) -> None:
+    """Refuse a mapping without geometry and role, one of whose keys is nearly the first word of a line."""
+    if "geometry" in value or "role" in value:
+        return
+    for key in value:
+        near = difflib.get_close_matches(str(key).replace("_", "-"), KEYS, n=1, cutoff=0.6)
+        if near:
+            example = next(line for line in EXAMPLES if line.startswith(near[0]))
+            raise ValueError(f"unknown key {key!r} | did you mean {near[0]!r}? Write e.g. {example}")
 
 
 def expand_list(values: Any) -> Any:
@@ -94,6 +107,7 @@ def _tube_of_plan(value: Content) -> Content:
 def _split(text: str) -> Content:
     key, _, rest = readable(text.strip()).partition(":")
     if key.strip() not in _LINES:
+        _refuse_mistyped({key.strip(): rest})
         raise ValueError(f"{text!r:.60} is not a fixture | write one of {', '.join(EXAMPLES)}")
     return {key.strip(): rest.strip() or None}
 

@@ -70,7 +70,7 @@ def _zero(field: Field) -> tuple[Array, Triangles]:
         raise MissingExtraError("scikit-image, which extracts the surface,", "files") from missing
     try:
         vertices, triangles, _, _ = marching_cubes(  # type: ignore[no-untyped-call]
-            field.values, 0.0, spacing=(field.spacing,) * 3, gradient_direction="ascent", allow_degenerate=False
+            field.values, 0.0, spacing=(field.spacing,) * 3, gradient_direction="descent", allow_degenerate=False
         )
     except ValueError as error:
         raise CloudError("the views have no common surface", why=str(error), mend="give more views") from None

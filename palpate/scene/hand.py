@@ -11,6 +11,7 @@ import numpy as np
 from palpate import _core
 from palpate.arrays import Array
 from palpate.errors import SceneError
+from palpate.scene import doubts
 from palpate.scene.jaws import GripPoint
 from palpate.scene.scene import Scene
 from palpate.scene.surface import PlacedSurface
@@ -65,10 +66,16 @@ def intended_depth(scene: Scene, index: int, normal: Array) -> float:
     The tool penetrates by F / K, or into tissue by the law of Hertz; the spring of the hand yields by
     scale * force_scale * F / K_hand.
     """
-    F, mapping, obj = scene.operator.palpate.force, scene.mapping, scene.objects[index]
-    K = float(normal @ np.diag(obj.stiffness) @ normal)
-    depth = F / max(K, 1e-9) if obj.tissue is None else obj.tissue.depth(F, scene.contact.radius)
+    F, mapping = scene.operator.palpate.force, scene.mapping
+    depth = _indentation(scene, index, normal)
     return depth + mapping.scale * mapping.force_scale * F / scene.operator.stiffness
+
+
+def _indentation(scene: Scene, index: int, normal: Array) -> float:
+    """Depth at which the object returns the palpation force [m]."""
+    F, obj = scene.operator.palpate.force, scene.objects[index]
+    K = float(normal @ np.diag(obj.stiffness) @ normal)
+    return F / max(K, 1e-9) if obj.tissue is None else obj.tissue.depth(F, scene.contact.radius)
 
 
 def _palpation(scene: Scene, surfaces: list[PlacedSurface], until: float) -> HandPlan:
@@ -86,6 +93,7 @@ def _palpation(scene: Scene, surfaces: list[PlacedSurface], until: float) -> Han
     q0, n0 = (rows[0] for rows in surface.nearest(np.array([surface.top if o.at is None else o.at])))
     radius = scene.contact.radius
     depth = intended_depth(scene, index, n0)
+    doubts.check_press(scene, index, _indentation(scene, index, n0), float(np.ptp(surface.bounds, axis=0).max()))
     hover, touch, inside = (q0 + n0 * (radius + h) for h in (o.hover, 0.0, -depth))
 
     along = np.array(o.direction) - n0 * (n0 @ o.direction)

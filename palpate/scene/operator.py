@@ -124,4 +124,6 @@ class OperatorSection(Section):
                 raise ValueError(f"path: times must rise: {after.t:g} s follows {before.t:g} s | sort the way points")
         if self.path is not None and len(self.path) == 0:
             raise ValueError("path is empty | give at least one way point, or leave path out")
+        if self.path is not None and self.palpate != PalpateSection():
+            raise ValueError("path and palpate are given: the hand follows one of them | keep one of them")
         return self

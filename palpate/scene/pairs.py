@@ -100,6 +100,8 @@ def _identities(a: PairSection, b: PairSection) -> list[tuple[str, str | None, s
 def merged(data: Content, own: Content) -> Content:
     """Sections of a pair over those of the scene, key by key; arms one level deeper."""
     out = dict(data)
+    if "path" in (own.get("operator") or {}) and isinstance(out.get("operator"), dict):  # instead of an automatic path
+        out["operator"] = {key: value for key, value in out["operator"].items() if key != "palpate"}
     for section, values in own.items():
         if values is None:  # a section without keys
             continue

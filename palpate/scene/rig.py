@@ -17,6 +17,7 @@ from palpate.frames import FrameGraph
 from palpate.guidance.context import FixtureContext
 from palpate.scene import (
     arms,
+    doubts,
     force_source,
     gains,
     grip,
@@ -207,7 +208,9 @@ def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | Non
     gains.check_stiffness(scene)
     force_source.check_presence(scene)
     scene.mapping.require_device(scene.arms.leader.driver is not None, scene.where("mapping"))
+    doubts.warn_of_values(scene)
     placed = surface.placed(scene, bodies)
+    doubts.check_objects(scene, placed)
     for obj in placed:
         if isinstance(obj.body, DistanceGrid) and obj.body.spacing.max() > scene.contact.radius:
             sizes = f"{1e3 * obj.body.spacing.max():.3g} mm between its nodes, {1e3 * scene.contact.radius:g} mm radius"
@@ -223,6 +226,7 @@ def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | Non
     path = hand.plan(scene, placed, until)
     camera = placed_ecm.place(scene, path)
     both = arms.place(scene, placed, path, None if camera is None else camera.R_WL)
+    doubts.warn_of_places(scene, placed, both.follower.has_remote_centre)
     grip.check(scene, both.follower)
     spheres = tool.tool_spheres(both.follower, scene.contact.spheres, scene.contact.whole_tool)
     context = guidance.fixture_context(scene, placed, both)

@@ -22,6 +22,7 @@ def read(path: Path) -> str:
     Raises:
         SceneError: the file is missing, cannot be read, or is not text.
     """
+    refuse_other_kind(path)
     try:
         return limits.read_text(path)
     except FileNotFoundError:
@@ -32,11 +33,57 @@ def read(path: Path) -> str:
             mend = f"did you mean {close[0]}? palpate scenes lists the shipped scenes"
         raise SceneError("scene file not found", where=str(path), mend=mend) from None
     except UnicodeDecodeError as error:
-        raise SceneError("not a text file", where=str(path), why=str(error), mend="save it as UTF-8") from None
+        what, mend = _kind_of(path, error.object)
+        raise SceneError(what, where=str(path), why=str(error), mend=mend) from None
     except (OSError, ValueError) as error:
         raise SceneError(
             "scene file cannot be read", where=str(path), why=str(error), mend="name a scene file"
         ) from None
+
+
+_MESHES = ".stl .obj .ply .off .vtk .vtp .vtu .msh .mesh .gltf .glb .dae .3mf"
+_VOLUMES = ".nrrd .nhdr .nii .mha .mhd"
+_CLOUDS = ".pcd .xyz .pts .las .e57"
+_RECORDS = ".mcap .db3 .bag"
+_OBJECT = "check it with palpate check {path}, and name it in a scene: objects: [{{mesh: {path}, unit: mm}}]"
+_OTHER_FILES = {
+    **dict.fromkeys(_MESHES.split(), ("this is a mesh, not a scene", _OBJECT)),
+    **dict.fromkeys(_VOLUMES.split(), ("this is a volume, not a scene", _OBJECT)),
+    **dict.fromkeys(_CLOUDS.split(), ("this is a point cloud, not a scene",
+                                      "name it in a scene: objects: [{{cloud: {path}, unit: mm}}]")),
+    **dict.fromkeys(_RECORDS.split(), ("this is a record or a bag, not a scene", "show it with palpate replay {path}")),
+    ".npz": ("this is a grid of distances, not a scene", "name it in a scene: objects: [{{sdf: {path}}}]"),
+    ".urdf": ("this is the URDF of an arm, not a scene", "name it in a model file of the arm (docs/own-arm.md)"),
+    ".xacro": ("this is a xacro of an arm, not a scene", "convert it: xacro {path} > arm.urdf"),
+}  # fmt: skip
+_SIGNATURES = {
+    b"\x1f\x8b": "compressed by gzip", b"PK\x03\x04": "a zip archive", b"\x89PNG": "a PNG picture",
+    b"\xff\xd8\xff": "a JPEG picture", b"%PDF": "a PDF", b"\x89HDF": "HDF5", b"SQLite format 3": "an SQLite database",
+    b"\x89MCAP": "MCAP", b"\x7fELF": "a compiled program", b"NRRD": "a NRRD volume", b"glTF": "a glTF mesh",
+}  # fmt: skip
+
+
+def refuse_other_kind(path: Path) -> None:
+    """Refuse a file that its name shows to be a mesh, a volume, a cloud, a record or the like.
+
+    Raises:
+        SceneError: the message says what the file is, and what takes it.
+    """
+    known = _OTHER_FILES.get(path.suffix.lower())
+    if known is not None and path.is_file():
+        raise SceneError(known[0], where=str(path), mend=known[1].format(path=path))
+
+
+def _kind_of(path: Path, data: bytes) -> tuple[str, str]:
+    """What a file that is not UTF-8 is, and what to do."""
+    found = next((words for start, words in _SIGNATURES.items() if data.startswith(start)), None)
+    if found is not None:
+        return f"not a scene but {found}", "name a scene file, which is text in YAML; palpate scenes lists shipped ones"
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        return "not a text file in UTF-8, but in UTF-16", "save it as UTF-8"
+    if b"\0" in data or sum(byte < 9 or 13 < byte < 32 for byte in data[:4096]) > 0.02 * len(data[:4096]):
+        return "not a scene but a binary file", "name a scene file, which is text in YAML"
+    return "not a text file in UTF-8", "save it as UTF-8"
 
 
 def parse(text: str, name: str) -> tuple[Content, dict[Place, int]]:

@@ -265,7 +265,7 @@ class OpenIGTLinkServer:
             self._server = self._pyigtl.OpenIGTLinkServer(port, local_server=True, start_now=False)
             self._server.RequestHandlerClass = _Sender
             self._server.start()
-        except OSError as error:
+        except (OSError, OverflowError) as error:
             raise PortError(f"port {port} cannot be used", why=str(error), mend="give another --port") from None
         finally:
             for s, handler in before.items():  # Ctrl-C ends a session in its own way

@@ -23,6 +23,7 @@ _UNITS: dict[str, _Size] = {
     **{name: (size, (0, 0, -1, 0)) for name, size in {"Hz": 1.0, "kHz": 1e3}.items()},
     **{name: (size, (1, 1, -2, 0)) for name, size in {"N": 1.0, "mN": 1e-3, "kN": 1e3}.items()},
     **{name: (size, (2, 1, -2, 0)) for name, size in {"J": 1.0, "mJ": 1e-3, "uJ": 1e-6, "Nm": 1.0}.items()},
+    **{name: (size, (-1, 1, -2, 0)) for name, size in {"Pa": 1.0, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9}.items()},
     "Nmm": (1e-3, (2, 1, -2, 0)),
     "Ns": (1.0, (1, 1, -1, 0)),
 }  # fmt: skip

@@ -73,15 +73,30 @@ def nearest(place: Place, model: type[BaseModel]) -> str:
     key = str(place[-1])
     section = _model_at(model, place[:-1])
     here = list(section.model_fields) if section else []
-    near = difflib.get_close_matches(key, here, n=1, cutoff=0.6)
-    if near:
-        return f"did you mean {near[0]!r}?"
-    outermost_last = sorted(_all_keys(model), key=lambda spelled: -spelled.count("."))
-    everywhere = {spelled.rsplit(".", 1)[-1]: spelled for spelled in outermost_last}
+    lines = _lines_of(section) if section else {}
+    near = difflib.get_close_matches(key, [*here, *lines], n=1, cutoff=0.6)
+    outermost_last = sorted(_all_keys(model), key=lambda found: -found[1].count("."))
+    everywhere = dict(outermost_last)
     far = difflib.get_close_matches(key, list(everywhere), n=1, cutoff=0.75)
+    if near and not (far and _likeness(key, far[0]) > _likeness(key, near[0]) + _CLEARLY):
+        return f"did you mean {lines.get(near[0], near[0])!r}?"
     if far:
         return f"did you mean {everywhere[far[0]]!r}?"
     return f"remove it; valid keys here: {', '.join(here)}" if here else "remove it"
+
+
+_CLEARLY = 0.2
+"""By how much more alike a key of another section must be than the best key of the same section [-]."""
+
+
+def _likeness(a: str, b: str) -> float:
+    return difflib.SequenceMatcher(None, a, b).ratio()
+
+
+def _lines_of(model: type[BaseModel]) -> dict[str, str]:
+    """First words of the lines by which a section can be written, each with an example."""
+    found: dict[str, str] = getattr(model, "ONE_LINE", {})
+    return found
 
 
 def _step(kind: Any, part: str | int) -> Any:
@@ -99,10 +114,15 @@ def _step(kind: Any, part: str | int) -> Any:
     return args[1] if origin is dict and part != "[key]" else None
 
 
-def _all_keys(model: type[BaseModel], prefix: str = "", above: tuple[type[BaseModel], ...] = ()) -> Iterator[str]:
+def _all_keys(
+    model: type[BaseModel], prefix: str = "", above: tuple[type[BaseModel], ...] = ()
+) -> Iterator[tuple[str, str]]:
+    """Keys, each with its place in the file."""
     for key, info in model.model_fields.items():
         inner = _model_in(info.annotation)
-        yield prefix + key
+        yield key, prefix + key
+        for word, example in (_lines_of(inner) if inner else {}).items():
+            yield word, f"{prefix}{key}: [{example}]"
         if inner and inner not in above:  # a section may contain sections of its own type
             yield from _all_keys(inner, f"{prefix}{key}.", (*above, model))
 

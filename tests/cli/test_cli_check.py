@@ -160,7 +160,7 @@ def test_unsuitable_radius_is_reported(palpate, tmp_path):
     assert "radius 5 mm is too large to feel 4 mm" in palpate("check", cube, "--radius", 5, "--feature", 4).out
     assert "no radius suits" in palpate("check", cube, "--feature", 4, "--noise", 7).out
     assert "radius 2 mm is small for noise of 7 mm" in palpate("check", cube, "--noise", 7).out
-    assert "--feature must be a positive number, got -4" in palpate("check", cube, "--feature", -4).err
+    assert "--feature -4: must be above 0 mm" in palpate("check", cube, "--feature", -4).err
 
 
 def test_coarse_mesh_in_a_scene_is_reported(palpate, scene):

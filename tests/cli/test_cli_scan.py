@@ -66,8 +66,8 @@ def test_clouds_with_frames(tmp_path, capsys):
         (["a.xyz"], "unit of the cloud is not known"),
         (["a.xyz", "--unit", "m"], "too few"),
         (["a.xyz", "--unit", "m", "--out", "organ.foo"], "unknown format"),
-        (["a.xyz", "--cell", "-1"], "--cell -1 is out of range"),
-        (["ball.yaml", "--views", "0"], "--views 0 is out of range"),
+        (["a.xyz", "--cell", "-1"], "--cell -1: must be above 0 mm"),
+        (["ball.yaml", "--views", "0"], "--views 0: must be a whole number from 1"),
         (["ball.yaml", "a.xyz"], "a scene stands beside clouds"),
     ],
 )

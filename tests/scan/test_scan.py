@@ -193,3 +193,15 @@ def test_views_that_do_not_agree_are_doubted():
     moved[2][:3, 3] += [3e-3, 0.0, 0.0]
     found = scan(clouds, moved, align=False)
     assert "times their noise from the surface, 1.25 at most" in found.doubt
+
+
+@pytest.mark.parametrize("close", [None, False])
+def test_triangles_are_counter_clockwise_seen_from_outside(close):
+    vertices, triangles = shapes.organ(4000)
+    views = around(Body("organ", vertices, triangles), 12, 3e-4, 1)
+    found = scan(list(views.clouds), list(views.stated), close=close)
+    a, b, c = (found.vertices[found.triangles[:, k]] for k in range(3))
+    outward = ((a + b + c) / 3.0 - vertices.mean(axis=0)) * np.cross(b - a, c - a)
+    assert (outward.sum(axis=1) > 0.0).mean() > 0.98
+    if found.closed:
+        assert float(np.einsum("ij,ij->i", a, np.cross(b, c)).sum()) > 0.0  # the volume

@@ -10,7 +10,7 @@ import numpy as np
 from rich.console import Console
 
 from palpate.console.output import say
-from palpate.devices.driver import Facts, facts
+from palpate.devices.driver import Driver, Facts, facts
 from palpate.devices.loop import device_scene, mapped_rig
 from palpate.devices.native import is_native
 from palpate.devices.open import open_driver
@@ -68,7 +68,11 @@ def inspect_device(scene: Scene) -> Device:
             return Device(name, None, mapped_rig(scene, None) if known_size else build(scene))
         if is_native(name) or name == "loop":
             return Device(name, None, build(scene) if is_native(name) else mapped_rig(scene, None))
-        known = facts(open_driver(name, Path(scene.file).parent, trust=scene.trusted), name)
+        driver = open_driver(name, Path(scene.file).parent, trust=scene.trusted)
+        if missing := _missing(name, driver):
+            where, mend = scene.where("arms", "leader", "driver"), "connect it before palpate run; palpate device list"
+            warnings.warn(PalpateWarning(f"driver {name}: {missing}", where=where, mend=mend), stacklevel=2)
+        known = facts(driver, name)
     except DeviceError as error:
         where = scene.where("arms", "leader", "driver")
         raise DeviceError(error.what, where=error.where or where, why=error.why, mend=error.mend) from None
@@ -76,6 +80,14 @@ def inspect_device(scene: Scene) -> Device:
     return Device(
         name, known, mapped_rig(device_scene(scene, name, known.rate, cap, known.moment_max), known.workspace)
     )
+
+
+def _missing(name: str, driver: Driver) -> str:
+    """What this machine lacks for a device, in words; empty if nothing is known to be missing."""
+    head, _, file = name.partition(":")
+    if head in ("mouse", "gamepad", "keyboard") and file:
+        return "" if Path(file).exists() else f"there is no {file}"
+    return str(getattr(driver, "missing", str)())  # drivers of users need not derive from Driver
 
 
 def _reach(size: tuple[float, float, float] | None, scale: float) -> str:
