@@ -12,6 +12,7 @@ Without a gamepad the example writes the events of a stick into a pipe, as the k
 
 import os
 import struct
+import sys
 import tempfile
 import threading
 import time
@@ -21,6 +22,7 @@ import tyro
 
 import palpate
 from palpate.devices import DrivenSession
+from palpate.errors import DeviceError
 from palpate.session import State
 
 SCENE = {
@@ -64,7 +66,10 @@ def main(duration: float = 10.0, pretended: tyro.conf.FlagCreatePairsOff[bool] =
             printed = time.monotonic()
             print(bar(state, scene.stability.force_cap))
 
-    summary = session.run(duration, on_progress=show)
+    try:
+        summary = session.run(duration, on_progress=show)
+    except DeviceError as error:  # no gamepad is connected, or it may not be read
+        sys.exit(f"error: {error}\nwithout a gamepad: python examples/08_gamepad.py --pretended --duration 3")
     stop.set()
     print(f"{summary.contact_s:.1f} s in contact, at most {summary.peak_force_N:.2f} N")
 

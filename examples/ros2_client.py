@@ -27,19 +27,23 @@ present = node.create_publisher(Joy, "/console/emulate_operator_present", 10)
 hand = node.create_publisher(PoseStamped, "/MTMR/hand/servo_cp", 10)  # only simulated arms have a hand
 
 
-def wait(condition, seconds=60.0):
+def wait(condition, seconds=60.0, missing=""):
     end = node.get_clock().now().nanoseconds + 1e9 * seconds
     while not condition() and node.get_clock().now().nanoseconds < end:
         rclpy.spin_once(node, timeout_sec=0.01)
+    if missing and not condition():
+        sys.exit(f"error: {missing}")
 
 
-wait(lambda: all(p.get_subscription_count() for p in (power, home, present, hand)))
+no_arm = "no simulated MTMR answers; start it in another terminal: palpate ros sim --rate 500"
+wait(lambda: all(p.get_subscription_count() for p in (power, home, present, hand)), 10.0, no_arm)
 power.publish(Empty())
-wait(lambda: last["state"].state == "ENABLED" if "state" in last else False, 5.0)
+wait(lambda: last["state"].state == "ENABLED" if "state" in last else False, 5.0, no_arm)
 home.publish(Empty())
-wait(lambda: last["state"].is_homed and not last["state"].is_busy)
+wait(lambda: last["state"].is_homed and not last["state"].is_busy, 60.0, "the arm does not home")
 present.publish(Joy(buttons=[1]))
-wait(lambda: "wrench" in last and "words" in last)  # the haptic node has started
+no_node = "no force arrives; start: palpate ros haptics wall.yaml --follower virtual --teleop none"
+wait(lambda: {"wrench", "words", "pose"} <= last.keys(), 60.0, no_node)  # the haptic node has started
 wait(lambda: False, 1.0)  # and follows the arm
 goal = last["pose"]
 for millimetre in range(100):  # the wall is 20.5 mm away along -y

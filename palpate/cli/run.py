@@ -160,7 +160,7 @@ class Command:
         session = DrivenSession(scene, self.out or Path(scene.record.folder))
         say(console, f"{session.scene.arms.leader.driver} feels {scene.title}: at most "
             f"{session.scene.stability.force_cap:g} N, {session.rate:g} Hz; Ctrl-C ends it")  # fmt: skip
-        with DeviceLine(console) as line, pedals(self.pedals, session.console, True):
+        with DeviceLine(console, session.rig) as line, pedals(self.pedals, session.console, True):
             summary = session.run(self.duration, on_progress=line)
         failed = session.failed
         summary = outcome.with_report(summary, scene)

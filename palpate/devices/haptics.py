@@ -17,6 +17,7 @@ from palpate.devices.session import DeviceSession
 from palpate.errors import DeviceError
 from palpate.scene.scene import Scene
 from palpate.sensing.source import Clouds
+from palpate.session import nearest
 from palpate.session.summary import Summary
 
 
@@ -121,8 +122,14 @@ class Haptics:
         return " ".join(dict.fromkeys([*fault, *conditions(self._loop.cycle.status)])) or "ok"
 
     def why(self) -> str:
-        """Why there is no force, or a reduced one, in a sentence with the mend; ``ok`` without a reason."""
-        return explain(self._fault, self._loop.cycle.status)
+        """Why there is no force, or a reduced one, in a sentence with the mend; ``ok`` without a reason.
+
+        While the tool touches nothing, it says which object is nearest, how far it is, and in which direction of the
+        device's axes the hand must move.
+        """
+        words = explain(self._fault, self._loop.cycle.status)
+        free = nearest.in_words(self._loop.rig, self.session.latest()) if words == "ok" else ""
+        return f"no force: the tool touches nothing; {free}" if free else words
 
     def close(self) -> Summary:
         """Close the record and return the summary of the run. Command zero force to your device before."""

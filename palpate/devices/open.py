@@ -119,14 +119,16 @@ def _module_of(file: Path, name: str) -> str:
 
 
 def open_python_driver(name: str, folder: Path) -> Driver:
-    """As `open_driver` of code that the user named on the command line, for commands that need a driver in Python.
+    """As `open_driver` of code that the user named on the command line, which may also be a driver in C.
 
     Raises:
-        DeviceError: as for `open_driver`, and for a shared object.
+        DeviceError: as for `open_driver`, and for a shared object that cannot be used.
     """
-    if name.partition(":")[0].endswith(".so"):
-        what = f"{name}: this command reads and writes drivers in Python only"
-        raise DeviceError(what, mend="name a shared object in a scene: arms: {leader: {driver: my_device.so}}")
+    file, _, argument = name.partition(":")
+    if file.endswith(".so"):
+        from palpate.devices.shared_object import SharedObject
+
+        return SharedObject(folder / Path(file).expanduser(), argument)
     return open_driver(name, folder, trust=True)
 
 

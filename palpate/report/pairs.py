@@ -9,13 +9,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.errors import MissingExtraError
+from palpate.errors import MissingExtraError, SceneError
 from palpate.record.reader import Record
 from palpate.report.html import page_of, section, write_report
 from palpate.report.page import write
 from palpate.report.rates import WORDS, rates_of, table
 from palpate.report.run import Run
 from palpate.report.summary import rows, summary_of
+from palpate.scene import text
+from palpate.session.run_folder import SCENE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -27,10 +29,24 @@ _MEETING = "How close the instruments and the handles came. The forces of two in
 
 
 def pair_records(folder: Path) -> dict[str, Path]:
-    """The records of a run of several pairs by the name of the pair; empty for any other path."""
+    """The records of a run of several pairs by the name of the pair, in the order of the scene; empty for other paths.
+
+    The order decides the colours of the pairs, which are those of the running session.
+    """
     if not folder.is_dir() or (folder / "record.mcap").exists():
         return {}
-    return {path.parent.name: path for path in sorted(folder.glob("*/record.mcap"))}
+    found = {path.parent.name: path for path in sorted(folder.glob("*/record.mcap"))}
+    order = [name for name in _names_in_scene(folder / SCENE) if name in found]
+    return {name: found[name] for name in dict.fromkeys([*order, *found])}
+
+
+def _names_in_scene(file: Path) -> list[str]:
+    """Names of the pairs in a scene file, in its order; empty if it cannot be read."""
+    try:
+        pairs = text.parse(text.read(file), str(file))[0].get("pairs")
+    except SceneError:
+        return []
+    return [str(name) for name in pairs] if isinstance(pairs, dict) else []
 
 
 def write_pairs_report(folder: Path, out: Path | None = None, each: bool = True) -> Path:

@@ -78,9 +78,17 @@ class Gauges:
         self._depth.extend((1e3 * ticks["depth"]).tolist())
         self._cycle.extend(ticks["cycle_us"].tolist())
 
-    def show(self, tick: Ticks, paused: bool = False, stiffness_scale: float = 1.0, damping_scale: float = 1.0) -> None:
-        """Updates the read-outs; the scales are the console's factors on stiffness and damping of the tissue [-]."""
-        words = in_words(tick, self._stage.force_cap, paused)
+    def show(
+        self,
+        tick: Ticks,
+        paused: bool = False,
+        stiffness_scale: float = 1.0,
+        damping_scale: float = 1.0,
+        over: bool = False,
+    ) -> None:
+        """Updates the read-outs; the scales are the console's factors on stiffness and damping of the tissue
+        [-]; over: the run has ended."""
+        words = in_words(tick, self._stage.force_cap, paused, self._stage.near, over)
         cycle = "-"
         measured = [us for us in self._cycle if us > 0.0]  # cycle times are zero in a lockstep record
         if measured:

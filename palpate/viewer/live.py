@@ -147,7 +147,8 @@ class LiveViewer:
             slower = LIGHT_SLOWER if self.picture.light else 1
             if frame % (slower * FRAMES_PER_READOUT) == 0:
                 now = self._source.controls
-                self._gauges.show(tick, self.control_panel.pause.value, now.stiffness_scale, now.damping_scale)
+                over = not getattr(self._source, "running", True) and float(tick["t"]) > 0.0
+                self._gauges.show(tick, self.control_panel.pause.value, now.stiffness_scale, now.damping_scale, over)
                 if self._rates is not None:
                     self._rates.show()
                 ball = self.control_panel.ball

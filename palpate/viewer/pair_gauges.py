@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from html import escape
 from typing import Any
 
@@ -85,9 +85,9 @@ class PairGauges:
         for name, tick in ticks.items():
             self._forces[name].append(float(np.linalg.norm(tick["F_H_L"])))
 
-    def show(self, ticks: Mapping[str, Ticks], paused: bool) -> None:
-        """Updates the read-outs."""
-        hands = "".join(self._hand(name, tick, paused) for name, tick in ticks.items())
+    def show(self, ticks: Mapping[str, Ticks], paused: bool, over: Collection[str] = ()) -> None:
+        """Updates the read-outs; over: names of the pairs whose run has ended."""
+        hands = "".join(self._hand(name, tick, paused, name in over) for name, tick in ticks.items())
         closest = min(float(tick["handle_gap"]) for tick in ticks.values())
         warning = ""
         if 0.0 < closest < self._near:
@@ -99,7 +99,7 @@ class PairGauges:
         if self._rates is not None:
             self._rates.show()
 
-    def _hand(self, name: str, tick: Ticks, paused: bool) -> str:
+    def _hand(self, name: str, tick: Ticks, paused: bool, over: bool) -> str:
         stage = self._stages[name]
         force, push = float(np.linalg.norm(tick["F_H_L"])), float(np.linalg.norm(tick["F_instrument_W"]))
         gap = float(tick["instrument_gap"])
@@ -110,7 +110,7 @@ class PairGauges:
             force=force,
             cap=stage.force_cap,
             full=100.0 * min(force / stage.force_cap, 1.0),
-            words="<br>".join(in_words(tick, stage.force_cap, paused)),
+            words="<br>".join(in_words(tick, stage.force_cap, paused, stage.near, over)),
             depth=1e3 * float(tick["depth"]),
             other=other,
         )

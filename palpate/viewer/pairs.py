@@ -213,7 +213,8 @@ class PairsViewer:
             self._gauges.add(ticks)
             slower = LIGHT_SLOWER if self.picture.light else 1
             if self.frames % (slower * FRAMES_PER_READOUT) == 0:
-                self._gauges.show(ticks, self.run.pause.value)
+                over = [n for n, s in self._sources.items() if not getattr(s, "running", True) and ticks[n]["t"] > 0.0]
+                self._gauges.show(ticks, self.run.pause.value, over)
             if self.frames % (slower * FRAMES_PER_PLOT) == 0:
                 self._gauges.plot()
         self.frames += 1

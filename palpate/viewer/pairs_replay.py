@@ -13,7 +13,7 @@ import viser
 from palpate.record.reader import Record
 from palpate.record.ticks import Ticks
 from palpate.viewer import views
-from palpate.viewer.controls import set_value
+from palpate.viewer.controls import set_value, time_slider
 from palpate.viewer.drawing import Drawing
 from palpate.viewer.pair_gauges import PairGauges
 from palpate.viewer.pairs import COLORS, Within
@@ -23,6 +23,7 @@ from palpate.viewer.replay import FRAME_RATE, SPEEDS
 from palpate.viewer.server import close_server, open_server, url
 from palpate.viewer.staging import stage_of_record
 from palpate.viewer.surgeon import SurgeonView
+from palpate.viewer.words import end_of_run
 
 _HANDLES = 0.08  # distance of two handles below which a warning appears [m]
 
@@ -41,11 +42,15 @@ class PairsReplayViewer:
 
     def __init__(self, records: Mapping[str, Record], title: str, host: str = "127.0.0.1", port: int = 8080) -> None:
         self._ticks = {name: record.ticks for name, record in records.items()}
+        self._ends = {name: end_of_run(ticks) for name, ticks in self._ticks.items()}
         stages = {name: stage_of_record(record) for name, record in records.items()}
         colors = dict(zip(stages, COLORS, strict=False))
         self._server = open_server(host, port, title)
         self.url = url(self._server)
-        views.start_with(self._server, views.overview_of(np.concatenate([s.seen for s in stages.values()]), 0.8))
+        views.start_with(
+            self._server,
+            views.overview_of(np.concatenate([s.seen if len(s.seen) else s.focus[None] for s in stages.values()]), 0.8),
+        )
         first = next(iter(stages))
         self.picture = Picture(self._server)
         self.drawings = {
@@ -61,7 +66,7 @@ class PairsReplayViewer:
         gui.set_panel_label(f"{title}: replay")
         with gui.add_folder("Replay"):
             self.play = gui.add_checkbox("play", True)
-            self.time = gui.add_slider("time [s]", begin, max(self._last, begin + 1e-3), 1e-3, begin)
+            self.time = time_slider(gui, begin, self._last)
             self.speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value="x 1")
         self._snapshots = Snapshots(gui, stages[first], self.drawings[first])
         self._now = begin
@@ -120,5 +125,6 @@ class PairsReplayViewer:
                 presses.append(self.drawings[name].show(found[name], presses))
             self._snapshots.show(t)
             self._gauges.add(found)
-            self._gauges.show(found, False)
+            over = [n for n, i in self._ends.items() if i < len(self._ticks[n]) and t >= self._ticks[n]["t"][i]]
+            self._gauges.show(found, False, over)
             self._gauges.plot()

@@ -6,10 +6,11 @@ import threading
 import time
 
 import numpy as np
+import viser
 
 from palpate.record.ticks import Ticks
 from palpate.viewer import views
-from palpate.viewer.controls import set_value
+from palpate.viewer.controls import set_value, time_slider
 from palpate.viewer.drawing import Drawing
 from palpate.viewer.gauges import POINTS, WINDOW, Gauges
 from palpate.viewer.labels import LabelPlacer
@@ -18,7 +19,10 @@ from palpate.viewer.recorded import Snapshots
 from palpate.viewer.server import close_server, open_server, url
 from palpate.viewer.stage import Stage
 from palpate.viewer.surgeon import SurgeonView
+from palpate.viewer.words import end_of_run
 
+PANELS = 620
+"""Width of the panels beside the picture [pixels]."""
 FRAME_RATE = 30.0
 """Update rate of the view [Hz]."""
 SPEEDS = {"x 0.1": 0.1, "x 0.25": 0.25, "x 1": 1.0, "x 2": 2.0}
@@ -31,17 +35,19 @@ class ReplayViewer:
         """Opens the server and starts playing. ticks: (n,), n >= 1. Raises PortError when the port cannot be used."""
         self._ticks, self._times = ticks, np.asarray(ticks["t"])
         self._server = open_server(host, port, stage.title)
+        views.start_with(self._server, views.overview(stage))
+        self._server.on_client_connect(lambda client: views.look(client, views.overview(stage, self._aspect(client))))
         self.url = url(self._server)
         self.picture = Picture(self._server)
         self._drawing = Drawing(self.picture.scene, stage)
         self._gauges = Gauges(self._server, stage, self._drawing)
-        self._shown = -1
+        self._shown, self._end = -1, end_of_run(ticks)
         first, last = float(self._times[0]), float(self._times[-1])
         gui = self._server.gui
         gui.set_panel_label(f"{stage.title}: replay")
         with gui.add_folder("Replay"):
             self.play = gui.add_checkbox("play", True)
-            self.time = gui.add_slider("time [s]", first, max(last, first + 1e-3), 1e-3, first)
+            self.time = time_slider(gui, first, last)
             self.speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value="x 1")
         self._snapshots = Snapshots(gui, stage, self._drawing)
         self.surgeon = None
@@ -70,6 +76,11 @@ class ReplayViewer:
             self.surgeon.close()
         self._thread.join(timeout=2.0)
         close_server(self._server)
+
+    @staticmethod
+    def _aspect(client: viser.ClientHandle) -> float:
+        """Width over height of the picture beside the panel."""
+        return views.picture(client, PANELS)
 
     def _dragged(self, event: object) -> None:
         """Stops playing when a user moves the slider; the player's own updates carry no client."""
@@ -105,6 +116,6 @@ class ReplayViewer:
             self._drawing.show(self._ticks[k])
             self._snapshots.show(float(self._times[k]))
             self._gauges.set_history(history)
-            self._gauges.show(self._ticks[k])
+            self._gauges.show(self._ticks[k], over=k >= self._end)
             self._gauges.plot()
             self._labels.show(None, 0.0)

@@ -156,6 +156,8 @@ class Stage:
     """Largest stable stiffness of the first object [N/m] for a damping [N s/m]; None when unknown."""
     spheres: tuple[LinkSphere, ...] = ()
     """Tool spheres in addition to the one at the tip."""
+    near: Callable[[Ticks], str] | None = None
+    """Says what is nearest to a tool that touches nothing."""
     fixtures: tuple[FixtureMark, ...] = ()
     """Guidance fixtures in the scene's order."""
     frames: tuple[PlacedFrame, ...] = ()

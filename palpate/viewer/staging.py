@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +31,7 @@ from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.scene.soft import is_soft, rest_shape
 from palpate.scene.surface import PlacedSurface
+from palpate.session import nearest
 from palpate.session.recorded import recorded_scene
 from palpate.session.run_folder import SCENE
 from palpate.values.units import FILE_UNITS
@@ -78,6 +80,7 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
         ecm=rig.ecm,
         fixtures=tuple(fixture_mark(fixture, rig.context) for fixture in scene.guidance),
         extent=float(np.linalg.norm(middle - p_WH[:3]) + 0.5 * np.ptp(bounds, axis=(0, 1)).max()),
+        near=partial(nearest.in_words, rig),
     )
 
 

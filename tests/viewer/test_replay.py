@@ -53,3 +53,38 @@ def test_viewer_shows_the_chosen_instant(viewer):
         assert times[-1] == pytest.approx(t, abs=0.02)
         np.testing.assert_allclose(forces, times, atol=1e-9)
     assert "nan" not in viewer._gauges._figures.content  # a lockstep record has no cycle times
+
+
+def test_a_replay_opens_with_the_view_of_the_running_viewer(viewer):
+    from palpate.viewer import views
+
+    position, look_at = views.overview(stage())
+    np.testing.assert_allclose(viewer._server.initial_camera.position, position)
+    np.testing.assert_allclose(viewer._server.initial_camera.look_at, look_at)
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_record_of_an_instant_has_a_slider_with_a_width(count):
+    shown = ReplayViewer(record_of(0.001 * count), stage(), port=0)
+    try:
+        assert shown.time.max - shown.time.min >= 10 * shown.time.step or count == 2
+        assert shown.time.max > shown.time.min
+        assert shown.time.disabled == (count == 1)
+    finally:
+        shown.close()
+
+
+def test_the_end_of_a_run_is_called_so():
+    from palpate.record.ticks import STATUS
+    from palpate.viewer.words import end_of_run, in_words
+
+    ticks = record_of(0.1)
+    bit = STATUS["not_following"][0]
+    ticks["status"][20:30] |= bit  # a pause in the middle is none
+    ticks["status"][90:] |= bit
+    assert end_of_run(ticks) == 90
+    assert end_of_run(record_of(0.1)) == 100
+    assert in_words(ticks[25], 3.0)[0].startswith("not following")
+    words = in_words(ticks[-1], 3.0, over=True)
+    assert words[0] == "the run has ended"
+    assert not any("not following" in word for word in words)

@@ -30,7 +30,7 @@ class Command:
     """
 
     name: Positional[str]
-    """Driver: MODULE:CLASS, or a name of `palpate device list`."""
+    """Driver: MODULE:CLASS, my_device.so (a driver in C), or a name of `palpate device list`."""
     out: Annotated[Path | None, arg(metavar="FILE.yaml")] = None
     """Write the device's model for `palpate certify`."""
     yes: bool = False

@@ -22,7 +22,7 @@ class Command:
     """
 
     name: Positional[str]
-    """Driver: MODULE:CLASS, or a name of `palpate device list`."""
+    """Driver: MODULE:CLASS, my_device.so (a driver in C), or a name of `palpate device list`."""
     yes: bool = False
     """Push without asking."""
     no_push: bool = False
