@@ -11,6 +11,7 @@ __all__ = [
     "DeviceError",
     "FrameError",
     "GuidanceError",
+    "InvalidSceneError",
     "JournalError",
     "MeshError",
     "MissingExtraError",
@@ -82,6 +83,10 @@ class SceneError(PalpateError):
         """Append further errors of the same file to the message."""
         self.others = tuple(others)
         self.args = ("\n".join(str(e) for e in (self, *others)),)
+
+
+class InvalidSceneError(SceneError, ValueError):
+    """Values given in Python are no scene. A `ValueError`, as pydantic's own error is."""
 
 
 class MeshError(PalpateError):

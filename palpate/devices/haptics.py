@@ -63,6 +63,9 @@ class Haptics:
         moment_max: float | None = None,
         delay: float | None = None,
     ) -> None:
+        if not isinstance(scene, (Scene, str, os.PathLike)):
+            what = f"palpate.Haptics takes a scene, or the path of a scene file. Got: {type(scene).__name__}"
+            raise DeviceError(what, mend="make a scene of a dictionary: palpate.Scene.model_validate(values)")
         loaded = scene if isinstance(scene, Scene) else Scene.load(Path(scene))
         given = device_scene(loaded, "loop", rate, force_cap, moment_max)
         self._loop = DeviceLoop(given, delay=delay, replays=True)

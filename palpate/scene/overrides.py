@@ -41,7 +41,7 @@ def override(scene: Scene, overrides: Mapping[str, Any]) -> Scene:
             raise SceneError("preset cannot be overridden", why=why, mend=mend)
         _put(data, place, value.tolist() if isinstance(value, (np.generic, np.ndarray)) else value)
     try:
-        made = Scene.model_validate(data, context={"folder": Path(scene.file).parent})
+        made = Scene._validated(data, Path(scene.file).parent)
     except ValidationError as error:
         raise explain.scene_error(error, Scene, f"{scene.title} with {', '.join(overrides)}", {}) from None
     return made.with_file_of(scene)

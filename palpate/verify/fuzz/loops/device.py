@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import yaml
-from pydantic import ValidationError
 
 from palpate import _core
 from palpate.arrays import Array
 from palpate.arrays.plain import Content
 from palpate.devices.loop import device_options, device_port, device_scene
+from palpate.errors import InvalidSceneError
 from palpate.scene import Scene
 from palpate.scene.rig import Rig, build
 from palpate.verify.fuzz.loops.port import rotations
@@ -27,7 +27,7 @@ def scene_of(values: Content, folder: Path) -> Scene:
     """
     try:
         scene = Scene.model_validate(values, context={"folder": folder})
-    except ValidationError:
+    except InvalidSceneError:
         return Scene.parse(yaml.safe_dump(values, sort_keys=False), str(folder / "loop.yaml"))  # says what is wrong
     return scene.with_origin(str(folder / "loop.yaml"), {})
 
