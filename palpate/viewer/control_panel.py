@@ -131,8 +131,7 @@ class ControlPanel:
 def _slider(gui: viser.GuiApi, label: str, nominal: float) -> viser.GuiSliderHandle[float]:
     """Slider from zero to three times the scene's value."""
     if nominal <= 0.0:
-        hint = "zero in the scene; give the object a value there to change it here"
-        return gui.add_slider(label, 0.0, 1.0, 0.1, 0.0, disabled=True, hint=hint)
+        return gui.add_slider(f"{label}: zero in the scene", 0.0, 1.0, 0.1, 0.0, disabled=True)
     step = float(10.0 ** np.floor(np.log10(3.0 * nominal / 50.0)))
     return gui.add_slider(label, 0.0, 3.0 * nominal, step, nominal)
 

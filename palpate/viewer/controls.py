@@ -14,5 +14,5 @@ def time_slider(gui: viser.GuiApi, first: float, last: float) -> viser.GuiSlider
     """Slider from the first to the last instant of a record [s]; it cannot be moved if the record is one instant."""
     step = 1e-3
     if last - first < step:
-        return gui.add_slider("time [s]", first, first + 1.0, step, first, disabled=True, hint="the record is one tick")
+        return gui.add_slider("time [s]: a single tick", first, first + 1.0, step, first, disabled=True)
     return gui.add_slider("time [s]", first, last, step, first)

@@ -88,9 +88,7 @@ class FixturePanel:
         name, section = mark.name, self._steered[mark.name].section
         words = f"{section.role.name}, {section.law.name}{', hard' if section.hard else ''}"
         on = server.gui.add_checkbox(name, section.enabled, hint=words)
-        weight = server.gui.add_slider(
-            "authority", 0.0, 1.0, 0.05, section.authority, hint=f"Share of the force of {name} that acts"
-        )
+        weight = server.gui.add_slider("authority (share of its force)", 0.0, 1.0, 0.05, section.authority)
         grip = server.gui.add_checkbox("move it", False, hint="Shows a handle that moves and turns the fixture")
         handle = server.scene.add_transform_controls(
             f"/handles/{name}", scale=HANDLE, position=mark.middle, visible=False, depth_test=False

@@ -76,9 +76,9 @@ def add_buttons(server: viser.ViserServer, stage: Stage, drawing: Drawing) -> In
     gui = server.gui
     with gui.add_folder("View"):
         buttons = gui.add_button_group("look at", ("scene", "tool tip"))
-        hint = "Transparency of the organs, to show the tool inside"
+        # no hint: viser then puts label and slider into one row, which leaves the slider no width in a narrow panel
         inside = bool(stage.targets) or any(obj.regions or obj.holds for obj in stage.objects)
-        glass = gui.add_slider("see through", 0.0, 0.9, 0.1, GLASS if inside else 0.0, hint=hint)
+        glass = gui.add_slider("see through organs", 0.0, 0.9, 0.1, GLASS if inside else 0.0)
         drawing.see_through(glass.value)
 
         if stage.frames:
