@@ -68,7 +68,7 @@ def _refuse_mistyped(value: Content) -> None:
     if "geometry" in value or "role" in value:
         return
     for key in value:
-        near = difflib.get_close_matches(str(key).replace("_", "-"), KEYS, n=1, cutoff=0.6)
+        near = difflib.get_close_matches(str(key).replace("_", "-"), KEYS, n=1, cutoff=0.7)
         if near:
             example = next(line for line in EXAMPLES if line.startswith(near[0]))
             raise ValueError(f"unknown key {key!r} | did you mean {near[0]!r}? Write e.g. {example}")
