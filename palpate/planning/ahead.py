@@ -13,6 +13,7 @@ from palpate.planning.robot import Robot
 from palpate.planning.sound import require_sound
 from palpate.planning.world import World
 
+_JAW = 1e-3  # angle by which the jaws may leave the range of the proof [rad]: 10 um at their ends
 _NEAR = 2e-3  # distance of the measured joints from the plan's start, beyond which it does not begin [rad, m]
 
 
@@ -20,15 +21,17 @@ class Ahead:
     """The part of one plan that is proved free in the newest world.
 
     Args:
-        robot: the instrument.
+        robot: the instrument, with its jaws as they are during the motion.
         plan: the plan. One that was found in this process is known to be free in the world of its version; one from a
-            file is proved anew.
+            file is proved anew, and so is one that was proved for other angles of the jaws.
     """
 
     def __init__(self, robot: Robot, plan: Plan) -> None:
         self._robot, self._plan = robot, plan
         self._trajectory = plan.trajectory
-        self._version = "" if plan.from_file else plan.world_version
+        low, high = robot.span
+        covered = plan.jaw[0] - _JAW <= low and high <= plan.jaw[1] + _JAW
+        self._version = "" if plan.from_file or not covered else plan.world_version
         self._checker: Checker | None = None
         self.until = self._trajectory.duration  #: time along the plan up to which it is proved free [s]
 

@@ -7,13 +7,14 @@ from itertools import combinations
 
 import numpy as np
 
-from palpate.arrays import Array
 from palpate.planning.kinematics import Kinematics
-from palpate.planning.robot import Robot
+from palpate.planning.own import OwnPairs
+from palpate.planning.robot import Placed, Robot
 
 _SAMPLES = 2000  # configurations in which pairs are examined
-_MOSTLY = 0.9  # pairs in contact in more than this fraction of the samples are always in contact
-_CACHE: dict[tuple[str, float, int], list[tuple[int, int]]] = {}
+_MOSTLY = 0.9  # capsules in contact in more than this fraction of the samples are always in contact
+_NEARLY_ALWAYS = 0.95  # the same for meshes and primitives
+_CACHE: dict[tuple[str, tuple[float, float], tuple[str, ...]], list[tuple[int, int]]] = {}
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,7 @@ class DisabledPair:
 
 def checked_pairs(robot: Robot) -> list[tuple[int, int]]:
     """Pairs (i, j) of bodies of the robot that can collide with each other and are therefore checked."""
-    key = (robot.arm.urdf, robot.jaw, len(robot.attached))
+    key = (robot.arm.urdf, robot.span, tuple(held.name for held in robot.attached))
     if key not in _CACHE:
         _CACHE[key] = _examine(robot)[0]
     return _CACHE[key]
@@ -43,27 +44,46 @@ def _examine(robot: Robot) -> tuple[list[tuple[int, int]], list[DisabledPair]]:
     arm, bodies = robot.arm, robot.bodies
     rng = np.random.default_rng(0)
     q = np.vstack([arm.home, rng.uniform(arm.q_min, arm.q_max, (_SAMPLES, arm.n))])
-    ends = robot.placed(q).ends_W
-    touch: dict[tuple[str, str], Array] = {}
+    placed = robot.placed(q)
     members: dict[tuple[str, str], list[tuple[int, int]]] = {}
     for i, j in combinations(range(len(bodies)), 2):
         if bodies[i].carrier != bodies[j].carrier:
-            key = (bodies[i].link, bodies[j].link)
-            apart = segment_distance(ends[:, i], ends[:, j]) - robot.radii[i] - robot.radii[j]
-            touch[key] = np.minimum(touch.get(key, np.inf), apart)
-            members.setdefault(key, []).append((i, j))
+            members.setdefault((bodies[i].link, bodies[j].link), []).append((i, j))
     checked: list[tuple[int, int]] = []
     disabled: list[DisabledPair] = []
-    for (one, two), apart in touch.items():
-        reason = _reason(robot, one, two, apart)
+    for (one, two), pairs in members.items():
+        reason = _by_structure(robot, one, two) or _by_samples(placed, OwnPairs(robot, np.array(pairs)))
         if reason:
             disabled.append(DisabledPair(one, two, reason))
         else:
-            checked += members[one, two]
+            checked += pairs
     return checked, disabled
 
 
-def _reason(robot: Robot, one: str, two: str, apart: Array) -> str:
+def _by_samples(placed: Placed, own: OwnPairs) -> str:
+    """Reason to leave out a pair of links that always or never touches; the first of the samples is home.
+
+    Meshes and primitives touch at home by a wrong home, not by too much room around them: these are left out only if
+    they touch nearly everywhere. That they never touch is believed where even the capsules around them never do.
+    """
+    low = own.low(placed)
+    if (low > 0.0).all():
+        return "Never"
+    touch = np.logical_and(low <= 0.0, ~own.exact)
+    if not own.exact.any():
+        apart = ~touch.any(axis=1)
+        return "Default" if not apart[0] or apart.mean() < 1.0 - _MOSTLY else ""
+    free, most = 0, (1.0 - _NEARLY_ALWAYS) * len(low)
+    for k in range(len(low)):
+        exact = np.nonzero(own.exact & (low[k] <= 0.0))[0]
+        free += not (touch[k].any() or any(own.touches(placed, k, int(pair), 0.0) is not None for pair in exact))
+        if free > most:
+            return ""
+    return "Default"
+
+
+def _by_structure(robot: Robot, one: str, two: str) -> str:
+    """Reason to leave out a pair of links whatever their shapes are."""
     kin = robot.kinematics
     a, b = kin.mount[one][0], kin.mount[two][0]
     if any(x >= 0 and kin.joints[x].parent == y for x, y in ((a, b), (b, a))):
@@ -72,30 +92,10 @@ def _reason(robot: Robot, one: str, two: str, apart: Array) -> str:
         return "Linkage"  # bars that mimic a joint, whose own limits keep them apart
     if robot.arm.has_remote_centre and _through_cannula(kin, a, b):
         return "Cannula"
-    if apart[0] <= 0.0 or (apart <= 0.0).mean() > _MOSTLY:
-        return "Default"
-    return "Never" if apart.min() > 0.0 else ""
+    return ""
 
 
 def _through_cannula(kin: Kinematics, a: int, b: int) -> bool:
     """True if one link holds the cannula, which is the link before the insertion, and the other is behind it."""
     slides = [j.parent for j in kin.joints if not j.turns]
     return bool(slides) and slides[0] in (a, b) and bool(kin.moves[max(a, b), slides[0]])
-
-
-def segment_distance(one: Array, two: Array) -> Array:
-    """Distances (K,) [m] between the segments one and two (K, 2, 3) [m], in closed form.
-
-    Source: Ericson, Real-Time Collision Detection, 2005, section 5.1.9.
-    """
-    p1, p2 = one[:, 0], two[:, 0]
-    d1, d2, r = one[:, 1] - p1, two[:, 1] - p2, p1 - p2
-    a, e, f = (d1 * d1).sum(-1), (d2 * d2).sum(-1), (d2 * r).sum(-1)
-    c, b = (d1 * r).sum(-1), (d1 * d2).sum(-1)
-    a, e = np.maximum(a, 1e-18), np.maximum(e, 1e-18)
-    denominator = a * e - b * b
-    s = np.clip(np.where(denominator > 1e-18, (b * f - c * e) / np.maximum(denominator, 1e-18), 0.0), 0.0, 1.0)
-    t = (b * s + f) / e
-    s = np.where(t < 0.0, np.clip(-c / a, 0.0, 1.0), np.where(t > 1.0, np.clip((b - c) / a, 0.0, 1.0), s))
-    t = np.clip(t, 0.0, 1.0)
-    return np.asarray(np.linalg.norm(r + s[:, None] * d1 - t[:, None] * d2, axis=-1))

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from palpate.arrays import Array
 from palpate.planning import geometry
-from palpate.planning.allowed import checked_pairs, segment_distance
+from palpate.planning.allowed import checked_pairs
 from palpate.planning.curves import Curve, line
+from palpate.planning.own import OwnPairs
 from palpate.planning.robot import Placed, Robot
 from palpate.planning.world import World
 
@@ -47,6 +48,16 @@ class Blocked:
     s: float
 
 
+@dataclass(frozen=True)
+class _Own:
+    """Pairs of the robot's own bodies in the middle of K stretches."""
+
+    low: Array  # (K, P) distances of the capsules [m]
+    reach: Array  # (K, P) bounds of the motion of one against the other within the stretch [m]
+    least: Array  # (K, P) the same of an infinitely short stretch [m]
+    uncertain: NDArray[np.bool_]  # (K, P): True where the capsules do not prove the stretch
+
+
 class Checker:
     """Checks one robot in one world.
 
@@ -66,7 +77,9 @@ class Checker:
         free = [not self._may_touch(b.name, b.link, o.name) for b in bodies for o in obstacles]
         self.pairs = np.array(free, dtype=bool).reshape(len(bodies), len(obstacles))
         """(B, O): True where a body must not touch an obstacle."""
-        self.own_pairs = checked_pairs(robot)
+        self.own_pairs = [(i, j) for i, j in checked_pairs(robot) if not self._may_meet(i, j)]
+        """Pairs of the robot's own bodies that must not touch each other."""
+        self._own = OwnPairs(robot, np.array(self.own_pairs, dtype=np.int64))
         self._collide: dict[tuple[int, int], Any] = {}
         self._distance: dict[tuple[int, int], Any] = {}
         self._request, self._result = coal.CollisionRequest(), coal.CollisionResult()
@@ -77,6 +90,11 @@ class Checker:
         owner = obstacle.partition("/")[0]
         names = {frozenset((x, y)) for x in (body, link, self.robot.name) for y in (obstacle, owner)}
         return bool(names & self.world.allowed)
+
+    def _may_meet(self, i: int, j: int) -> bool:
+        """True if the user allows two of the robot's own bodies to touch."""
+        one, two = ({body.name, body.link} for body in (self.robot.bodies[i], self.robot.bodies[j]))
+        return any(frozenset((a, b)) in self.world.allowed for a in one for b in two)
 
     # -- single configurations ---------------------------------------------------------------------------------------
 
@@ -115,10 +133,13 @@ class Checker:
         for i, o in np.argwhere(self.pairs & (low <= clearance)):
             if self._touches(placed, 0, int(i), int(o), clearance) is not None:
                 return self.nearest(q, clearance + 1e-6)[0]
-        for i, j, apart in self._own(placed, 0):
-            if apart <= 0.0:
+        low = self._own.low(placed)[0]
+        for pair in np.nonzero(low <= 0.0)[0]:
+            i, j = self.own_pairs[pair]
+            apart = self._own.touches(placed, 0, int(pair), 0.0) if self._own.exact[pair] else float(low[pair])
+            if apart is not None:
                 a, b = placed.ends_W[0, i].mean(axis=0), placed.ends_W[0, j].mean(axis=0)
-                return Nearest((self.robot.bodies[i].name, self.robot.bodies[j].name), apart, a, b)
+                return Nearest((self.robot.bodies[i].name, self.robot.bodies[j].name), min(apart, 0.0), a, b)
         return None
 
     def _inside(self, q: Array) -> Nearest | None:
@@ -154,6 +175,7 @@ class Checker:
         """
         bodies, todo = self._active(curve, clearance, spread)
         left = np.broadcast_to(self.pairs[bodies], (len(todo), len(bodies), self.pairs.shape[1]))
+        own_left = np.ones((len(todo), len(self.own_pairs)), dtype=bool)
         while len(todo):
             middle, half = todo[:, 0], todo[:, 1]
             self.checks += len(middle)
@@ -161,19 +183,27 @@ class Checker:
             reach = self.robot.reach(placed, curve.rate, half + spread)
             least = self.robot.reach(placed, curve.rate, np.full_like(half, spread)) if spread else np.zeros_like(reach)
             uncertain = left & (self._lower_bounds(placed) <= clearance + reach[:, :, None])
+            own = self._own_stretches(placed, curve.rate, half, spread, own_left)
             parts: list[Array] = []
-            masks: list[Array] = []
+            masks: list[NDArray[np.bool_]] = []
+            own_masks: list[NDArray[np.bool_]] = []
             for k in np.argsort(-half, kind="stable"):
                 answer = self._stretch(placed, int(k), reach[k], least[k], uncertain[k], clearance)
+                own_answer = self._own_stretch(placed, int(k), own)
                 if isinstance(answer, tuple):
                     return Blocked(answer, float(middle[k]))
-                if answer is not None:
+                if isinstance(own_answer, tuple):
+                    return Blocked(own_answer, float(middle[k]))
+                if answer.any() or own_answer.any():
                     pieces = int(np.clip(np.ceil(reach[k].max() / _FARTHEST), 2, 8))
                     parts.append(_divided(middle[k], half[k], pieces))
                     masks += [answer] * pieces
+                    own_masks += [own_answer] * pieces
             if len(masks) > _MOST:
                 return Blocked(("motion", "too long to prove"), float(middle[0]))
-            todo, left = (np.concatenate(parts), np.array(masks)) if parts else (todo[:0], left[:0])
+            if not parts:
+                return None
+            todo, left, own_left = np.concatenate(parts), np.array(masks), np.array(own_masks)
         return None
 
     def _active(self, curve: Curve, clearance: float, spread: float) -> tuple[NDArray[np.int64], Array]:
@@ -190,12 +220,12 @@ class Checker:
 
     def _stretch(
         self, placed: Placed, k: int, reach: Array, least: Array, uncertain: Array, clearance: float
-    ) -> tuple[str, str] | Array | None:
-        """None if a stretch is free, the names of the pair that blocks it, or the pairs that need smaller stretches.
+    ) -> tuple[str, str] | NDArray[np.bool_]:
+        """The names of the pair that blocks a stretch, or the pairs (B, O) that need smaller stretches.
 
         least (B,): reach of an infinitely short stretch [m]; a stretch that has little more is not divided again.
         """
-        undecided = np.zeros_like(uncertain)
+        undecided = np.zeros(uncertain.shape, dtype=bool)
         for i, o in np.argwhere(uncertain):
             extra = min(float(reach[i]), _FARTHEST)
             found = self._touches(placed, k, int(i), int(o), clearance + extra)
@@ -207,14 +237,40 @@ class Checker:
             if found is not None and self._touches(placed, k, int(i), int(o), clearance) is not None:
                 return names
             undecided[i, o] = True
-        divide = bool(undecided.any())
-        for i, j, apart in self._own(placed, k):
-            both, rest = float(reach[i] + reach[j]), float(least[i] + least[j])
-            if apart <= rest or (apart <= both <= max(_RESOLUTION, 1.5 * rest)):
-                bodies = self.robot.bodies
-                return bodies[placed.bodies[i]].name, bodies[placed.bodies[j]].name
-            divide = divide or apart <= both
-        return undecided if divide else None
+        return undecided
+
+    def _own_stretches(self, placed: Placed, rate: Array, half: Array, spread: float, left: NDArray[np.bool_]) -> _Own:
+        """Distances and relative motions of the robot's own pairs (K, P), where `left` (K, P) asks for them."""
+        if not self.own_pairs:
+            none = np.zeros((len(half), 0))
+            return _Own(none, none, none, none.astype(bool))
+        places = self._own.places(placed)
+        reach = self.robot.reach_between(placed, places, rate, half + spread)
+        least = np.zeros_like(reach)
+        if spread:
+            least = self.robot.reach_between(placed, places, rate, np.full_like(half, spread))
+        low = self._own.low(placed)
+        return _Own(low, reach, least, left & (low <= reach))
+
+    def _own_stretch(self, placed: Placed, k: int, own: _Own) -> tuple[str, str] | NDArray[np.bool_]:
+        """As `_stretch` for the robot's own pairs, which must not touch; they need no clearance."""
+        undecided = np.zeros(len(self.own_pairs), dtype=bool)
+        for pair in np.nonzero(own.uncertain[k])[0]:
+            reach, least, found = float(own.reach[k, pair]), float(own.least[k, pair]), None
+            names = tuple(self.robot.bodies[body].name for body in self.own_pairs[pair])
+            if self._own.exact[pair]:
+                extra = min(reach, _FARTHEST)
+                found = self._own.touches(placed, k, int(pair), extra)
+                if found is None and extra == reach:
+                    continue
+                if found is not None and self._own.touches(placed, k, int(pair), 0.0) is not None:
+                    return names[0], names[1]
+            else:
+                found = float(own.low[k, pair])
+            if reach <= max(_RESOLUTION, 1.5 * least) or (found is not None and found <= least):
+                return names[0], names[1]
+            undecided[pair] = True
+        return undecided
 
     # -- inside ------------------------------------------------------------------------------------------------------
 
@@ -225,17 +281,6 @@ class Checker:
         outside = np.maximum(np.maximum(self._bounds[:, 0] - c, c - self._bounds[:, 1]), 0.0)
         apart = np.sqrt(np.einsum("kcoi,kcoi->kco", outside, outside)) - chunks.radius[:, None]
         return np.asarray(np.minimum.reduceat(apart, chunks.first, axis=1))
-
-    def _own(self, placed: Placed, k: int) -> list[tuple[int, int, float]]:
-        """Pairs of bodies of the robot itself, as places in `placed`, with their distances [m]."""
-        if not self.own_pairs:
-            return []
-        place = {int(body): i for i, body in enumerate(placed.bodies)}
-        pairs = [(place[i], place[j]) for i, j in self.own_pairs]
-        one, two = (placed.ends_W[k, [pair[side] for pair in pairs]] for side in (0, 1))
-        radii = self.robot.radii[placed.bodies]
-        apart = segment_distance(one, two)
-        return [(i, j, float(d - radii[i] - radii[j])) for (i, j), d in zip(pairs, apart, strict=True)]
 
     def _transform(self, placed: Placed, k: int, i: int) -> Any:
         X = placed.X_W[k, i] @ self._solids[placed.bodies[i]][1]

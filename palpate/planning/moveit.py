@@ -75,7 +75,7 @@ def urdf(problem: Problem) -> str:
     Capsules become cylinders with two spheres. Primitives and meshes of the URDF stay as they are; the files of meshes
     get their full path.
     """
-    robot = problem.robot
+    robot = problem.robot.with_jaws(problem.robot.span[0], problem.robot.span[0])  # MoveIt moves the jaws itself
     tree = ElementTree.fromstring(robot.arm.urdf)
     links = {link.get("name"): link for link in tree.findall("link")}
     for link in links.values():

@@ -64,7 +64,8 @@ class Problem:
                              mend=f"the scene's arm is {section.arm}")  # fmt: skip
         rig = rig or build(scene)
         follower, X_WB, q = rig.arms.follower, rig.arms.X_WB, rig.arms.q_follower0
-        robot = Robot(section.arm, follower, X_WB, section.jaw)
+        jaw = scene.arms.follower.jaw.start if section.jaw is None else section.jaw
+        robot = Robot(section.arm, follower, X_WB).with_jaws(*(jaw if isinstance(jaw, tuple) else (jaw, jaw)))
         held = [_attached(scene, rig, robot, q, i) for i in range(len(section.attached))]
         robot = replace(robot, attached=tuple(held))
         names = {one.name for one in held}
@@ -203,7 +204,7 @@ class Problem:
         return Plan(False, "", robot.name, 0.0, clearance, seed, planner, self.world.version,
                     tuple(robot.arm.joint_names), scale=planners.levers(robot.arm), limits=self.limits,
                     geometry=robot.geometry, notes=(*robot.notes, *self.world.notes), X_WB=robot.X_WB,
-                    scene=self.scene)  # fmt: skip
+                    scene=self.scene, jaw=robot.span)  # fmt: skip
 
     def failed(self, base: Plan, reason: str, blocker: tuple[str, str] = ("", ""), begin: float = 0.0) -> Plan:
         """A plan without success: its reason, and the pair that blocks. begin: time.monotonic() of the start [s]."""

@@ -63,6 +63,7 @@ class Plan:
     blocker: tuple[str, str] = ("", "")  #: without success: the pair that blocked most motions
     X_WB: Array = field(default_factory=lambda: np.eye(4))
     scene: str = ""  #: file of the scene for which the plan was made, or its name; empty if it has none
+    jaw: tuple[float, float] = (0.0, 0.0)  #: smallest and largest angle of the jaws for which it is proved [rad]
     from_file: bool = False  #: read from a file, which may have been changed: `sound.require_sound` checks it
 
     @cached_property
@@ -115,6 +116,7 @@ class Plan:
             "nearest": list(self.nearest), "nearest_t": None if clearance is None else clearance.at_t,
             "nearest_place": None if clearance is None else clearance.p_W, "planner": self.planner, "seed": self.seed,
             "geometry": self.geometry, "scene_version": self.world_version, "notes": list(self.notes),
+            "jaw_rad": list(self.jaw),
             "joint_names": list(self.joint_names), "joints": self.joints, "t": self.t,
         }  # fmt: skip
 
@@ -130,7 +132,7 @@ class Plan:
         data = {
             "kind": KIND, "scene": self.scene, "scene_version": self.world_version, "arm": self.arm,
             "joint_names": list(self.joint_names), "planner": self.planner, "seed": self.seed,
-            "geometry": self.geometry, "time_s": self.time_s,
+            "geometry": self.geometry, "jaw_rad": list(self.jaw), "time_s": self.time_s,
             "duration_s": self.duration_s, "clearance_asked_m": self.clearance_asked, "clearance_m": self.clearance_m,
             "nearest": list(self.nearest), "scale": self.scale, "v_max": limits.v, "a_max": limits.a, "j_max": limits.j,
             "X_WB": self.X_WB, "curves": [curve.controls for curve in self.curves], "t": self.t, "joints": self.joints,
@@ -155,7 +157,7 @@ def load(path: Path) -> Plan:
             raise PlanningError("the file is not a plan", where=str(path), mend="palpate plan SCENE ... --out FILE")
         curves = tuple(Curve(np.array(controls, dtype=float)) for controls in data["curves"])
         limits = Limits(*(np.array(data[key], dtype=float) for key in ("v_max", "a_max", "j_max")))
-        n = len(data["joint_names"])
+        n, (low, high) = len(data["joint_names"]), data.get("jaw_rad", (0.0, 0.0))
         if not curves or any(c.controls.ndim != 2 or c.controls.shape[1] != n for c in curves):
             raise ValueError(f"its curves do not have {n} joints")
         if not all(np.isfinite(c.controls).all() for c in curves):
@@ -164,7 +166,8 @@ def load(path: Path) -> Plan:
             True, "", str(data["arm"]), float(data["time_s"]), float(data["clearance_asked_m"]), int(data["seed"]),
             str(data["planner"]), str(data["scene_version"]), tuple(data["joint_names"]), curves,
             np.array(data["scale"], dtype=float), limits, geometry=str(data["geometry"]),
-            X_WB=np.array(data["X_WB"], dtype=float), scene=str(data.get("scene", "")), from_file=True,
+            X_WB=np.array(data["X_WB"], dtype=float), scene=str(data.get("scene", "")), jaw=(float(low), float(high)),
+            from_file=True,
         )  # fmt: skip
     except (OSError, UnicodeDecodeError, yaml.YAMLError, KeyError, TypeError, ValueError) as error:
         if isinstance(error, PlanningError):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from palpate.planning.shapes import Capsule
 
 _SLACK = 1e-3  # primitives of one link share a capsule if it is thicker by no more than this [m]
 _SMALL = 0.025  # a link of less than this is one capsule [m]
+_JAW_STEP = 0.05  # largest step between the angles of jaws that move [rad]
 _CHUNK = 0.02  # length of the pieces whose bounding spheres cull far objects [m]
 
 
@@ -74,6 +76,7 @@ class Robot:
         X_WB: pose (4, 4) of its base in W; for a PSM of its remote centre of motion [m].
         jaw: angle of the jaws while the arm moves [rad].
         attached: objects that it holds.
+        jaws: smallest and largest angle of the jaws while the arm moves; `jaw` alone when left out [rad].
     """
 
     name: str
@@ -81,6 +84,16 @@ class Robot:
     X_WB: Array
     jaw: float = 0.0
     attached: tuple[Attached, ...] = field(default=())
+    jaws: tuple[float, float] | None = None
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Smallest and largest angle of the jaws [rad]."""
+        return self.jaws or (self.jaw, self.jaw)
+
+    def with_jaws(self, low: float, high: float) -> Robot:
+        """The same robot, with its jaws at any angle from `low` to `high` [rad]."""
+        return replace(self, jaw=low, jaws=(low, high) if high > low else None)
 
     @cached_property
     def kinematics(self) -> Kinematics:
@@ -98,12 +111,45 @@ class Robot:
             made = [_of_part(part, carrier, X) for part in given.get(link, [])]
             for capsule in _capsules([part for part in drawn if part.link == link], X):
                 made.append(Body(link, link, carrier, capsule))
+            if self._swept(link):
+                parts: list[Part | Visual] = [*given.get(link, []), *(part for part in drawn if part.link == link)]
+                made = [self._sweep(link, link, [_points(part) for part in parts])] if parts else []
             found += [replace(body, name=link if i == 0 else f"{link}.{i + 1}") for i, body in enumerate(made)]
         for held in self.attached:
             carrier, X = self.kinematics.mount[held.link]
+            if self._swept(held.link):
+                found.append(self._sweep(held.name, held.link, [held.vertices]))
+                continue
             v = held.vertices @ X[:3, :3].T + X[:3, 3]
             found.append(Body(held.name, held.link, carrier, shapes.around(v), (v, held.triangles)))
         return found
+
+    @cached_property
+    def _opened(self) -> list[Kinematics]:
+        """The kinematics at all angles of the jaws, from the smallest to the largest."""
+        low, high = self.span
+        return [Kinematics(self.arm, a) for a in np.linspace(low, high, 1 + int(np.ceil((high - low) / _JAW_STEP)))]
+
+    def _swept(self, link: str) -> bool:
+        """True if the link moves within the range of the jaws."""
+        return bool(np.abs(self._opened[-1].mount[link][1] - self._opened[0].mount[link][1]).max() > 1e-12)
+
+    def _sweep(self, name: str, link: str, parts: list[Array]) -> Body:
+        """The convex body that a link fills while the jaws move through their range.
+
+        parts: points (k, 3) of the link whose convex hull contains each part [m].
+        """
+        import trimesh
+
+        points = np.concatenate(parts)
+        mounts = [kinematics.mount[link][1] for kinematics in self._opened]
+        places = np.array([points @ X[:3, :3].T + X[:3, 3] for X in mounts])
+        chord = np.linalg.norm(np.diff(places, axis=0), axis=-1).max()
+        sagitta = 0.25 * _JAW_STEP * chord  # more than that of the arcs between two places
+        corners = sagitta * np.array(list(product((-1.0, 1.0), repeat=3)))
+        hull = trimesh.convex.convex_hull((places.reshape(-1, 1, 3) + corners).reshape(-1, 3))
+        v = np.asarray(hull.vertices, dtype=np.float64)
+        return Body(name, link, self.kinematics.mount[link][0], shapes.around(v), (v, np.asarray(hull.faces)))
 
     @cached_property
     def solids(self) -> list[tuple[Any, Array]]:
@@ -211,14 +257,30 @@ class Robot:
         joint j moves by at most rho |dq_j|; rho itself changes by at most the motion of the body in the frame of that
         joint, which only the joints behind it cause (after Schwarzer, Saha and Latombe, IEEE T-RO 21(3), 2005).
         """
-        kin, moving = self.kinematics, self._moving[placed.bodies]
+        return self._reach(placed, np.arange(len(placed.bodies)), self._moving[placed.bodies], rate, half)
+
+    def reach_between(self, placed: Placed, pairs: NDArray[np.int64], rate: Array, half: Array) -> Array:
+        """Bounds (K, P) of the motion of any point of one body of a pair in the frame of the other; else as `reach`.
+
+        pairs (P, 2): places of the bodies in `placed`. Joints that move both bodies do not move one against the other.
+        """
+        one, two = pairs.T
+        moving = self._moving[placed.bodies]
+        mine = self._reach(placed, one, moving[one] & ~moving[two], rate, half)
+        return mine + self._reach(placed, two, moving[two] & ~moving[one], rate, half)
+
+    def _reach(
+        self, placed: Placed, places: NDArray[np.int64], moving: NDArray[np.bool_], rate: Array, half: Array
+    ) -> Array:
+        """As `reach`, for bodies at some places (R,) of `placed`, each moved by its own joints (R, m)."""
+        kin = self.kinematics
         axes = (placed.X_links[..., :3, :3] @ kin.own_axes[..., None])[..., 0]  # (K, m, 3)
-        away = placed.ends_W[:, :, :, None] - placed.X_links[:, None, None, :, :3, 3]  # (K, B, 2, m, 3)
+        away = placed.ends_W[:, places][:, :, :, None] - placed.X_links[:, None, None, :, :3, 3]  # (K, R, 2, m, 3)
         along = np.einsum("kbemi,kmi->kbem", away, axes)
         square = np.einsum("kbemi,kbemi->kbem", away, away) - along**2
-        rho = np.sqrt(np.maximum(square, 0.0).max(axis=2)) + self.radii[placed.bodies][:, None]  # (K, B, m)
+        rho = np.sqrt(np.maximum(square, 0.0).max(axis=2)) + self.radii[placed.bodies[places]][:, None]  # (K, R, m)
         rho = np.where(kin.turns, rho, 0.0)
-        step = np.where(moving, kin.rates(rate), 0.0) * half[:, None, None]  # (K, B, m)
+        step = np.where(moving, kin.rates(rate), 0.0) * half[:, None, None]  # (K, R, m)
         total = np.zeros(rho.shape[:2])
         for j in np.nonzero(step.any(axis=(0, 1)))[0][::-1]:
             total = total + step[:, :, j] * (rho[:, :, j] + total if kin.turns[j] else 1.0)
@@ -267,6 +329,15 @@ def _components(mesh: tuple[Array, Array]) -> NDArray[np.int64]:
     one, two = triangles[:, [0, 1, 2]].ravel(), triangles[:, [1, 2, 0]].ravel()
     joined = coo_array((np.ones(len(one)), (one, two)), shape=(len(vertices), len(vertices)))
     return np.asarray(connected_components(joined, directed=False)[1], dtype=np.int64)
+
+
+def _points(part: Part | Visual) -> Array:
+    """Points (k, 3) of its link whose convex hull contains a part [m]."""
+    if isinstance(part, Visual):
+        return shapes.outline(part.shape, part.size, part.X_link_visual)
+    if part.vertices is not None:
+        return np.asarray(part.vertices @ part.X_link_part[:3, :3].T + part.X_link_part[:3, 3])
+    return shapes.outline(part.shape, part.size, part.X_link_part)
 
 
 def _of_part(part: Part, carrier: int, X: Array) -> Body:

@@ -77,7 +77,9 @@ def _least(half: float, rim: float, axis: Array) -> Capsule:
 
 
 def outline(shape: str, size: tuple[float, ...], X: Array) -> Array:
-    """Points (k, 3) whose convex hull contains a box, a cylinder or a sphere at X (4, 4) [m]."""
+    """Points (k, 3) whose convex hull contains a box, a cylinder, a capsule or a sphere at X (4, 4) [m]."""
+    if shape == "capsule":
+        shape, size = "cylinder", (size[0], size[1] + 2.0 * size[0])
     if shape == "box":
         points = 0.5 * np.array(size) * _CORNERS
     elif shape == "cylinder":

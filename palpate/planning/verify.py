@@ -7,16 +7,20 @@ poses come from `palpate.Arm`, and boxes, cylinders and spheres of the arm's mod
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import combinations
 from typing import Any
 
 import numpy as np
 
 from palpate.arrays import Array
 from palpate.planning import geometry
+from palpate.planning.allowed import disabled_pairs
 from palpate.planning.problem import Problem
 from palpate.planning.result import Plan
 
 STEP = 2.5e-4  # largest motion of any point between two samples [m]
+_OWN_STRIDE = 10  # every such sample is examined for contact of the instrument with itself
+_JAWS = 5  # angles of jaws that open and close during the motion
 _MORE = 5e-4  # distances up to the clearance plus this are measured [m]
 
 
@@ -29,6 +33,7 @@ class Verdict:
     smallest: float  # distance [m]; infinite if it exceeds the clearance asked for by 0.5 mm
     pair: tuple[str, str]
     violations: int  # samples nearer than the clearance asked for
+    own_contacts: int  # samples in which the instrument touches itself, every tenth examined
     worst_rate: float  # largest ratio of speed, acceleration or jerk to its limit, at 1 kHz [-]
 
 
@@ -61,7 +66,32 @@ def verify(problem: Problem, plan: Plan, step: float = STEP) -> Verdict:
             distances[k] = min(distances[k], value)
             if value < smallest:
                 smallest, pair = float(value), (parts[i].name, obstacle.name)
-    return Verdict(len(poses), largest, smallest, pair, int((distances < asked).sum()), worst_rate(plan))
+    own = _own_contacts(problem, parts, poses[::_OWN_STRIDE])
+    return Verdict(len(poses), largest, smallest, pair, int((distances < asked).sum()), own, worst_rate(plan))
+
+
+def _own_contacts(problem: Problem, parts: list[_Part], poses: Array) -> int:
+    """Samples (N, P, 4, 4) in which two parts of the instrument overlap that may not.
+
+    Parts of links that are left out of the checks with a reason, and parts that never move against each other, may.
+    """
+    import coal
+
+    allowed = {frozenset((pair.one, pair.two)) for pair in disabled_pairs(problem.robot)} | problem.world.allowed
+    carrier = {link: place[0] for link, place in problem.robot.kinematics.mount.items()}
+    radii, p = np.array([part.radius for part in parts]), poses[..., :3, 3]
+    request, result = coal.CollisionRequest(), coal.CollisionResult()
+    touching = np.zeros(len(poses), dtype=bool)
+    for i, j in combinations(range(len(parts)), 2):
+        one, two = parts[i].link, parts[j].link
+        if carrier[one] == carrier[two] or frozenset((one, two)) in allowed:
+            continue
+        near = np.linalg.norm(p[:, i] - p[:, j], axis=-1) < radii[i] + radii[j]
+        for k in np.nonzero(near & ~touching)[0]:
+            X, Y = (geometry.transform(poses[k, part, :3, :3], poses[k, part, :3, 3]) for part in (i, j))
+            result.clear()
+            touching[k] = coal.collide(parts[i].solid, X, parts[j].solid, Y, request, result) > 0
+    return int(touching.sum())
 
 
 @dataclass(frozen=True)
@@ -73,13 +103,26 @@ class _Part:
     X_link_part: Array  # (4, 4)
     radius: float  # of the sphere around it [m]
     name: str
+    jaw: float  # angle of the jaws at which it is placed [rad]
 
 
 def _parts(problem: Problem) -> list[_Part]:
-    """All parts of the arm, and of what it holds."""
+    """All parts of the arm, and of what it holds; those that move with the jaws once for each of their angles."""
+    low, high = problem.robot.span
+    still = _parts_at(problem, low)
+    if high <= low:
+        return still
+    closed, opened = (problem.robot.arm.link_poses(problem.robot.arm.home, jaw) for jaw in (low, high))
+    moves = {link for link in closed if np.abs(closed[link] - opened[link]).max() > 1e-12}
+    more = [_parts_at(problem, float(jaw)) for jaw in np.linspace(low, high, _JAWS)[1:]]
+    return [*still, *(part for parts in more for part in parts if part.link in moves)]
+
+
+def _parts_at(problem: Problem, jaw: float) -> list[_Part]:
+    """All parts with the jaws at an angle [rad]."""
     import coal
 
-    robot = problem.robot
+    robot = problem.robot.with_jaws(jaw, jaw)
     parts: list[_Part] = []
     held = {one.name for one in robot.attached}
     for body in robot.bodies:
@@ -87,7 +130,7 @@ def _parts(problem: Problem) -> list[_Part]:
             solid, X = body.solid()
             X_link = np.asarray(np.linalg.inv(robot.kinematics.mount[body.link][1])) @ X
             box = np.abs(solid.bounds).max(axis=0)
-            parts.append(_Part(body.link, solid.coal, X_link, float(np.linalg.norm(box)), body.name))
+            parts.append(_Part(body.link, solid.coal, X_link, float(np.linalg.norm(box)), body.name, jaw))
     given = {part.link for part in parts if part.name not in held}
     for part in robot.arm.visuals:
         if part.link in given or (given and not robot.arm.drawn):
@@ -95,7 +138,7 @@ def _parts(problem: Problem) -> list[_Part]:
         made = {"box": coal.Box, "cylinder": coal.Cylinder, "sphere": coal.Sphere}[part.shape](*part.size)
         half = {"box": np.array(part.size) / 2, "cylinder": np.array([part.size[0], part.size[-1] / 2]),
                 "sphere": np.array(part.size)}[part.shape]  # fmt: skip
-        parts.append(_Part(part.link, made, part.X_link_visual, float(np.linalg.norm(half)), part.link))
+        parts.append(_Part(part.link, made, part.X_link_visual, float(np.linalg.norm(half)), part.link, jaw))
     return parts
 
 
@@ -121,10 +164,15 @@ def _poses(problem: Problem, plan: Plan, step: float, parts: list[_Part]) -> tup
 def _part_poses(problem: Problem, q: Array, parts: list[_Part]) -> Array:
     """Poses X_Wpart (K, P, 4, 4) at q (K, n)."""
     robot = problem.robot
-    names = list(dict.fromkeys(part.link for part in parts))
-    rows = (robot.arm.link_poses(row, robot.jaw) for row in q)
-    links = robot.X_WB @ np.array([[row[name] for name in names] for row in rows])
-    return np.asarray(links[:, [names.index(part.link) for part in parts]] @ [part.X_link_part for part in parts])
+    found = np.empty((len(q), len(parts), 4, 4))
+    for jaw in dict.fromkeys(part.jaw for part in parts):
+        mine = [k for k, part in enumerate(parts) if part.jaw == jaw]
+        names = list(dict.fromkeys(parts[k].link for k in mine))
+        rows = (robot.arm.link_poses(row, jaw) for row in q)
+        links = robot.X_WB @ np.array([[row[name] for name in names] for row in rows])
+        place = [names.index(parts[k].link) for k in mine]
+        found[:, mine] = links[:, place] @ np.array([parts[k].X_link_part for k in mine])
+    return found
 
 
 def worst_rate(plan: Plan) -> float:

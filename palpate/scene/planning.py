@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from pydantic import Field
+from pydantic import Field, field_validator
 
 from palpate.values import NotNegative, Number, Pose, Positive, Section
 
@@ -44,8 +44,8 @@ class PlanningSection(Section):
     """smallest distance of the whole instrument from all objects [m]"""
     speed: Annotated[Positive, Field(le=1.0)] = 0.2
     """fraction of the joints' speed limits that plans use [-]"""
-    jaw: Number = 0.0
-    """opening angle of the jaws during the motion [rad]"""
+    jaw: Number | tuple[Number, Number] | None = None
+    """angle of the jaws during the motion, or its range [low, high]; arms.follower.jaw.start when left out [rad]"""
     states: dict[str, Joints] = Field(default_factory=dict)
     """named joint positions, for starts and goals; home and current exist always [rad, m]"""
     instruments: Annotated[tuple[InstrumentSection, ...], Field(max_length=8)] = ()
@@ -54,3 +54,10 @@ class PlanningSection(Section):
     """objects that the instrument holds"""
     allowed: Annotated[tuple[tuple[str, str], ...], Field(max_length=256)] = ()
     """pairs that may touch: a link of the instrument, or its name, and an object or another instrument"""
+
+    @field_validator("jaw")
+    @classmethod
+    def _rising(cls, jaw: float | tuple[float, float] | None) -> float | tuple[float, float] | None:
+        if isinstance(jaw, tuple) and not jaw[0] <= jaw[1]:
+            raise ValueError(f"jaw: [{jaw[0]:g}, {jaw[1]:g}] falls | write the smaller angle first")
+        return jaw

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import numpy as np
@@ -217,8 +218,15 @@ def begin(
     ahead.require_arm(problem, plan)
     q = np.asarray(tick["q_follower_goal"])[: problem.robot.arm.n] if begun else rig.arms.q_follower0
     ahead.require_start(plan, q)
+    jaw = float(tick["jaw"]) if begun else rig.scene.arms.follower.jaw.start
+    problem = replace(problem, robot=problem.robot.with_jaws(jaw, jaw))  # the jaws hold their angle during the motion
     proofs = Ahead(problem, plan, rig, sensing)
     why = proofs.prove(tick, 0.0, whole=True)
+    low, high = plan.jaw
+    if why and not low - 1e-3 <= jaw <= high + 1e-3:
+        raise PlanningError(f"the jaws are at {jaw:.3f} rad, and the plan is not free with them", why=why,
+                            mend=f"it was proved for {low:.3f} to {high:.3f} rad: bring the jaws there, or plan again "
+                            "with planning.jaw: [low, high]")  # fmt: skip
     if why:
         raise PlanningError("the scene has changed and the plan is not free in it", why=why, mend="plan again")
     return PlanExecution(loop, latest, plan, proofs, speed, guard)

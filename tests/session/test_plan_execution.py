@@ -346,6 +346,37 @@ def _at(plan):
     return X
 
 
+@pytest.mark.parametrize(("gap", "free"), [(0.02, True), (0.002, False)])
+def test_a_plan_for_other_angles_of_the_jaws_is_proved_for_those_of_the_session(gap, free):
+    """The plan is made for closed jaws, and those of the session are open, beside a ball."""
+    base, jaw = "follower: {base: {xyz: [0, 0, 0.12]}", 1.0
+    text = (SCENE % FAR).replace(base, f"{base}, jaw: {{start: {jaw}}}").replace("speed: 0.4", "speed: 0.4, jaw: 0")
+    problem = Problem.of(palpate.Scene.parse(text))
+    q = problem.states["current"]
+    robot = problem.robot.with_jaws(jaw, jaw)
+    (k,) = [k for k, body in enumerate(robot.bodies) if body.name == "jaw_1"]
+    closed, opened = (one.placed(q[None]).ends_W[0, k] for one in (problem.robot, robot))
+    end = int(np.argmax(np.linalg.norm(opened - closed, axis=1)))
+    outward = (opened[end] - closed[end]) / np.linalg.norm(opened[end] - closed[end])
+    place = (opened[end] + (0.0045 + gap) * outward).tolist()  # radii: jaw 2.5 mm, ball 2 mm
+    session = palpate.Session(
+        palpate.Scene.parse(text.replace(FAR, f"far, sphere: {{radius: 0.002}}, pose: {{xyz: {place}}}"))
+    )
+    problem = Problem.of(session.scene)
+    plan = problem.plan("current", q - [0, 0, 0.005, 0, 0, 0], timeout=60.0)
+    assert plan.success
+    if not free:
+        with pytest.raises(
+            PlanningError, match=r"(?s)the jaws are at 1.000 rad, .*jaw.*and far come nearer.*0.000 to 0.000 rad"
+        ):
+            session.execute(plan, problem=problem)
+        return
+    session.execute(plan, problem=problem)
+    ticks = ticks_of(session, until=ended)
+    assert int(ticks["execution"][-1]) == PHASES.index("done")
+    assert np.ptp(ticks["jaw"][1:]) < 1e-9
+
+
 def test_the_core_refuses_what_it_cannot_execute(session):
     loop = session.simulation
     q = np.zeros((3, 6))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from palpate.arrays import Array
-from palpate.planning.allowed import segment_distance
+from palpate.planning.own import segment_distance
 
 
 def to_triangles(a: Array, b: Array, corners: Array) -> Array:
