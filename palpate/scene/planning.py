@@ -53,7 +53,7 @@ class PlanningSection(Section):
     attached: Annotated[tuple[AttachedSection, ...], Field(max_length=8)] = ()
     """objects that the instrument holds"""
     allowed: Annotated[tuple[tuple[str, str], ...], Field(max_length=256)] = ()
-    """pairs that may touch: a link of the instrument, or its name, and an object or another instrument"""
+    """pairs that may touch: a link of the instrument, or its name, and an object, another instrument or another link"""
 
     @field_validator("jaw")
     @classmethod
