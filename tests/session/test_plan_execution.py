@@ -177,7 +177,7 @@ def test_pedals_presence_hold_and_power_end_the_motion_without_a_step(session, w
 def test_the_hand_over_from_a_pressing_hand_makes_no_step(world):
     """A plan begins while the hand presses into a fixture's spring, and ends where another spring acts."""
     scene = palpate.Scene.parse(
-        SCENE % FAR
+        (SCENE % FAR).replace("speed: 0.4", "speed: 0.4, jaw: [0, 0.7]")  # the hand holds the jaws open
         + """
 guidance:
   - {name: wall, geometry: {plane: {at: [-0.041, 0, 0], normal: [1, 0, 0]}}, role: keep-in,
