@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Hashable
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -14,7 +15,7 @@ from palpate.planning.robot import Placed, Robot
 _SAMPLES = 2000  # configurations in which pairs are examined
 _MOSTLY = 0.9  # capsules in contact in more than this fraction of the samples are always in contact
 _NEARLY_ALWAYS = 0.95  # the same for meshes and primitives
-_CACHE: dict[tuple[str, tuple[float, float], tuple[str, ...]], list[tuple[int, int]]] = {}
+_CACHE: dict[tuple[Hashable, ...], list[tuple[int, int]]] = {}
 
 
 @dataclass(frozen=True)
@@ -28,7 +29,7 @@ class DisabledPair:
 
 def checked_pairs(robot: Robot) -> list[tuple[int, int]]:
     """Pairs (i, j) of bodies of the robot that can collide with each other and are therefore checked."""
-    key = (robot.arm.urdf, robot.span, tuple(held.name for held in robot.attached))
+    key = (robot.arm.urdf, robot.arm.folder, robot.span, tuple(held.name for held in robot.attached))
     if key not in _CACHE:
         _CACHE[key] = _examine(robot)[0]
     return _CACHE[key]
