@@ -103,12 +103,21 @@ class Command:
         return problem.through(rows, clearance, self.seed, self.timeout)
 
 
+def _jaws(span: tuple[float, float]) -> str:
+    """The angle or range of the jaws, unless they are closed."""
+    low, high = span
+    if low == high == 0.0:
+        return ""
+    return f", jaws at {low:.3g} rad" if low == high else f", jaws from {low:.3g} to {high:.3g} rad"
+
+
 def _lines(found: Plan) -> list[str]:
     if not found.success:
         return [f"{found.arm}: {found.reason}"]
     lines = [
         f"{found.arm}: {found.duration_s:.2f} s of motion along {len(found.curves)} curves, "
         f"found in {found.time_s:.2f} s by {found.planner} (seed {found.seed}), checked with {found.geometry}"
+        + _jaws(found.jaw)
     ]
     clearance = found.clearance
     if clearance is not None and found.clearance_m is not None:

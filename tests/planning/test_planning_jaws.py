@@ -5,6 +5,7 @@ import pytest
 from planning_worlds import at, problem, psm, reaching
 
 from palpate import surfaces
+from palpate.cli.plan import _lines
 from palpate.planning import geometry, load
 from palpate.planning.ahead import Ahead
 from palpate.planning.checker import Checker
@@ -125,3 +126,11 @@ def test_a_falling_range_of_the_jaws_is_refused(tmp_path) -> None:
     (tmp_path / "scene.yaml").write_text(SCENE % (0.05, "", ", jaw: [0.9, 0.2]"))
     with pytest.raises(Exception, match=r"jaw: \[0.9, 0.2\] falls"):
         Scene.load(tmp_path / "scene.yaml")
+
+
+@pytest.mark.parametrize(("jaws", "words"), [("", "capsules"), (", jaw: 0.2", "capsules, jaws at 0.2 rad"),
+                                             (", jaw: [0, 0.9]", "meshes, jaws from 0 to 0.9 rad")])  # fmt: skip
+def test_the_command_says_for_which_jaws_it_plans(jaws, words, tmp_path) -> None:
+    (tmp_path / "scene.yaml").write_text(SCENE % (0.05, "", jaws))
+    made = Problem.of(Scene.load(tmp_path / "scene.yaml"))
+    assert _lines(made.plan("current", made.states["current"] + 0.02))[0].endswith(words)
