@@ -28,6 +28,7 @@ from palpate.planning.links import SIZES, Part
 from palpate.planning.planners import levers
 from palpate.planning.problem import Problem
 from palpate.planning.result import Plan
+from palpate.planning.robot import Robot
 from palpate.planning.shapes import Capsule
 from palpate.planning.world import Obstacle
 
@@ -87,13 +88,22 @@ def urdf(problem: Problem) -> str:
         elif body.mesh is None:
             mount = robot.kinematics.mount[body.link][1]
             _add_capsule(links[body.link], body.capsule.moved(np.asarray(np.linalg.inv(mount))))
-    ElementTree.SubElement(tree, "link", name="world")
-    joint = ElementTree.SubElement(tree, "joint", name="world_to_base", type="fixed")
-    ElementTree.SubElement(joint, "parent", link="world")
-    ElementTree.SubElement(joint, "child", link=robot.arm.frames[0])
-    _add_origin(joint, robot.X_WB)
+    if moveit_scene.FRAME not in links:
+        _fix_in_world(tree, robot)
+    elif robot.arm.frames[0] != moveit_scene.FRAME or np.abs(robot.X_WB - np.eye(4)).max() > 1e-9:
+        raise PlanningError(f"the URDF of {robot.arm.name} has a link 'world' of its own, which is not W of the scene",
+                            mend="rename this link in the URDF")  # fmt: skip
     ElementTree.indent(tree)
     return '<?xml version="1.0"?>\n' + ElementTree.tostring(tree, encoding="unicode") + "\n"
+
+
+def _fix_in_world(tree: ElementTree.Element, robot: Robot) -> None:
+    """Add the link `world` and the fixed joint that carries the arm's base."""
+    ElementTree.SubElement(tree, "link", name=moveit_scene.FRAME)
+    joint = ElementTree.SubElement(tree, "joint", name="world_to_base", type="fixed")
+    ElementTree.SubElement(joint, "parent", link=moveit_scene.FRAME)
+    ElementTree.SubElement(joint, "child", link=robot.arm.frames[0])
+    _add_origin(joint, robot.X_WB)
 
 
 def _add_part(link: ElementTree.Element, part: Part) -> None:

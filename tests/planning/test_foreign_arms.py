@@ -218,3 +218,14 @@ def test_a_hollow_link_around_a_post_is_free(tmp_path) -> None:
     refused = Checker(robot, world).refusal(np.zeros(1), 0.002)
     assert refused is not None
     assert refused.distance < -0.1
+
+
+def test_a_urdf_that_has_a_link_world_is_exported_once_or_refused(tmp_path) -> None:
+    model = written(tmp_path, [body(FORMS["box"])])
+    (tmp_path / "arm.urdf").write_text((tmp_path / "arm.urdf").read_text().replace('"base"', '"world"'))
+    made = problem_of(Arm.load(model))
+    with pytest.raises(PlanningError, match="has a link 'world' of its own"):
+        moveit.urdf(made)
+    still = Problem(Robot("F", made.robot.arm, np.eye(4)), World(), made.states, made.limits, 0.002)
+    (tmp_path / "out.urdf").write_text(moveit.urdf(still))
+    assert Judge(tmp_path / "out.urdf").links() == ["link0"]
