@@ -49,6 +49,7 @@ void Observer::step(const Pose& X_LH, const Twist& V_LH, double dissipated, doub
   V_LH_ = V_LH;
   if (!started_) {
     X_LH_ = X_LH;
+    p_measured_ = X_LH.p;
     mean_ = V_LH;
     started_ = true;
     return;
@@ -63,8 +64,21 @@ void Observer::step(const Pose& X_LH, const Twist& V_LH, double dissipated, doub
   const double last = now_;
   now_ += dt;
   stored_ += dissipated;
-  line_.acted(last, now_,
-              [&](const Wrench& F, double fraction) noexcept { stored_ -= fraction * (F.f.dot(dx) + F.t.dot(turn)); });
+  Wrench acted;  // mean of the period
+  line_.acted(last, now_, [&](const Wrench& F, double fraction) noexcept {
+    acted.f += fraction * F.f;
+    acted.t += fraction * F.t;
+  });
+  impulse_ += dt * acted.f;
+  since_ += dt;
+  const double moved = dx.norm();
+  const Vec3 count = moved > options_.quantum ? Vec3(options_.quantum / moved * dx) : dx;
+  stored_ -= impulse_.dot(count) / since_ + acted.f.dot(dx - count) + acted.t.dot(turn);
+  if (X_LH.p != p_measured_) {
+    p_measured_ = X_LH.p;
+    impulse_.setZero();
+    since_ = 0.0;
+  }
 }
 
 void Observer::sent(const Wrench& F_H_L) noexcept { line_.push(now_, F_H_L); }
