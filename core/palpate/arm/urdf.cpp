@@ -92,8 +92,7 @@ class ChainReader {
     if (on_chain_.empty() || on_chain_.size() > kMaxJoints) {
       throw std::runtime_error("the chain from '" + base + "' to '" + tip + "' has " +
                                std::to_string(on_chain_.size()) + " degrees of freedom; 1 to " +
-                               std::to_string(kMaxJoints) +
-                               " revolute, continuous or prismatic joints are supported");
+                               std::to_string(kMaxJoints) + " revolute, continuous or prismatic joints are supported");
     }
     const auto joints = static_cast<Eigen::Index>(on_chain_.size());
     Facts& facts = chain_.facts;

@@ -23,9 +23,9 @@ struct ObserverOptions {
 ///
 /// A slow hand needs many periods for one count. So up to one quantum of x_k+1 - x_k is the motion of all periods since
 /// the measured position last changed, and F_acting is for it the mean of the forces that acted in them: behind a delay
-/// a part of the motion still has the force of the count before. D_k is the certified dissipation of the device. x is the
-/// measured position after a backlash (hysteresis) of half-width (quantum - |v| dt) / 2. For a slow hand x moves from
-/// edge to edge of the encoder, where it is exact; for a fast hand it is the middle of a count, which is right on
+/// a part of the motion still has the force of the count before. D_k is the certified dissipation of the device. x is
+/// the measured position after a backlash (hysteresis) of half-width (quantum - |v| dt) / 2. For a slow hand x moves
+/// from edge to edge of the encoder, where it is exact; for a fast hand it is the middle of a count, which is right on
 /// average. A plain sum over counts would lose K quantum^2 / 2 per count.
 ///
 /// Forces in flight act later, on an unknown motion. Their cost is the largest energy that a hand could extract by
@@ -58,11 +58,11 @@ class Observer {
   double dt_, now_ = 0.0;  ///< nominal period, and time of the last tick [s]
   DelayLine<Wrench> line_;
   bool started_ = false;
-  Pose X_LH_;          ///< pose of the handle, its position after the backlash
+  Pose X_LH_;                       ///< pose of the handle, its position after the backlash
   Vec3 p_measured_ = Vec3::Zero();  ///< measured position, before the backlash
   Vec3 impulse_ = Vec3::Zero();     ///< of the forces that acted since it last changed [N s]
   double since_ = 0.0;              ///< time since then [s]
-  Twist V_LH_, mean_;  ///< reported velocity of the handle, and its mean in the last period
+  Twist V_LH_, mean_;               ///< reported velocity of the handle, and its mean in the last period
   double stored_;
 };
 

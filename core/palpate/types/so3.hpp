@@ -8,7 +8,8 @@ namespace palpate {
 
 /// Rotation vector of R, with an angle between 0 and pi [rad]: the logarithm of SO(3).
 [[nodiscard]] Vec3 rotation_vector(const Mat3& R) noexcept;
-/// Derivative J of the rotation vector phi with respect to a small rotation before it: log(exp(d) exp(phi)) = phi + J d.
+/// Derivative J of the rotation vector phi with respect to a small rotation before it: log(exp(d) exp(phi)) = phi + J
+/// d.
 [[nodiscard]] Mat3 rotation_vector_derivative(const Vec3& phi) noexcept;
 /// Angle and axis of R, with an angle between 0 and pi [rad].
 [[nodiscard]] Eigen::AngleAxisd angle_axis(const Mat3& R) noexcept;
