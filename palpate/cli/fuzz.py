@@ -74,12 +74,12 @@ class Command:
             say(console, f"and {len(outcome.faults) - _SHOWN} more; --json writes them all")
         made = ", ".join(f"{name} {n:,}" for name, n in sorted(outcome.counts.items()))
         say(console, f"{outcome.runs:,} cases in {outcome.seconds:.0f} s: {len(outcome.faults)} faults ({made})")
+        write_json(self.json, outcome)
         if self.out is not None and self.target == "loops":
             from palpate.verify.fuzz.loops.reduce import write_worst
 
             for path in write_worst(outcome.faults, self.out):
                 say(console, f"wrote {path}")
-        write_json(self.json, outcome)
         return 1 if outcome.faults else 0
 
     def _checked_kind(self) -> str:

@@ -85,11 +85,18 @@ OVER_COUNTS = (
     2942499377345954816,
     8561065954526878167,
 )
-"""Cases of `palpate study passivity` that oscillate or miss the bound with the observer, with counts of 3 to 50 um."""
+"""Cases of `palpate study passivity` that oscillated or missed the bound (by up to 64 mJ in 80 s) with the observer, with
+counts of 3 to 50 um, while it booked each count with the force that acted at its end."""
 
 
 @pytest.mark.parametrize("seed", OVER_COUNTS)
-def test_without_counts_the_runs_that_miss_the_bound_keep_it_and_rest(seed):
+def test_slow_swings_over_counts_behind_a_delay_keep_the_bound(seed):
+    one = passivity.case(seed)
+    assert passivity.port(one.axis, one.run("observer")[1])[1].min() >= -passivity.BOUND
+
+
+@pytest.mark.parametrize("seed", OVER_COUNTS)
+def test_without_counts_these_runs_come_to_rest(seed):
     """The control of docs/stability-study.md: the observer's account is right where a position is known exactly."""
     one = passivity.case(seed)
     one.axis.quantum = 1e-9

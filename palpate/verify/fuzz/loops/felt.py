@@ -17,7 +17,7 @@ from palpate.verify.fuzz.loops.kinds import Loop
 from palpate.verify.fuzz.loops.port import work_held
 
 _REST = 300  # ticks at the start of a loop, and between two cycles of a toggled one
-_LENT = 0.03  # energy that a fixture which holds the tool at the start may lend [J]
+_LENT = 0.03  # energy that fixtures may lend: one that holds the tool at the start, and one whose pull begins at a range [J]
 _LATE = 3  # periods by which a device delays the force without a word
 _ROUNDING = 1 + 1e-6
 _DURATION = 4.0  # of a session [s]
@@ -38,7 +38,8 @@ def by_hand(loop: Loop, device: Device) -> tuple[float, float, float]:
     if loop.clock == "delayed":
         F = np.concatenate([np.zeros((_LATE, 6)), F[:-_LATE]])
     pulled = device.scene.guidance and np.abs(F[: _REST // 2]).max() > 0.0
-    lent = max(loop.credit, _LENT if pulled else 0.0)
+    pulls_later = any(one.law.name == "potential" and one.role.name == "guide" for one in device.scene.guidance)
+    lent = max(loop.credit, _LENT if pulled or pulls_later else 0.0)
     done = work_held(F, X, loop.axes)
     bound = -(device.scene.stability.allowance + lent) * _ROUNDING
     return float(done.min()), float(done.max() - done.min()), bound

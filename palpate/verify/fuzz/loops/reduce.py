@@ -71,7 +71,8 @@ def _smaller(loop: Loop) -> Iterator[Loop]:
 
 def _parts(scene: Content) -> Iterator[tuple[Any, ...]]:
     """Places of the parts that a scene may lose, the largest first."""
-    objects, fixtures, spheres = scene["objects"], scene.get("guidance", ()), scene["contact"].get("spheres", ())
+    contact = scene.get("contact", {})
+    objects, fixtures, spheres = scene["objects"], scene.get("guidance", ()), contact.get("spheres", ())
     yield from (("objects", k) for k in range(1, len(objects)))
     yield from (("guidance", k) for k in range(len(fixtures)))
     yield from (("contact", "spheres", k) for k in range(len(spheres)))
@@ -80,7 +81,7 @@ def _parts(scene: Content) -> Iterator[tuple[Any, ...]]:
     )
     yield from (("objects", k, key) for k, one in enumerate(objects) for key in _OF_OBJECT if key in one)
     yield from (("guidance", k, key) for k, one in enumerate(fixtures) for key in _OF_FIXTURE if key in one)
-    if "whole_tool" in scene["contact"]:
+    if "whole_tool" in contact:
         yield ("contact", "whole_tool")
 
 
@@ -91,7 +92,7 @@ def _smaller_scenes(scene: Content, run: str) -> Iterator[Content]:
         smaller = copy.deepcopy(scene)
         inner = smaller
         for key in place[:-1]:
-            inner = inner[key]
+            inner = inner.setdefault(key, {})
         if inner.get(place[-1]) != value and not (run == "still" and place[-1] == "passivity"):
             inner[place[-1]] = value
             yield smaller
