@@ -85,7 +85,7 @@ OVER_COUNTS = (
     2942499377345954816,
     8561065954526878167,
 )
-"""Cases of `palpate study passivity` that oscillated or missed the bound (by up to 64 mJ in 80 s) with the observer, with
+"""Cases of `palpate study passivity` that oscillated or missed the bound with the observer, one by 65 mJ in 80 s, with
 counts of 3 to 50 um, while it booked each count with the force that acted at its end."""
 
 

@@ -56,8 +56,8 @@ def passivity_answer(found: Result) -> list[str]:
     assert not any(by[mode]["diverged"] or by[mode]["below_bound"] for mode in by if mode != "off")
     (all_runs,) = (row for row in found["changes"] if row["runs"] == found["runs"])
     return [
-        f"In {found['runs']:,} simulated runs none falls below the bound of -1 mJ, and {oscillating} keep oscillating. In "
-        f"these runs with the layer the lowest energy is {mj(lowest)} mJ, without it "
+        f"In {found['runs']:,} simulated runs none falls below the bound of -1 mJ, and {oscillating} keep oscillating. "
+        f"In these runs with the layer the lowest energy is {mj(lowest)} mJ, without it "
         f"{mj(by['off']['lowest_port_J'])} mJ",
         f"Of the wall alone, {by['alone']['rendered_below_bound']} runs miss the bound",
         f"changes the force of {percent(all_runs['changed'] / all_runs['runs'])} % of the runs by 1 % or more",

@@ -17,7 +17,7 @@ from palpate.verify.fuzz.loops.kinds import Loop
 from palpate.verify.fuzz.loops.port import work_held
 
 _REST = 300  # ticks at the start of a loop, and between two cycles of a toggled one
-_LENT = 0.03  # energy that fixtures may lend: one that holds the tool at the start, and one whose pull begins at a range [J]
+_LENT = 0.03  # energy [J] that fixtures may lend: that hold the tool at the start, or whose pull begins at a range
 _LATE = 3  # periods by which a device delays the force without a word
 _ROUNDING = 1 + 1e-6
 _DURATION = 4.0  # of a session [s]
