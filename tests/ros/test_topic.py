@@ -2,6 +2,7 @@
 
 import re
 import shlex
+import signal
 import time
 from pathlib import Path
 
@@ -97,7 +98,7 @@ def test_commands_of_the_page_work_unchanged(built, start, tmp_path, capsys):
     assert pushes[-1] > 0.3
     assert abs(pushed(felt) - pushes[-1]) < 0.6
     for process in reversed(processes):
-        process.terminate()
+        process.send_signal(signal.SIGINT)
         assert process.wait(90) in (0, 130)
     assert list(tmp_path.glob("runs/*/report.html"))
 
