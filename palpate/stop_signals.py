@@ -18,13 +18,17 @@ _raised = threading.Event()  # a signal was answered by an exception, which may 
 _at_once = threading.Event()  # SIGTERM or SIGHUP came: nobody waits for more than the record
 
 
-def handle() -> None:
-    """Let the three signals raise KeyboardInterrupt, and remember them. Those that the caller ignores stay ignored."""
+@contextmanager
+def handled() -> Iterator[None]:
+    """Context in which the three signals raise KeyboardInterrupt and are remembered, except those that are ignored."""
     _raised.clear()
     _at_once.clear()
-    for number in _ENDS:
-        if signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, _raise)
+    before = {s: signal.signal(s, _raise) for s in _ENDS if signal.getsignal(s) is not signal.SIG_IGN}
+    try:
+        yield
+    finally:
+        for s, handler in before.items():
+            signal.signal(s, handler)
 
 
 def came() -> bool:

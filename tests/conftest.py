@@ -14,8 +14,9 @@ from hypothesis import settings
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 
-if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # under nohup, and in the background of a script
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # processes that tests interrupt inherit it
+for _signal, _default in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
+    if signal.getsignal(_signal) is signal.SIG_IGN:  # under nohup, and in the background of a script
+        signal.signal(_signal, _default)  # processes that tests end inherit it
 
 SLOW = ("viewer", "studies", "verify", "report", "cli", "package", "realtime")
 """Folders whose files take longest: they come first, so that the workers end at about the same time."""

@@ -37,11 +37,11 @@ def main(args: list[str] | None = None) -> int:
         return 0
     warnings.showwarning = _show_warning
     warnings.simplefilter("always", PalpateWarning)
-    stop_signals.handle()
     try:
-        from palpate.cli._folder import dispatch
+        with stop_signals.handled():
+            from palpate.cli._folder import dispatch
 
-        return dispatch(sys.modules[__name__], "palpate", _DESCRIPTION, args)
+            return dispatch(sys.modules[__name__], "palpate", _DESCRIPTION, args)
     except PalpateError as error:
         print(_paint(f"error: {error}", 31), file=sys.stderr)
         return MISTAKE

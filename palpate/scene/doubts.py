@@ -54,7 +54,7 @@ def check_press(scene: Scene, index: int, depth: float, wide: float) -> None:
         SceneError: the message names stiffness or Young's modulus.
     """
     obj = scene.objects[index]
-    if obj.source == "plane" or depth <= wide:
+    if obj.source == "plane" or obj.is_sensed or depth <= wide:  # before its first frame a sensed surface has no size
         return
     soft = obj.tissue is not None
     key = f"objects[{index}].{'tissue.young' if obj.tissue is not None else 'stiffness'}"

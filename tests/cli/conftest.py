@@ -1,5 +1,4 @@
 import json
-import signal
 import subprocess
 import sys
 import warnings
@@ -38,10 +37,9 @@ class Outcome:
 
 @pytest.fixture
 def palpate(capsys, monkeypatch, tmp_path, unarranged_figures):
-    """Run a command in this process; its changes to warnings and signals are undone."""
+    """Run a command in this process; its changes to warnings are undone."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)
-    term = signal.getsignal(signal.SIGTERM)
 
     def run(*args) -> Outcome:
         try:
@@ -53,7 +51,6 @@ def palpate(capsys, monkeypatch, tmp_path, unarranged_figures):
 
     with warnings.catch_warnings():
         yield run
-    signal.signal(signal.SIGTERM, term)
 
 
 @pytest.fixture

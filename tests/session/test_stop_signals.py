@@ -11,12 +11,10 @@ from palpate import stop_signals
 
 @pytest.fixture(autouse=True)
 def handlers():
-    kept = {s: signal.getsignal(s) for s in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)}
-    stop_signals.handle()
-    yield
-    stop_signals.handle()  # forgets the signals of the test
-    for s, handler in kept.items():
-        signal.signal(s, handler)
+    with stop_signals.handled():
+        yield
+    with stop_signals.handled():  # forgets the signals of the test
+        pass
 
 
 class Finalised:
@@ -54,7 +52,8 @@ def test_signal_during_a_run_sets_its_event_and_no_other():
 
 
 def test_ignored_signal_stays_ignored():
-    signal.signal(signal.SIGHUP, signal.SIG_IGN)
-    stop_signals.handle()
-    os.kill(os.getpid(), signal.SIGHUP)
-    assert not stop_signals.came()
+    before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
+    with stop_signals.handled():
+        os.kill(os.getpid(), signal.SIGHUP)
+        assert not stop_signals.came()
+    signal.signal(signal.SIGHUP, before)
