@@ -164,7 +164,7 @@ def direction_noise_deg(noise: float, radius: float, spacing: float) -> float:
     return float(np.degrees(min(np.sqrt(2 * noise / radius), np.pi / 2)))
 
 
-SLOPE = 3.2
+SLOPE = 3.9
 """Slope error of the smoothed surface divided by noise / spacing, as measured (95 %)."""
 SMOOTHED = 0.15
 """Noise below this fraction of the vertices' spacing leaves few edges sharper than the crease angle."""

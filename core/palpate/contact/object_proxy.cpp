@@ -21,6 +21,9 @@ constexpr double kLower = 0.5;       // [r] the smooth surface may lie at most t
 constexpr double kOnEdge = 1e-9;     // a point with a smaller barycentric weight is on the edge (rounding)
 const double kOnePatch = std::cos(15.0 * M_PI / 180.0);  // contacts with closer normals are on one smooth patch
 
+constexpr double kRounding = 1e-9;    // of a stored energy
+constexpr double kInexact = 1e-3;     // error of the work of the smooth distance, relative to force times motion
+
 constexpr double kFocalLow = 0.1, kFocalHigh = 0.4;  // values of SmoothPoint::focal_factor for zero and full trust
 // Cosines between the normals at the proxy and at the tool, for zero and full trust in the projection of the tool.
 const double kApart = std::cos(45.0 * M_PI / 180.0), kAgree = std::cos(20.0 * M_PI / 180.0);
@@ -33,12 +36,43 @@ double ramp(double x, double low, double high) { return std::clamp((x - low) / (
 ObjectProxy::ProxyContact contact_from_gradient(const Vec3& gradient, double depth) {
   const double steep = gradient.norm();
   if (!(steep > 0.0)) return {};
-  return {depth > 0.0, depth * gradient, gradient / steep, depth * steep};
+  return {depth > 0.0, depth * gradient, gradient / steep, depth * steep, std::max(depth, 0.0)};
 }
 
 }  // namespace
 
 ObjectProxy::ProxyContact ObjectProxy::step(const scene::Mesh& mesh, const Vec3& g, double radius,
+                                            double release) noexcept {
+  const bool moved = mesh_ == &mesh && mesh.impl().travelled != travelled_;
+  ProxyContact touch = find(mesh, g, radius, release);
+  if (moved) felt_.known = false;
+  if (keep_nearer(g, touch)) held_ = Held::stays;
+  felt_ = {true, g, touch.touching ? touch.delta : Vec3(Vec3::Zero()), touch.touching ? touch.stretch : 0.0};
+  return touch;
+}
+
+/// A contact that stores more than the last one and the work of the tool since then would give the tool energy: where
+/// other triangles, or another patch of them, determine the proxy, it may jump to a place farther from the tool. The
+/// proxy then stays where it was. Returns true if it stays.
+bool ObjectProxy::keep_nearer(const Vec3& g, ProxyContact& touch) const noexcept {
+  if (!felt_.known || !touch.touching) return false;
+  const Vec3 moved = g - felt_.g;
+  const double stays2 =
+      std::max(felt_.stretch * felt_.stretch - 2.0 * felt_.delta.dot(moved) + moved.squaredNorm(), 0.0);
+  const double inexact2 = 2.0 * kInexact * felt_.stretch * moved.norm() + kRounding * felt_.stretch * felt_.stretch;
+  if (touch.stretch * touch.stretch <= stays2 + inexact2) return false;
+  Vec3 stay = felt_.delta - moved;
+  const double far = stay.norm(), stretch = std::sqrt(stays2);
+  if (!(far > 0.0 && stretch > 0.0)) {
+    touch = {};
+    return true;
+  }
+  stay *= std::min(stretch / far, 1.0);  // the spring of a steep gradient is longer than the energy allows
+  touch = {true, stay, stay / stay.norm(), stay.norm(), stretch};
+  return true;
+}
+
+ObjectProxy::ProxyContact ObjectProxy::find(const scene::Mesh& mesh, const Vec3& g, double radius,
                                             double release) noexcept {
   if (mesh_ != &mesh || mesh_id_ != mesh.id()) initialise(mesh, g, radius);
   carry();
@@ -220,7 +254,7 @@ ObjectProxy::ProxyContact ObjectProxy::contact_in_motion(const Vec3& g) const no
   const Vec3 delta = centre_ - g;
   const double depth = delta.norm();
   if (!touching_ || !(depth > 0.0)) return {};
-  return {true, delta, delta / depth, depth};
+  return {true, delta, delta / depth, depth, depth};
 }
 
 /// Contact of a proxy that does not touch the facets: the smooth surface may rise above them.
@@ -243,6 +277,8 @@ Vec3 ObjectProxy::normal_at(const Vec3& g, double radius) const noexcept {
       return contact_above_facets(g, radius).normal;
     case Held::smooth_patch:
       return contact_on_smooth_patch(g, radius).normal;
+    case Held::stays:
+      return (felt_.delta + felt_.g - g).normalized();
     case Held::crease:
       break;
   }
@@ -274,7 +310,7 @@ ObjectProxy::ProxyContact ObjectProxy::limit_to_free_space(const ProxyContact& t
   if (travelled >= length) return touch;
   const Vec3 delta = centre_ + travelled / length * (target - centre_) - g;
   const double depth = delta.norm();
-  return depth > 0.0 ? ProxyContact{true, delta, delta / depth, depth} : ProxyContact();
+  return depth > 0.0 ? ProxyContact{true, delta, delta / depth, depth, depth} : ProxyContact();
 }
 
 /// True if all triangles at the constraint's point belong to one smooth surface: no crease, rim or branch passes
@@ -380,7 +416,7 @@ ObjectProxy::ProxyContact ObjectProxy::contact_at_crease(const Vec3& g, double r
   const Vec3 off = p.x - centre_;
   const double far = off.norm();
   out.delta = (far > radius ? Vec3(centre_ + radius / far * off) : p.x) - g;
-  out.depth = out.delta.norm();
+  out.depth = out.stretch = out.delta.norm();
   if (!(out.depth > 0.0)) return {};
   out.touching = true;
   // Only a centre on one half-space's plane is displaced along that half-space's normal; a limited centre is not.

@@ -40,6 +40,7 @@ class ObjectProxy {
     Vec3 delta = Vec3::Zero();   ///< deflection p_proxy - p_tool [m]
     Vec3 normal = Vec3::Zero();  ///< unit normal, points out of the object
     double depth = 0.0;          ///< penetration depth, delta . normal [m]
+    double stretch = 0.0;        ///< the contact stores 1/2 k stretch^2 [m]
   };
 
   /// Discards the state: the next step() places the proxy anew.
@@ -57,6 +58,13 @@ class ObjectProxy {
   [[nodiscard]] bool started_inside() const noexcept { return started_inside_; }
 
  private:
+  /// Contact that was felt last, from which the next one follows.
+  struct Felt {
+    bool known = false;
+    Vec3 g = Vec3::Zero();      ///< position of the tool [m]
+    Vec3 delta = Vec3::Zero();  ///< deflection; zero without contact [m]
+    double stretch = 0.0;
+  };
   /// Constraint of the proxy by one triangle: the nearest point of the triangle, as surface coordinates and as position
   /// q [m].
   struct Constraint {
@@ -65,9 +73,11 @@ class ObjectProxy {
   };
 
   /// What determines the contact of a step: a proxy that has not arrived, the smooth surface above facets that the
-  /// proxy does not touch, one smooth patch, or facets.
-  enum class Held { in_motion, above_facets, smooth_patch, crease };
+  /// proxy does not touch, one smooth patch, facets, or a proxy that stays where it was felt last.
+  enum class Held { in_motion, above_facets, smooth_patch, crease, stays };
 
+  ProxyContact find(const scene::Mesh& mesh, const Vec3& g, double radius, double release) noexcept;
+  [[nodiscard]] bool keep_nearer(const Vec3& g, ProxyContact& touch) const noexcept;
   void initialise(const scene::Mesh& mesh, const Vec3& g, double radius) noexcept;
   void carry() noexcept;
   void set_centre(const Vec3& centre) noexcept;
@@ -99,6 +109,7 @@ class ObjectProxy {
   bool touching_ = false;
   bool started_inside_ = false;
   Held held_ = Held::in_motion;  // in the last step
+  Felt felt_;
   Vec3 carried_ = Vec3::Zero();
   double travelled_ = 0.0;        // Mesh::Impl::travelled in the previous tick
   Vec3 clear_at_ = Vec3::Zero();  // there is no triangle within clear_ [m] of this point
