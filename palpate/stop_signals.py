@@ -21,14 +21,14 @@ _at_once = threading.Event()  # SIGTERM or SIGHUP came: nobody waits for more th
 @contextmanager
 def handled() -> Iterator[None]:
     """Context in which the three signals raise KeyboardInterrupt and are remembered, except those that are ignored."""
-    _raised.clear()
-    _at_once.clear()
     before = {s: signal.signal(s, _raise) for s in _ENDS if signal.getsignal(s) is not signal.SIG_IGN}
     try:
         yield
     finally:
         for s, handler in before.items():
             signal.signal(s, handler)
+        _raised.clear()  # what this process runs next is another command
+        _at_once.clear()
 
 
 def came() -> bool:
