@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from palpate.arrays import Array
 from palpate.devices.bench import measure
+from palpate.devices.driver import Reading
 from palpate.devices.simulated import SimulatedDevice, Truth
 from palpate.verify.coverage.trial import RIGHT, Trial, of_intervals
 
@@ -18,29 +21,58 @@ FORMS = {
 }
 
 
-class _Other(SimulatedDevice):
-    """A device of another form."""
+_PERIOD, _QUARTERS = 1e-3, 4
+_MASS, _DAMPING, _FRICTION, _NOISE, _STEP = 0.2, 0.5, 0.05, 2e-5, 1e-5  # kg, N s/m, N, m, m
 
-    def __init__(self, truth: Truth, form: str) -> None:
-        super().__init__(truth=truth)
-        self.form = form
 
-    def _advance(self, F: Array, dt: float, steps: int) -> None:
-        for _ in range(steps):
-            more = 0.15 * np.sin(self._p / 1.5e-3) if self.form == "cogging" else 0.0
-            more = more - 120.0 * self._p - 5.0 * self._v if self.form == "held" else more
-            super()._advance(F + more, dt, 1)
+class _Device(SimulatedDevice):
+    """Three axes with the same mass, damping and friction, integrated here: one period per reading, plain numbers."""
+
+    def __init__(self, form: str, seed: int) -> None:
+        super().__init__(truth=Truth(delay=0.0))
+        self.form, self.late = form, 340 if form == "late" else 9  # quarters of a period
+        self.noise = np.random.default_rng(seed)
+        self.forces = [(0.0, 0.0, 0.0)] * (self.late // _QUARTERS + 2)  # of the last periods, the newest last
+        self.places, self.speeds, self.now = [0.0] * 3, [0.0] * 3, (0.0, 0.0, 0.0)
+
+    def open(self) -> None:
+        """Nothing to open."""
+
+    def read(self) -> Reading:
+        """The noisy, rounded pose a period later."""
+        self.forces.append(self.now)
+        for quarter in range(_QUARTERS):
+            force = self.forces[-1 - (self.late + _QUARTERS - 1 - quarter) // _QUARTERS]
+            for i in range(3):
+                if force[i] != 0.0 or self.speeds[i] != 0.0 or self.form != RIGHT:
+                    self._move(i, force[i], _PERIOD / _QUARTERS)
+        del self.forces[0]
+        X = np.eye(4)
+        X[:3, 3] = _STEP * np.round((self.places + _NOISE * self.noise.standard_normal(3)) / _STEP)
+        return Reading(X)
+
+    def write(self, wrench: Array) -> None:
+        """Take the force, which acts after the delay."""
+        self.now = tuple(wrench[:3].tolist())
+
+    def _move(self, i: int, force: float, dt: float) -> None:
+        p, v = self.places[i], self.speeds[i]
+        if self.form == "cogging":
+            force += 0.15 * math.sin(p / 1.5e-3)
+        if self.form == "held":
+            force -= 120.0 * p + 5.0 * v
+        u = (v + dt / _MASS * force) / (1.0 + dt / _MASS * _DAMPING)
+        after = math.copysign(max(abs(u) - dt / _MASS * _FRICTION, 0.0), u)
+        self.places[i], self.speeds[i] = p + 0.5 * dt * (v + after), after
 
 
 def trial(form: str, rng: np.random.Generator) -> Trial:
     """One bench."""
-    truth = Truth(noise=2e-5, delay=85 if form == "late" else 2.25, seed=int(rng.integers(2**31)))
-    driver = SimulatedDevice(truth=truth) if form in (RIGHT, "late") else _Other(truth, form)
-    bench = measure(driver, "simulated")
+    bench = measure(_Device(form, int(rng.integers(2**31))), "simulated")
     value, true, half = [], [], []
     for axis in bench.axes:
         if axis.fit is not None:
-            for name, known in (("mass", 0.2), ("damping", 0.5), ("friction", 0.05), ("delay", 2.25e-3)):
+            for name, known in (("mass", _MASS), ("damping", _DAMPING), ("friction", _FRICTION), ("delay", 2.25e-3)):
                 value.append(getattr(axis.fit, name))
                 true.append(known)
                 half.append(axis.fit.student * getattr(axis.fit.deviations, name))
