@@ -14,7 +14,8 @@ plus 1/f plus 1/f^2, with the shares that explain the spectrum of the residual, 
 How many time constants there are, and whether the tissue stiffens, is not known. The values are means over these forms,
 weighted by Akaike's information criterion (Buckland et al., Biometrics 53, 1997), and the intervals include the spread
 over the forms. They cover noise, white or coloured, and drift, not a tissue of another form: `residual` says how much
-of the force the model leaves, `coloured` how much more that is than white noise.
+of the force the model leaves, `coloured` how much more that is than white noise. Two other forms are named: a force
+that softens with the depth, as over an edge, and a force with another power of the depth, as under a cone.
 """
 
 from __future__ import annotations
@@ -38,7 +39,9 @@ _Z95 = 1.96
 _TOUCHES = 12  # depths of the first touch from which the search starts
 _REWEIGHTS = 4  # of the octaves of the residual's spectrum
 _HOPELESS = 12.0  # criterion above the best from which on simpler forms are not tried
-_COLOURED = 1.5  # residual over its white noise from which on a remark is made
+_SOFTENS = -0.05  # largest stiffening that counts as softening
+_CLEARER = 6.0  # Akaike's criterion by which another exponent must fit better, 20 times as probable
+_COLOURED = 1.2  # residual over its white noise from which on a remark is made
 _ABOVE = 0.05  # largest height above the tissue from which a press begins [m]
 
 
@@ -130,7 +133,7 @@ def fit(press: Press, radius: float, thickness: float = np.inf, poisson: float =
         coloured=_coloured(r),
         deepest=float((press.depth.max() - touch) / radius),
         seconds=float(np.ptp(press.t)),
-        not_identifiable=_unidentified(best, reach * rest_of, reach * beta_of),
+        not_identifiable=(*_unidentified(best, reach * rest_of, reach * beta_of), *_other_contact(best, reach)),
         press=press,
         fitted=press.force - r,
     )
@@ -150,6 +153,7 @@ class _Case:
     terms: int
     stiffens: bool
     drifts: bool = False
+    exponent: bool = False  # beta is not the stiffening but what the depth's exponent has more than that of a sphere
 
     @cached_property
     def table(self) -> tuple[Array, Array]:
@@ -163,7 +167,9 @@ class _Case:
         depth = np.maximum(self.press.depth - y[0] * self.radius, 0.0)
         root = np.sqrt(depth)
         beta = y[1] if self.stiffens else 0.0
-        elastic = np.interp(root, *self.table) * root**3 * (1.0 + beta * depth / self.radius)
+        part = depth / self.radius
+        factor = np.maximum(part, 1e-9) ** beta if self.exponent else 1.0 + beta * part
+        elastic = np.interp(root, *self.table) * root**3 * factor
         taus = np.exp(y[len(y) - self.terms :])
         late = [viscosity.hereditary_force([(1.0, tau)], t, elastic) - elastic for tau in taus.tolist()]
         slope = (t - t[0]) / np.ptp(t) if self.drifts else np.zeros(len(t))
@@ -460,6 +466,31 @@ def _require_press(press: Press, radius: float) -> None:
         raise RecordingError(
             "the press is deeper than three radii", where=press.source, why=why, mend="check the units"
         )
+
+
+def _other_contact(best: _Form, reach: float) -> tuple[str, ...]:
+    """Sentences on a force that no stiffening of a half-space under a sphere explains; `reach`: Student's factor.
+
+    Tissue stiffens when it is compressed, and never softens. A tip of another shape changes the exponent of the depth:
+    1 for a flat punch, 2 for a cone.
+    """
+    if not best.case.stiffens:
+        return ()
+    beta, deviation = best.stiffening
+    end = "; the interval of the modulus does not cover that"
+    found = []
+    if beta + reach * deviation < _SOFTENS:
+        found.append(
+            f"the form: the force grows more slowly than that of a sphere on a half-space (stiffening {beta:.2f}): the "
+            f"sphere slips, stands over an edge, or the tissue yields{end}"
+        )
+    power = replace(best.case, exponent=True).solve()
+    if power.criterion < best.criterion - _CLEARER:
+        found.append(
+            f"the form: the force grows with the depth to the power {1.5 + power.stiffening[0]:.2f}, which fits better "
+            f"than 1.5 with stiffening {beta:.2f}: a tip that is no sphere (2: a cone, 1: a flat punch){end}"
+        )
+    return tuple(found)
 
 
 def _unidentified(best: _Form, young: float, beta: float) -> tuple[str, ...]:
