@@ -60,8 +60,9 @@ def rounds(driver: Driver, facts: Facts, seconds: float, force: Callable[[float,
             if force is not None and not (np.abs(moved) <= reach).all():
                 return Trace(t[: k + 1], X[: k + 1], F[: k + 1], stopped=True)
             if force is not None:
-                F[k] = np.clip(force(t[k], moved), -PUSH, PUSH)
-                driver.write(np.r_[F[k], 0.0, 0.0, 0.0])
+                wrench = np.zeros(6)
+                wrench[:3] = F[k] = np.minimum(np.maximum(force(t[k], moved), -PUSH), PUSH)
+                driver.write(wrench)
             if not lockstep:
                 due = max(due + 1.0 / facts.rate, time.monotonic() - _CATCH_UP)
                 time.sleep(max(0.0, due - time.monotonic()))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -22,6 +22,7 @@ _USUAL = (0.3e-3, np.radians(0.2))  # errors of a board seen by a camera, used a
 _ROUNDS = 2  # linearisations with estimated errors
 LEAST = 4  # fewest views: three leave six degrees of freedom for three unknown errors
 FEW = 48  # degrees of freedom below which the unknown errors make the covariance clearly larger: under ten views
+_OTHER_SIZE = 0.003  # probability below which the board has another size than stated
 _MISFIT = 40.0  # median residual, in usual errors of a view, above which the poses do not belong together
 
 Mount = Literal["arm", "beside"]
@@ -44,6 +45,9 @@ class HandEye:
     residuals: Array  #: (N,) position residual of each view [m]
     freedom: int  #: measured numbers less the twelve unknowns; few make the covariance large
     outliers: tuple[int, ...]  #: views excluded as wrong
+    size: float  #: distances that the camera reports over those that the arm moved; 1 for a board as large as stated
+    size_deviation: float  #: standard deviation of `size`
+    warnings: tuple[str, ...]
 
 
 def handeye(
@@ -105,12 +109,47 @@ def _solved(chain: Chain, kept: list[int], wrong: list[int], goals: Array) -> Ha
     found = tuple(predict.target(Z, C_Z, p) for p in goals)
     lengths = np.linalg.norm(chain.residuals(X, Z).reshape(-1, 2, 3), axis=2)
     rms = np.sqrt(np.square(lengths[kept]).mean(axis=0))
+    size, deviation, other = _size(chain[kept], X, Z)
+    if wrong and not other:  # a wrong size also looks like wrong views
+        size, deviation, other = _size(chain, X, Z)
     return HandEye(
         X=Z, board=X, covariance=C_Z, board_covariance=C_X, freedom=fits.freedom,
         fre=float(rms[0]), rotation_fre=float(rms[1]),
         fle=float(np.sqrt(3.0) * sigma[0]), rotation_fle=float(np.sqrt(3.0) * sigma[1]),
         tre=np.array([one.tre for one in found]), targets=found, residuals=lengths[:, 0], outliers=tuple(wrong),
+        size=size, size_deviation=deviation, warnings=_warnings(len(kept), fits.freedom, size, deviation, other),
     )  # fmt: skip
+
+
+def _size(chain: Chain, X: Array, Z: Array) -> tuple[float, float, bool]:
+    """Size of the camera's distances over the arm's, its standard deviation, and whether it is surely not one.
+
+    It is a thirteenth parameter: the arm measures metres, so a board printed too large shows itself.
+    """
+    from scipy.special import chdtri
+
+    rigidly = _components(chain, X, Z)
+    away = np.zeros((*rigidly.r.shape, 1))
+    away[:, :3, 0] = chain.weights[:3] * (inverse(Z) @ chain.A @ X)[:, :3, 3]
+    fits = replace(rigidly, J=np.concatenate([rigidly.J, away], axis=2)).fits()
+    change, last = float(fits.solution[-1]), slice(12, 13)
+    limit = float(fits.covariance(last, 1.0 - _OTHER_SIZE)[0, 0]) * chdtri(1, _OTHER_SIZE)
+    return 1.0 + change, float(np.sqrt(fits.covariance(last)[0, 0])), change**2 > limit and abs(change) > 1e-6
+
+
+def _warnings(views: int, freedom: int, size: float, deviation: float, other: bool) -> tuple[str, ...]:
+    found = []
+    if freedom < FEW:
+        found.append(
+            f"{views} views hardly show their own errors: the predicted error includes that they are unknown; 10 views "
+            "or more make it smaller"
+        )
+    if other:
+        found.append(
+            f"the camera's distances are {size:.4f} +- {deviation:.4f} times those of the arm: the board has another "
+            "size than stated, or the camera's focal length is wrong, which the predicted error does not include"
+        )
+    return tuple(found)
 
 
 def _check_axes(X_BE: Array) -> None:

@@ -13,6 +13,7 @@ from palpate import mesh
 from palpate.arrays import Array
 from palpate.arrays.rigid import transform
 from palpate.clouds import PointCloud
+from palpate.clouds.neighbourhoods import sampling
 from palpate.errors import CloudError
 from palpate.scan import alignment, field, surface, views
 
@@ -80,7 +81,8 @@ def scan(
     began = time.perf_counter()
     _check(clouds, poses, spacing)
     clean = [views.inliers(_seen(cloud)) for cloud in clouds]
-    noise, step = (float(np.median(values)) for values in zip(*(views.spread(p) for p in clean), strict=True))
+    found_in = [sampling(p) for p in clean]
+    noise, step = (float(np.median([getattr(one, key) for one in found_in])) for key in ("noise", "spacing"))
     size = float(np.linalg.norm(np.ptp(clean[0], axis=0)))
     cell = spacing or max(2.5 * noise, 2.0 * step)
     if align and len(clouds) > 1:

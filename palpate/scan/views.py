@@ -1,4 +1,4 @@
-"""The views of a scan: noise and spacing of their points, and removal of outliers."""
+"""The views of a scan: markers of invalid pixels and outliers, which are removed, and what a view must have."""
 
 from __future__ import annotations
 
@@ -12,21 +12,8 @@ from palpate.errors import CloudError, MissingExtraError
 
 LEAST = 200
 """Smallest number of points of a view."""
-_NEIGHBOURS, _PATCH, _SAMPLES = 8, 64, 1000
+_NEIGHBOURS = 8
 _FAR = 3.0  # outliers: deviations of the mean distance to the neighbours from its median, in robust deviations
-
-
-def spread(points: Array) -> tuple[float, float]:
-    """Noise along the normal and spacing of points (N, 3), both medians over patches of 64 neighbours [m]."""
-    from scipy.spatial import cKDTree
-
-    k = min(_PATCH, len(points))
-    chosen = np.random.default_rng(0).permutation(len(points))[:_SAMPLES]
-    distances, index = cKDTree(points).query(points[chosen], k=k)
-    near = points[index] - points[index].mean(axis=1, keepdims=True)
-    variance = np.linalg.eigvalsh(np.einsum("nki,nkj->nij", near, near))[:, 0] / (k - 3)
-    spacing = np.median(distances[:, -1]) / np.sqrt(k / np.pi)
-    return float(np.sqrt(max(np.median(variance), 0.0))), float(spacing)
 
 
 _SENSOR = 0.02  # a camera sees nothing nearer than this to itself [share of the median range]

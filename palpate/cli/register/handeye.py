@@ -35,7 +35,7 @@ class Command(_common.Register):
         """Calibrate, print, write."""
         import numpy as np
 
-        from palpate.registration import files, hand_eye, handeye
+        from palpate.registration import files, handeye
 
         console = self.begin()
         names, goals = _common.targets(self.target)
@@ -44,11 +44,6 @@ class Command(_common.Register):
         )
         values = _common.values_of("handeye", found, names)
         sigma = np.sqrt(np.diag(found.covariance))
-        few = (
-            f"{len(found.residuals) - len(found.outliers)} views hardly show their own errors: the predicted error "
-            "includes that they are unknown; 10 views or more make it smaller"
-        )
-        values["warnings"] = [few] if found.freedom < hand_eye.FEW else []
         lines = [
             f"X, the camera in the {'tool' if self.mount == 'arm' else 'base'} frame:",
             *_common.lines_of_pose(values["X"]),
@@ -58,6 +53,7 @@ class Command(_common.Register):
             f"{np.degrees(found.rotation_fre):.3f} deg rms",
             f"errors of one view and of the arm, estimated: {1e3 * found.fle:.3f} mm and "
             f"{np.degrees(found.rotation_fle):.3f} deg rms, {found.freedom} degrees of freedom",
+            f"distances of the camera over those of the arm: {found.size:.4f} +- {found.size_deviation:.4f}",
             *_common.lines_of_wrong("view", found),
         ]  # fmt: skip
         self.finish(console, lines, values, (self.arm, self.camera))

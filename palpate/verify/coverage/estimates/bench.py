@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 
 import numpy as np
 
@@ -23,6 +24,7 @@ FORMS = {
 
 _PERIOD, _QUARTERS = 1e-3, 4
 _MASS, _DAMPING, _FRICTION, _NOISE, _STEP = 0.2, 0.5, 0.05, 2e-5, 1e-5  # kg, N s/m, N, m, m
+_EYE = np.eye(4)
 
 
 class _Device(SimulatedDevice):
@@ -31,7 +33,7 @@ class _Device(SimulatedDevice):
     def __init__(self, form: str, seed: int) -> None:
         super().__init__(truth=Truth(delay=0.0))
         self.form, self.late = form, 340 if form == "late" else 9  # quarters of a period
-        self.noise = np.random.default_rng(seed)
+        self.noise = random.Random(seed)
         self.forces = [(0.0, 0.0, 0.0)] * (self.late // _QUARTERS + 2)  # of the last periods, the newest last
         self.places, self.speeds, self.now = [0.0] * 3, [0.0] * 3, (0.0, 0.0, 0.0)
 
@@ -41,14 +43,15 @@ class _Device(SimulatedDevice):
     def read(self) -> Reading:
         """The noisy, rounded pose a period later."""
         self.forces.append(self.now)
+        gauss = self.noise.gauss
         for quarter in range(_QUARTERS):
             force = self.forces[-1 - (self.late + _QUARTERS - 1 - quarter) // _QUARTERS]
             for i in range(3):
                 if force[i] != 0.0 or self.speeds[i] != 0.0 or self.form != RIGHT:
                     self._move(i, force[i], _PERIOD / _QUARTERS)
         del self.forces[0]
-        X = np.eye(4)
-        X[:3, 3] = _STEP * np.round((self.places + _NOISE * self.noise.standard_normal(3)) / _STEP)
+        X = _EYE.copy()
+        X[:3, 3] = [_STEP * round((p + _NOISE * gauss(0.0, 1.0)) / _STEP) for p in self.places]
         return Reading(X)
 
     def write(self, wrench: Array) -> None:

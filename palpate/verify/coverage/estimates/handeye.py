@@ -32,7 +32,11 @@ def trial(form: str, rng: np.random.Generator) -> Trial:
     if form == "one wrong":
         X_CK[2, :3, 3] += [0.0, 0.01, 0.0]
     found = handeye(_disturbed(rng, X_BE, 0.2e-3, 0.1), X_CK, "arm")
-    return of_ellipsoid(displacement(found.X, camera), found.covariance, bool(found.outliers))
+    return of_ellipsoid(
+        displacement(found.X, camera),
+        found.covariance,
+        bool(found.outliers) or any("size" in text for text in found.warnings),
+    )
 
 
 def _disturbed(rng: np.random.Generator, X: Array, position: float, turn: float) -> Array:
