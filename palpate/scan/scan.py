@@ -84,7 +84,7 @@ def scan(
     found_in = [sampling(p) for p in clean]
     noise, step = (float(np.median([getattr(one, key) for one in found_in])) for key in ("noise", "spacing"))
     size = float(np.linalg.norm(np.ptp(clean[0], axis=0)))
-    cell = spacing or max(2.5 * noise, 2.0 * step)
+    cell = spacing or max(2.5 * noise, 1.9 * step)
     if align and len(clouds) > 1:
         X = _aligned(clouds, clean, poses, 2.0 * cell, reach or 0.1 * size)
     else:

@@ -250,3 +250,26 @@ operator: {palpate: {at: [0, 0, 0.1], force: 0.25, approach: 0.4, press: 0.4, sl
     found = tissue.fit(press_recording.load(record), 6e-3)
     assert found.young == pytest.approx(6000, rel=0.15)  # a block of .1 m is no half-space
     assert 1.15 < found.instantaneous / found.young < 1.8  # 1.4, by a press of .4 s
+
+
+@pytest.mark.parametrize("form", ["sphere", "stiffening", "cone", "edge"])
+def test_tips_and_places_that_are_no_sphere_on_a_half_space_are_named(form):
+    """Closed forms: Sneddon's cone, and a sphere of which half stands over an edge. Stiffening tissue is not named."""
+    radius, young, nu = 6e-3, 6e3, 0.45
+    t = np.arange(0.0, 12.0, 0.025)
+    times = [0.0, 0.5, 0.6, 3.3, 3.4, 6.2, 6.3, 9.1, 9.2, 12.0]
+    depth = np.interp(t, times, radius * np.array([-0.1, 0.0, 0.1, 0.1, 0.2, 0.2, 0.35, 0.35, 0.5, 0.5]))
+    deep = np.maximum(depth, 0.0)
+    force = indentation.sneddon(radius, deep, young, nu)
+    if form == "stiffening":
+        force = force * (1.0 + 1.0 * deep / radius)
+    if form == "cone":
+        force = 2.0 / np.pi * young / (1.0 - nu**2) * deep**2 / np.tan(np.radians(30.0))
+    if form == "edge":
+        force = force - 0.5 * indentation.sneddon(radius, np.maximum(deep - 1.5e-3, 0.0), young, nu)
+    told = 0
+    for seed in range(4):
+        noise = 0.005 * force.max() * np.random.default_rng(seed).normal(size=len(t))
+        found = tissue.fit(press_recording.Press(t, depth + 1e-3, force + noise), radius)
+        told += any(text.startswith("the form") for text in found.not_identifiable)
+    assert told == (0 if form in ("sphere", "stiffening") else 4)
