@@ -681,10 +681,14 @@ class Limiter:
         engaged: bool = True,
         explained: float = 0.0,
         dt: float = 0.0,
+        potential: float = float('inf'),
+        work: float = 0.0,
     ) -> tuple[Annotated[NDArray[numpy.float64], "(:,)"], Annotated[NDArray[numpy.float64], "(:,)"], int]:
         """
         One tick with a force (3,) or a wrench (6,): (F_H_L to be rendered, F_cut = input - output, status bits).
-        explained: fall of the force that the motion explains [N]; dt: time since the last tick, 0: one period [s].
+        explained: fall of the force that the motion explains [N]; dt: time since the last tick, 0: one period [s];
+        potential: energy of the springs behind the wrench, infinity: unknown [J]; work: of the hand since the last tick
+        [J].
         """
 
 class Energy:

@@ -98,23 +98,27 @@ void bind_limiter(nb::module_& m) {
       .def(
           "step",
           [](Limiter& self, const VectorArg& F_H_L, double t, double t_leader, double t_follower, bool leader_valid,
-             bool follower_valid, bool engaged, double explained, double dt) {
+             bool follower_valid, bool engaged, double explained, double dt, double potential, double work) {
             const stability::Limited out = self.step({wrench(F_H_L, "F_H_L"),
                                                       t,
                                                       {t_leader, leader_valid},
                                                       {t_follower, follower_valid},
                                                       engaged,
                                                       explained,
-                                                      dt});
+                                                      dt,
+                                                      potential,
+                                                      work});
             const Eigen::Index n = F_H_L.values.size();
             return std::make_tuple(Eigen::VectorXd(to_vector(out.F_H_L).head(n)),
                                    Eigen::VectorXd(to_vector(out.F_cut).head(n)), out.status);
           },
           "F_H_L"_a, "t"_a = 0.0, "t_leader"_a = 0.0, "t_follower"_a = 0.0, "leader_valid"_a = true,
           "follower_valid"_a = true, "engaged"_a = true, "explained"_a = 0.0, "dt"_a = 0.0,
+          "potential"_a = std::numeric_limits<double>::infinity(), "work"_a = 0.0,
           "One tick with a force (3,) or a wrench (6,): (F_H_L to be rendered, F_cut = input - output, status bits). "
           "explained: fall of the force that the motion explains [N]; dt: time since the last tick, 0: one period "
-          "[s].");
+          "[s]; potential: energy of the springs behind the wrench, infinity: unknown [J]; work: of the hand since the "
+          "last tick [J].");
 }
 
 void bind_energy(nb::module_& m) {

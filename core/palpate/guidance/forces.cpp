@@ -157,6 +157,7 @@ FixtureEnergy apply_laws(FixtureStates& states, const Corrector& hard, const Cor
     energy.potential += now.force.U;
     if (earns_credit(f.policy)) energy.credit += now.rise * now.force.U;
     scale(now.force, now.authority);
+    energy.present += now.force.U;
     if (!is_hard) soft = soft + now.force.F;
   }
   return energy;

@@ -202,19 +202,24 @@ Wrench Haptics::carried_to_goal(const HapticsInput& in, const Wrench& F_T_W) con
 }
 
 // Energy that the springs behind the wrench on the hand store now, at the hand's port [J]; infinity for a soft body,
-// another instrument and a measured contact, whose stored energy is not known. Where the tool does not reach its goal
-// (the follower's lag or limits), the hand has also worked against the present wrench along the distance between both.
-double Haptics::potential(const HapticsInput& in) const noexcept {
+// another instrument and a measured contact, whose stored energy is not known. of_fixtures: that of the fixtures [J].
+double Haptics::spring_energy(const HapticsInput& in, double of_fixtures) const noexcept {
   const bool others = in.tool.F_others_W.f != Vec3::Zero() || in.tool.F_others_W.t != Vec3::Zero();
   if (options_.source != force::Source::contact || others || touches_soft_body(*out_.contacts)) {
     return std::numeric_limits<double>::infinity();
   }
+  return mapping_.energy_ratio() *
+         (stability::spring_energy(*out_.contacts, in.controls.stiffness_scale) + of_fixtures);
+}
+
+// Where the tool does not reach its goal (the follower's lag or limits), the hand has also worked against the present
+// wrench along the distance between both: at most this energy, at the hand's port [J].
+double Haptics::energy_of_lag(const HapticsInput& in) const noexcept {
   const Wrench& F = tool_force_.F_T_W;
   const Pose& goal = out_.mapped.X_WT_goal;
   const double away = (goal.p - in.tool.X_WT.p).norm();
   const double turned = rotation_vector(goal.R * in.tool.X_WT.R.transpose()).norm();
-  return mapping_.energy_ratio() * (stability::spring_energy(*out_.contacts, in.controls.stiffness_scale) +
-                                    out_.guided.energy.potential + F.f.norm() * away + F.t.norm() * turned);
+  return mapping_.energy_ratio() * (F.f.norm() * away + F.t.norm() * turned);
 }
 
 // Power that the motion of the touched surfaces and of other instruments does on the tool [W].
@@ -233,9 +238,10 @@ stability::Output Haptics::stabilise(const HapticsInput& in) noexcept {
   const Vec3 F_T_W = carried_to_goal(in, {out_.force.F, out_.force.torque}).f + out_.guided.on_tool.F.f;
   const double K = stability::stiffness_along(F_T_W, *out_.contacts, in.controls.stiffness_scale) +
                    (guidance_ != nullptr ? guidance_->stiffness_along(F_T_W) : 0.0) + in.tool.K_others;
+  const guidance::FixtureEnergy& energy = out_.guided.energy;
   return stability_.step({out_.commanded, in.t, in.handle, in.tool, feels(in), mapping_.stiffness_on_hand(K),
-                          mapping_.energy_ratio() * out_.guided.energy.credit, dt_,
-                          mapping_.energy_ratio() * power_of_motion(in), potential(in)});
+                          mapping_.energy_ratio() * energy.credit, dt_, mapping_.energy_ratio() * power_of_motion(in),
+                          spring_energy(in, energy.potential) + energy_of_lag(in), spring_energy(in, energy.present)});
 }
 
 }  // namespace palpate::loop

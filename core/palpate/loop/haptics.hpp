@@ -132,7 +132,8 @@ class Haptics {
   [[nodiscard]] double torque_on_jaws(const ToolWithSpheres& tool) const noexcept;
   [[nodiscard]] ToolForce contact_force(const HapticsInput& in) const noexcept;
   [[nodiscard]] Wrench carried_to_goal(const HapticsInput& in, const Wrench& F_T_W) const noexcept;
-  [[nodiscard]] double potential(const HapticsInput& in) const noexcept;
+  [[nodiscard]] double spring_energy(const HapticsInput& in, double of_fixtures) const noexcept;
+  [[nodiscard]] double energy_of_lag(const HapticsInput& in) const noexcept;
   [[nodiscard]] double power_of_motion(const HapticsInput& in) const noexcept;
   [[nodiscard]] stability::Output stabilise(const HapticsInput& in) noexcept;
   stability::Energy book(const HapticsInput& in, const Wrench& F_H_L) noexcept;

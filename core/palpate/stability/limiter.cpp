@@ -75,12 +75,22 @@ Limited Limiter::step(const LimiterInput& in) noexcept {
     commanded = {};
   }
   const bool trusted = in.engaged && out.status == 0;
+  Wrench goal;
+  if (trusted) {
+    const double share =
+        saturation_.step({commanded.f.stableNorm(), in.potential, in.work, in.work_of_motion}, caps_.force_cap);
+    goal = commanded;
+    if (share < 1.0) {
+      goal = {kInside * share * commanded.f, kInside * share * commanded.t};
+      out.status |= kForceCapped;
+    }
+  } else {
+    saturation_.reset();
+  }
   const double dt = in.dt > 0.0 ? std::min(in.dt, dt_) : dt_;  // after a gap no larger step than usual
   const double explained = trusted ? in.explained : 0.0;       // a released hand moves along no spring
-  const unsigned force =
-      approach(trusted ? commanded.f : Vec3::Zero(), caps_.force_cap, caps_.rate_cap * dt, explained, F_.f);
-  const unsigned moment =
-      approach(trusted ? commanded.t : Vec3::Zero(), caps_.moment_cap, caps_.moment_rate_cap * dt, 0.0, F_.t);
+  const unsigned force = approach(goal.f, caps_.force_cap, caps_.rate_cap * dt, explained, F_.f);
+  const unsigned moment = approach(goal.t, caps_.moment_cap, caps_.moment_rate_cap * dt, 0.0, F_.t);
   out.status |= force | moment;
   out.F_H_L = F_;
   out.F_cut = {commanded.f - F_.f, commanded.t - F_.t};

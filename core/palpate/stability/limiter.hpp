@@ -4,6 +4,9 @@
 // a loss, so that the wrench returns by a ramp.
 #pragma once
 
+#include <limits>
+
+#include "palpate/stability/saturation.hpp"
 #include "palpate/types/motion.hpp"
 #include "palpate/types/spatial.hpp"
 #include "palpate/types/status.hpp"
@@ -27,6 +30,10 @@ struct LimiterInput {
   bool engaged = true;      ///< following and not clutched; otherwise the wrench ramps to zero
   double explained = 0.0;   ///< fall of the force in this tick that the hand's motion explains: K |dx| [N]
   double dt = 0.0;          ///< time since the last tick; 0: one period [s]
+  /// Energy that the springs behind the wrench store; infinity: unknown [J].
+  double potential = std::numeric_limits<double>::infinity();
+  double work = 0.0;            ///< of the hand against the last rendered wrench since the last tick [J]
+  double work_of_motion = 0.0;  ///< of moving surfaces, with the wanted wrench, since the last tick [J]
 };
 
 /// Output of the limiter.
@@ -38,7 +45,7 @@ struct Limited {
 
 /// With F_k-1 the last force and dt the period:
 ///
-///   goal = trusted ? cap(F_commanded, force_cap) : 0
+///   goal = trusted ? cap(s F_commanded, force_cap) : 0         s as in saturation.hpp, for the moment as well
 ///   F    = trusted ? cap(F_k-1, max(|goal|, |F_k-1| - explained)) : F_k-1        cap() shortens without turning
 ///   F_k  = F + cap(goal - F, rate_cap dt)
 ///
@@ -63,6 +70,7 @@ class Limiter {
   Caps caps_;
   double dt_;
   Wrench F_;
+  Saturation saturation_;
 };
 
 }  // namespace palpate::stability

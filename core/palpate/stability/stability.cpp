@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "palpate/types/so3.hpp"
+
 namespace palpate::stability {
 namespace {
 
@@ -55,12 +57,15 @@ Output Stability::step(const Input& in) noexcept {
     out.F_low_pass = coupled - smooth;
     out.lag = {coupling_.lag(in.stiffness), low_pass_.lag(), 0.0, 0.0};
   }
-  const double moved = started_ ? (handle.X_LH.p - p_LH_).norm() : 0.0;
-  p_LH_ = handle.X_LH.p;
+  if (!started_) X_LH_ = handle.X_LH;
   started_ = true;
+  const Wrench& F = limiter_.now();
+  const Vec3 dx = handle.X_LH.p - X_LH_.p, turn = rotation_vector(handle.X_LH.R * X_LH_.R.transpose());
+  X_LH_ = handle.X_LH;
   // A wanted wrench that is not finite is passed on, so that the limiter reports it; the limiter takes it as zero.
-  const Limited limited = limiter_.step(
-      {finite(commanded) ? smooth : commanded, in.t, in.handle, in.tool, in.engaged, in.stiffness * moved, dt});
+  const Limited limited =
+      limiter_.step({finite(commanded) ? smooth : commanded, in.t, in.handle, in.tool, in.engaged,
+                     in.stiffness * dx.norm(), dt, in.present_potential, -F.f.dot(dx) - F.t.dot(turn), in.power * dt});
   out.F_capped = limited.F_H_L;
   out.F_cut = limited.F_cut;
   out.F_H_L = passivity_.step(out.F_capped);

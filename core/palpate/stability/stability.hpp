@@ -40,6 +40,8 @@ struct Input {
   double power = 0.0;      ///< of the motion of surfaces and other instruments on the tool, at the hand's port [W]
   /// Energy that the springs behind `commanded` store now, at the hand's port; infinity: unknown [J].
   double potential = std::numeric_limits<double>::infinity();
+  /// The same at the present authority of the fixtures: `commanded` is its gradient [J].
+  double present_potential = std::numeric_limits<double>::infinity();
 };
 
 /// Lag of a ramp of force in each element [s].
@@ -79,7 +81,7 @@ class Stability {
 
  private:
   double dt_;
-  Vec3 p_LH_ = Vec3::Zero();  ///< position of the handle at the last tick [m]
+  Pose X_LH_;  ///< handle at the last tick
   bool started_ = false;
   Coupling coupling_;
   LowPass low_pass_;

@@ -25,6 +25,7 @@ struct Input {
 /// Energies of all fixtures [J].
 struct FixtureEnergy {
   double potential = 0.0;  ///< stored by the fixtures that act, at full authority
+  double present = 0.0;    ///< stored by them at their present authority
   double credit = 0.0;     ///< stored by those whose authority rose without motion of the hand, by that rise
 };
 
