@@ -183,6 +183,15 @@ class FrameGraph:
         stamps = [edge.stamp for edge in (*up, *down) if edge.stamp is not None]
         return FramePose(X_RC @ X_CF, 0.5 * (covariance + covariance.T), path, min(stamps, default=None))
 
+    def path(self, of: str) -> list[Edge]:
+        """Edges from the root down to a frame.
+
+        Raises:
+            FrameError: there is no such frame.
+        """
+        self._require_known(of)
+        return self._up(of)[::-1]
+
     def disagreements(self) -> list[Disagreement]:
         """Each second path to a frame, compared with the first, in the order given."""
         return [self._disagreement(edge) for edge in self._checks]

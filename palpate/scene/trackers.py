@@ -33,6 +33,8 @@ class SimulatedSection(Section):
     """frames per second [Hz]"""
     noise_mm: NotNegative = 0.25
     """noise of the position of each sphere, standard deviation on each axis [mm]"""
+    delay_ms: Annotated[NotNegative, Field(le=200.0)] = 0.0
+    """time from a frame to its arrival [ms]"""
     dropout: Share = 0.0
     """fraction of the frames that are lost [-]"""
     motion: dict[str, Motions] = Field(default_factory=dict)
@@ -62,6 +64,8 @@ class TrackerSection(Section):
     """instead: host:port of an OpenIGTLink server, such as PLUS or 3D Slicer"""
     topic: Annotated[str, AfterValidator(_topic)] | None = None
     """instead: a ROS 2 topic of PoseStamped, such as /polaris/{tool}/measured_cp; {tool} is the tool of each frame"""
+    delay_ms: Annotated[NotNegative, Field(le=200.0)] = 0.0
+    """time from a measurement to its stamp, or to its arrival if the clock of the stamps is not this machine's [ms]"""
     max_age: Positive = 0.2
     """age of the newest pose above which the tool counts as lost [s]"""
     max_error_mm: Positive = 1.0

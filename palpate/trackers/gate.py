@@ -50,6 +50,7 @@ class Gate:
         self.X = X  #: last good pose (4, 4) [m]
         self.refused = 0  #: number of refused poses
         self.taken = 0  #: number of good poses
+        self.began = False  #: True if the last good pose was trusted wherever it was: a new motion begins with it
         self._why = ""
         self._jumped = False  # whether the newest refused pose was a jump
         self._stamp = -math.inf
@@ -68,7 +69,7 @@ class Gate:
             return False
         self.X, self._stamp, self._good_at = X, seen.t, now
         self.taken += 1
-        self._why, self._free, self._memory = "", False, _MEMORY
+        self._why, self.began, self._free, self._memory = "", self._free, False, _MEMORY
         return True
 
     @property

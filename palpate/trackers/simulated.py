@@ -42,6 +42,7 @@ class SimulatedTracker:
         dropout: fraction of the sightings that are lost [-].
         faults: faults by time.
         seed: seed of noise and dropouts.
+        delay: time from a frame to its arrival [s].
     """
 
     def __init__(
@@ -52,14 +53,16 @@ class SimulatedTracker:
         dropout: float = 0.0,
         faults: Sequence[Fault] = (),
         seed: int = 0,
+        delay: float = 0.0,
     ) -> None:
+        self._delay = delay
         self._tools, self._rate, self._noise = dict(tools), rate, noise
         self._dropout, self._faults, self._seed = dropout, tuple(faults), seed
         self._next = 0
 
     def poll(self, now: float) -> list[Sighting]:
-        """Sightings of the frames since the last call, up to the time `now` [s]."""
-        last = math.floor(now * self._rate + 1e-9)
+        """Sightings of the frames that arrived since the last call, up to the time `now` [s]."""
+        last = math.floor((now - self._delay) * self._rate + 1e-9)
         frames = range(max(self._next, last - _MOST_FRAMES), last + 1)
         self._next = max(self._next, last + 1)
         return [seen for k in frames for seen in self.frame(k)]

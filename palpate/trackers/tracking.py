@@ -11,20 +11,23 @@ from typing import Any, Protocol
 import numpy as np
 
 from palpate import _core
-from palpate.arrays import Array
+from palpate.arrays import Array, rigid
 from palpate.errors import SceneError
 from palpate.record import live
 from palpate.record.ticks import as_ticks
 from palpate.scene import materials, placing
 from palpate.scene.rig import Rig
 from palpate.scene.trackers import TrackerSection
+from palpate.trackers.clock import MeasurementClock
 from palpate.trackers.gate import Gate, Limits
+from palpate.trackers.prediction import Predictor
 from palpate.trackers.simulated import Fault, SimulatedTracker
-from palpate.trackers.tracker import Hearing, Tracker
+from palpate.trackers.tracker import Hearing, Sighting, Tracker
 
 PERIOD = 0.01
 """Period at which trackers are read [s]."""
 _EARLY = 0.5  # silence that is told at the end of a run [s]
+_STEP = 1e-3  # interval from which the velocity of a predicted pose is taken [s]
 
 
 class _Loop(Protocol):
@@ -40,8 +43,9 @@ class _Loop(Protocol):
 class Tracking:
     """The live frames of a rig and the objects that follow them.
 
-    At every step the gate of each tracked frame judges the new poses; good ones enter the graph. The loop moves every
-    object in a tracked frame towards its pose in the graph, with limited speed and acceleration (`_core.Approach`).
+    At every step the gate of each tracked frame judges the new poses; good ones enter the graph and a `Predictor`. The
+    loop moves every object in a tracked frame towards its predicted pose at the present time, of which it is given the
+    velocity too, with limited speed and acceleration (`_core.Approach`).
     When the tool of a frame is lost, or steps are missing for longer than the tracker's `max_age`, its objects stop
     and their stiffness and damping fade to zero.
 
@@ -63,6 +67,11 @@ class Tracking:
             child: Gate(s.tool or child, graph.edge(child).X, _limits(sections[s.tracker or ""]))
             for child, s in self._edges.items()
         }
+        self._clocks = {
+            child: MeasurementClock(1e-3 * section.delay_ms, section.max_age)
+            for child, section in ((child, sections[s.tracker or ""]) for child, s in self._edges.items())
+        }
+        self._predictors: dict[str, Predictor] = {}  # by frame, from its first good pose on
         follow = placing.tracked(rig.scene, placing.graph(rig.scene))
         self._followers = [
             _Follower(obj.name, self._above(obj.frame)) for obj in rig.scene.objects if obj.name in follow
@@ -139,23 +148,53 @@ class Tracking:
         return found
 
     def _read(self, t: float) -> None:
-        seen = {name: tracker.poll(t) for name, tracker in self._trackers.items()}
+        seen, wall = {name: tracker.poll(t) for name, tracker in self._trackers.items()}, time.time()
         taken = False
         for child, gate in self.gates.items():
             section = self._edges[child]
-            good = [s for s in seen.get(section.tracker or "", ()) if s.tool == gate.tool and gate.take(s, t)]
+            good = [
+                s for s in seen.get(section.tracker or "", ()) if s.tool == gate.tool and self._take(child, s, t, wall)
+            ]
             if good:
                 self._rig.frames.update(child, gate.X, self._epoch + t)
                 taken = True
-        for name in self._rig.frames.frames if taken else ():
+        moving = any(one.moving for one in self._predictors.values())
+        for name in self._rig.frames.frames if taken or moving else ():
             if self._rig.frames.is_live(name) and name not in {one.name for one in self._followers}:
-                self._set_frame(name, self._rig.frames.pose(name).X)
+                self._set_frame(name, self._pose(name, t))
+
+    def _take(self, child: str, seen: Sighting, t: float, wall: float) -> bool:
+        """Take in a sighting that was read at the session's time `t` [s]; True if it is good."""
+        gate = self.gates[child]
+        if not gate.take(seen, t):
+            return False
+        measured = self._clocks[child].time(seen.t, t, wall)
+        if gate.began:
+            self._predictors[child] = Predictor(gate.X, measured)
+        else:
+            self._predictors[child].take(gate.X, measured)
+        return True
+
+    def _pose(self, name: str, t: float) -> Array:
+        """Pose (4, 4) in the world of a frame at the time `t` [s], with that of tracked frames as predicted."""
+        X = np.eye(4)
+        for edge in self._rig.frames.path(name):
+            one = self._predictors.get(edge.child)
+            X = X @ (edge.X if one is None else one.at(t, self._clocks[edge.child].delay))
+        return X
+
+    def _target(self, follower: _Follower, t: float) -> tuple[Array, Array]:
+        """Predicted pose (4, 4) of an object at the time `t` [s], and its velocity (6,) [m/s, rad/s]."""
+        X = self._pose(follower.name, t)
+        if not any(one.moving for child, one in self._predictors.items() if child in follower.edges):
+            return X, np.zeros(6)
+        return X, rigid.displacement(self._pose(follower.name, t - _STEP), X) / _STEP
 
     def _set_targets(self, t: float, stop: bool) -> None:
         targets, graph = _core.LiveTargets(), self._rig.frames
         for one in self._followers:
             lost = stop or any(self.gates[child].is_lost(t) for child in one.edges)
-            targets.add(t, graph.pose(one.name).X, lost=lost)
+            targets.add(t, *self._target(one, t), lost)
         for child, gate in self.gates.items():
             targets.add_frame(graph.pose(child).X, gate.seen_at, gate.is_lost(t))
         self._loop.set_live(targets)
@@ -233,7 +272,8 @@ def simulated(rig: Rig, name: str) -> SimulatedTracker:
             )
     tools = {tool: _moving(X, materials.summed(section.motion.get(tool, ()), X[:3, 3])) for tool, X in own.items()}
     faults = [Fault(f.kind, f.start, f.end, f.tool) for f in section.faults]
-    return SimulatedTracker(tools, section.rate, 1e-3 * section.noise_mm, section.dropout, faults, rig.scene.seed)
+    noise, delay = 1e-3 * section.noise_mm, 1e-3 * section.delay_ms
+    return SimulatedTracker(tools, section.rate, noise, section.dropout, faults, rig.scene.seed, delay)
 
 
 def _moving(X: Array, motion: _core.Motion) -> Callable[[float], Array]:
