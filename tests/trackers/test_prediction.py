@@ -185,7 +185,7 @@ def test_the_velocity_that_contact_is_given_is_that_of_the_block(breath):
     ("rate", "delay", "noise"), [(20, 0.03, 1e-4), (30, 0.05, 1e-4), (60, 0.03, 1.5e-4), (60, 0.1, 1e-4)]
 )
 def test_trackers_of_many_kinds(rate, delay, noise):
-    """Breathing within 0.08 N; a stop whose error is smaller and within 5 % as large over a second; no motion at rest."""
+    """Breathing within 0.08 N; a stop with a smaller error, within 5 % as large over a second; no motion at rest."""
     marker = Marker(breathing, rate, delay, noise)
     t, z = follow(marker, 10.0)
     assert K * rms((z - breathing(t))[t > 4.0]) < 0.08
