@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import warnings
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 #: Thickness of the solid layer behind the points [m].
 THICKNESS = 0.02
 _LEAST = 30  # points of a surface at least
+_AVERAGED = 11.0  # support over the root of noise times spacing [-]
 _LINE = 0.05  # extent across a line, divided by that along it, below which the points are a line
 
 
@@ -36,12 +38,14 @@ class Scales:
     def of(cls, found: Sampling) -> Scales:
         """The scales for a spacing and a noise [m].
 
-        The support holds enough points to average their noise: 3 spacings, and 5 standard deviations of the noise. The
-        voxels bound the number of points within the support, and with it the time of a query.
+        The support holds enough points to average their noise: 3 spacings, and more in proportion to the root of noise
+        times spacing. The error that noise leaves falls with spacing times noise over the support, that by curvature
+        grows with the support; at this length their sum is smallest on organs. The voxels bound the number of points
+        within the support, and with it the time of a query.
         """
         spacing = max(found.spacing, 1e-4)
-        support = 3.0 * spacing + 5.0 * found.noise
-        voxel = max(spacing, support / 4.0)
+        support = 3.0 * spacing + _AVERAGED * math.sqrt(found.noise * spacing)
+        voxel = max(spacing, (3.0 * spacing + 5.0 * found.noise) / 4.0)
         return cls(voxel, support, 2.0 * voxel)
 
 
@@ -55,7 +59,7 @@ class PointSurface(Surface):
     Args:
         cloud: the points.
         support: radius within which points shape the surface [m]; larger values smooth more. Default: 3 spacings of
-            the points plus 5 standard deviations of their noise, both measured.
+            the points plus 11 roots of noise times spacing, both measured.
         bridge: half the width of holes that are closed [m]; default: 2 spacings.
         thickness: thickness of the solid layer behind the points [m].
 

@@ -13,7 +13,7 @@ DATA = Path(os.environ.get("PALPATE_DATA") or Path(__file__).resolve().parents[3
 KINECT = sorted(DATA.glob("*.pcd"))
 
 
-@pytest.mark.parametrize(("noise", "size", "angle"), [(0.0, 0.02, 1.0), (0.3e-3, 0.1, 3.0), (1e-3, 0.18, 5.0)])
+@pytest.mark.parametrize(("noise", "size", "angle"), [(0.0, 0.02, 1.0), (0.3e-3, 0.05, 1.5), (1e-3, 0.09, 2.7)])
 def test_a_cloud_of_the_organ_is_felt_as_its_mesh(noise, size, angle):
     found = cloud_organ.difference(noise=noise)
     assert found[0] < size
