@@ -98,8 +98,8 @@ def snapshot(scene: Scene, surfaces_W: list[PlacedSurface]) -> _core.Snapshot:
     for i, (obj, one) in enumerate(zip(scene.objects, surfaces_W, strict=True)):
         live = live_options(scene.trackers[follow[obj.name]], one) if obj.name in follow else None
         if obj.cloud is not None and obj.cloud.sensor is not None:
-            if follow or obj.motion or obj.frame != "world" or not np.array_equal(one.X_WO, np.eye(4)):
-                what = f"{obj.name!r} is the cloud of a sensor: it has no pose and motion, and no object is tracked"
+            if obj.motion or obj.frame != "world" or not np.array_equal(one.X_WO, np.eye(4)):
+                what = f"{obj.name!r} is the cloud of a sensor: it has no pose, frame and motion"
                 raise SceneError(what, where=scene.where("objects", i), mend="leave them out; the sensor sees motion")
             live = cloud_options(obj.cloud)
         motion = materials.motion(obj, one.bounds.mean(axis=0))

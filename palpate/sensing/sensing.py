@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
@@ -12,7 +13,8 @@ from palpate.arrays import Array
 from palpate.errors import SceneError
 from palpate.record import live
 from palpate.record.ticks import Ticks, as_ticks
-from palpate.scene import materials, surface
+from palpate.scene import materials, placing, surface
+from palpate.scene.live_targets import SharedTargets, Target
 from palpate.scene.rig import Rig
 from palpate.sensing.instrument import Instrument
 from palpate.sensing.source import CloudFrame, CloudSource, Hearing
@@ -52,12 +54,21 @@ class Sensing:
         loop: the loop that renders the objects.
         sources: sources by the name that the scene's `cloud: {sensor: NAME}` gives, or by the name of the object.
         extrapolate: False: surfaces rest between two frames, for comparison.
+        targets: targets of all live objects of the loop, which trackers share; own ones when None.
 
     Raises:
         SceneError: an object has no source, or a source belongs to no object.
     """
 
-    def __init__(self, rig: Rig, loop: _Loop, sources: Mapping[str, CloudSource], *, extrapolate: bool = True) -> None:
+    def __init__(
+        self,
+        rig: Rig,
+        loop: _Loop,
+        sources: Mapping[str, CloudSource],
+        *,
+        extrapolate: bool = True,
+        targets: SharedTargets | None = None,
+    ) -> None:
         import scipy.spatial  # noqa: F401 - here, because an import would delay the first frame
 
         self._rig, self._loop = rig, loop
@@ -68,6 +79,7 @@ class Sensing:
             for name, section in ((o.name, o.cloud) for o in rig.scene.objects)
             if name in self._sources and section is not None
         }
+        self._shared = targets or SharedTargets(rig, loop)
         self._targets = {name: (0.0, np.zeros(3), np.zeros(3)) for name in self.streams}  # t, X, V
         self._objects = list(rig.snapshot.objects)
         self._rendered: dict[str, tuple[_tissue.PointSurface, float]] = {}
@@ -77,23 +89,25 @@ class Sensing:
         """Ask the sources at the session's time t [s] and hand over the new surfaces; returns their number."""
         frames = {name: source.latest(t) for name, source in self._sources.items()}
         self.frames.update({name: frame for name, frame in frames.items() if frame is not None})
-        built = 0
-        for slot, (name, stream) in enumerate(self.streams.items()):
+        built, known = 0, len(self._rendered)
+        for name, stream in self.streams.items():
             frame = frames[name]
             if frame is None:
                 continue
             tick = self._tick()
-            found = stream.build(frame, t, tick, self._position(tick, slot, name))
+            found = stream.build(frame, t, tick, self._position(tick, name))
             if found is None:
                 continue
             tick = self._tick()  # the surface has moved on while the new one was built
-            now, X = float(tick["t"]), self._position(tick, slot, name)
+            now, X = float(tick["t"]), self._position(tick, name)
             found.core.translate(stream.rebase(X, found.V, now))
             self._targets[name] = (frame.t, X - found.V * (now - frame.t), found.V)
             self._replace(name, found.core)
             self._rendered[name] = (found.core, stream.spacing)
             built += 1
         if built:
+            if len(self._rendered) > known:
+                self._place_tracked()
             self._loop.set_snapshot(_core.Snapshot(self._objects))
             self._set_targets()
         return built
@@ -133,9 +147,9 @@ class Sensing:
         ticks: Ticks = as_ticks(np.asarray(self._loop.latest()).reshape(1, -1))[0]
         return ticks
 
-    def _position(self, tick: Ticks, slot: int, name: str) -> Array:
+    def _position(self, tick: Ticks, name: str) -> Array:
         """p_WO as the loop renders it; before its first tick as the scene places it."""
-        X_WO = live.object_pose(tick, slot)
+        X_WO = live.object_pose(tick, self._shared.slot(name))
         rest = next(o.X_WO for o in self._rig.snapshot.objects if o.name == name)
         return np.asarray(rest[:3, 3] if X_WO is None else X_WO[:3, 3])
 
@@ -150,13 +164,25 @@ class Sensing:
             is_virtual=obj.presence != "real", is_real=obj.presence != "virtual", live=surface.cloud_options(section),
         )  # fmt: skip
 
+    def _place_tracked(self) -> None:
+        """Move tracked objects in the snapshot to where they are: they go on there after a cloud's first surface."""
+        tick, scene = self._tick(), self._rig.scene
+        for name, tracker in placing.tracked(scene, placing.graph(scene)).items() if scene.trackers else ():
+            X_WO = live.object_pose(tick, self._shared.slot(name))
+            i = next(i for i, one in enumerate(scene.objects) if one.name == name)
+            placed = self._rig.surfaces[i]
+            if X_WO is not None:
+                options = surface.live_options(scene.trackers[tracker], placed)
+                there = replace(placed, X_WO=X_WO)
+                self._objects[i] = surface.core_object(scene.objects[i], there, _core.Motion(), options)
+
     def _set_targets(self, lost: bool = False) -> None:
-        targets = _core.LiveTargets()
-        for t, p, V in self._targets.values():
+        targets = {}
+        for name, (t, p, V) in self._targets.items():
             X_WO = np.eye(4)
             X_WO[:3, 3] = p
-            targets.add(t, X_WO, np.r_[V, np.zeros(3)], lost=lost)
-        self._loop.set_live(targets)
+            targets[name] = Target(t, X_WO, np.r_[V, np.zeros(3)], lost)
+        self._shared.set(targets)
 
 
 def _state(stream: Stream, t: float, source: CloudSource) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 from palpate.arrays import Array
 from palpate.record import snapshots
 from palpate.record.ticks import as_ticks
+from palpate.scene.live_targets import SharedTargets
 from palpate.scene.rig import Rig
 from palpate.sensing import sensing as sensing_module
 from palpate.sensing.source import Clouds, as_sources
@@ -44,10 +45,12 @@ class AttendedLoop(RecordedLoop):
         self.console = Console([weakref.proxy(self)])  #: pedals, presence, locks and scale
         self.console.on_change(partial(_accept_moved_tools, weakref.ref(self)))
         self.camera = self._own_camera()  #: the endoscope arm of the scene; None if the scene has none
-        self.tracking = Tracking(rig, loop) if rig.scene.trackers else None  #: moves the tracked frames
+        targets = SharedTargets(rig, loop)
+        tracked = bool(rig.scene.trackers)
+        self.tracking = Tracking(rig, loop, targets=targets) if tracked else None  #: moves the tracked frames
         if self.tracking is not None:
             weakref.finalize(self, self.tracking.close)
-        self.sensing = _sensing(rig, loop, clouds)  #: turns the frames of sensors into surfaces
+        self.sensing = _sensing(rig, loop, clouds, targets)  #: turns the frames of sensors into surfaces
         if self.sensing is not None:
             weakref.finalize(self, self.sensing.close)
         self.execution: PlanExecution | None = None  #: the newest plan that moves, or moved, the follower
@@ -116,7 +119,7 @@ def _accept_moved_tools(session: weakref.ref[Any], pedal: str, down: bool) -> No
         one.tracking.accept_jumps()
 
 
-def _sensing(rig: Rig, loop: Loop, clouds: Clouds | None) -> sensing_module.Sensing | None:
+def _sensing(rig: Rig, loop: Loop, clouds: Clouds | None, targets: SharedTargets) -> sensing_module.Sensing | None:
     """The sensing of a rig: sources as given, and for other sensors those of the scene's section `sensors`."""
     from palpate.sensing.make import make
 
@@ -126,4 +129,4 @@ def _sensing(rig: Rig, loop: Loop, clouds: Clouds | None) -> sensing_module.Sens
         name = "" if obj.cloud is None else obj.cloud.sensor or ""
         if name in rig.scene.sensors and not {name, obj.name} & set(sources):
             sources[name] = make(rig, name, lambda: as_ticks(np.asarray(loop.latest()).reshape(1, -1))[0])
-    return sensing_module.Sensing(rig, loop, sources) if objects or clouds else None
+    return sensing_module.Sensing(rig, loop, sources, targets=targets) if objects or clouds else None

@@ -16,6 +16,7 @@ from palpate.errors import SceneError
 from palpate.record import live
 from palpate.record.ticks import as_ticks
 from palpate.scene import materials, placing
+from palpate.scene.live_targets import FrameState, SharedTargets, Target
 from palpate.scene.rig import Rig
 from palpate.scene.trackers import TrackerSection
 from palpate.trackers.clock import MeasurementClock
@@ -53,12 +54,19 @@ class Tracking:
         rig: the rig, whose `frames` and live frames of fixtures are updated.
         loop: the loop that renders the objects.
         trackers: sources by the name of the scene's section; made from the scene when None.
+        targets: targets of all live objects of the loop, which sensors share; own ones when None.
     """
 
-    def __init__(self, rig: Rig, loop: _Loop, trackers: Mapping[str, Tracker] | None = None) -> None:
+    def __init__(
+        self,
+        rig: Rig,
+        loop: _Loop,
+        trackers: Mapping[str, Tracker] | None = None,
+        targets: SharedTargets | None = None,
+    ) -> None:
         import scipy.spatial.transform  # noqa: F401 - here, because an import would delay the first steps of a session
 
-        self._rig, self._loop = rig, loop
+        self._rig, self._loop, self._targets = rig, loop, targets or SharedTargets(rig, loop)
         self._trackers = dict(trackers) if trackers is not None else make(rig)
         self._epoch = time.time()
         sections, graph = rig.scene.trackers, rig.frames
@@ -191,19 +199,19 @@ class Tracking:
         return X, rigid.displacement(self._pose(follower.name, t - _STEP), X) / _STEP
 
     def _set_targets(self, t: float, stop: bool) -> None:
-        targets, graph = _core.LiveTargets(), self._rig.frames
+        targets, frames = {}, []
         for one in self._followers:
             lost = stop or any(self.gates[child].is_lost(t) for child in one.edges)
-            targets.add(t, *self._target(one, t), lost)
+            targets[one.name] = Target(t, *self._target(one, t), lost)
         for child, gate in self.gates.items():
-            targets.add_frame(graph.pose(child).X, gate.seen_at, gate.is_lost(t))
-        self._loop.set_live(targets)
+            frames.append(FrameState(self._rig.frames.pose(child).X, gate.seen_at, gate.is_lost(t)))
+        self._targets.set(targets, frames)
 
     def _show_objects(self) -> None:
         """Move the frames of the objects, to which fixtures may be attached, to the poses that the loop renders."""
         tick = as_ticks(np.asarray(self._loop.latest()).reshape(1, -1))[0]
-        for k, one in enumerate(self._followers):
-            X_WO = live.object_pose(tick, k)
+        for one in self._followers:
+            X_WO = live.object_pose(tick, self._targets.slot(one.name))
             if X_WO is not None:
                 self._set_frame(one.name, X_WO)
 
