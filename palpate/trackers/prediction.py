@@ -99,7 +99,7 @@ class _Filter:
 
     @property
     def moving(self) -> bool:
-        return self._t - self._left < _MOVING and not self._flat
+        return bool(self._t - self._left < _MOVING and not self._flat)
 
     def take(self, x: Array, t: float) -> None:
         F, Q = _transition(t - self._t), self._scale.jerk * _covariance(t - self._t)
@@ -114,11 +114,11 @@ class _Filter:
         self._look_for_motion(t)
 
     def at(self, t: float) -> Array:
-        return np.asarray((_transition(t - self._t) @ self._x)[0]) if self.moving else self._x[0]
+        return np.asarray((_transition(t - self._t) @ self._x if self.moving else self._x)[0])
 
     def recentred(self) -> Array:
         """Move the origin of the axes to the position; returns the displacement."""
-        moved = self._x[0].copy()
+        moved: Array = self._x[0].copy()
         self._base, self._x[0] = self._base + moved, 0.0
         return moved
 
