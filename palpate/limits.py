@@ -150,7 +150,11 @@ def unzstd(data: bytes, size: int | None = None, most: int = MOST_UNPACKED) -> b
     Raises:
         LimitError: the size is above `most`, or the data unfold to another one. zstandard.ZstdError: damaged data.
     """
+    import zstandard
+
     require_unpacked(size or 0, most)
+    if size is not None and zstandard.frame_content_size(data) == size:
+        return zstandard.ZstdDecompressor(max_window_size=1 << 27).decompress(data)  # no more than the frame announces
     stream = zstd_stream(io.BytesIO(data), most if size is None else size)
     with stream:
         out = stream.read()

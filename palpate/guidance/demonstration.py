@@ -58,7 +58,7 @@ def read(record: Path, span: tuple[float, float] | None = None) -> Shown:
     missing = [name for name in ("p_WT", "quat_WT") if name not in found.signals]
     if missing:
         raise GuidanceError(f"{' and '.join(missing)} not recorded", where=str(file), mend="use the record of a run")
-    ticks = found.ticks
+    ticks = found.read(["t", "p_WT", "quat_WT"])
     t = np.asarray(ticks["t"])
     keep = np.isfinite(np.asarray(ticks["p_WT"])).all(axis=1)
     if span is not None:

@@ -15,6 +15,7 @@ from palpate.record.ticks import Ticks
 
 COLUMNS = ("t_s", "x_m", "F_N")
 EXCITATION = "u"
+_SIGNALS = ["t", "contacts", "F_cell_L", "F_H_L", "p_LH", "p_WP", "normal"]
 _SETTLE = 2.0  # time after the start of contact that is discarded [s]
 
 
@@ -38,7 +39,7 @@ def _record(path: Path) -> Grip:
         record = Record.open(path)
     except RecordError as error:
         raise RecordingError(error.what, where=str(path), why=error.why, mend=error.mend) from None
-    return grip_of_ticks(record.ticks, record.rate, str(path))
+    return grip_of_ticks(record.read(_SIGNALS), record.rate, str(path))
 
 
 def grip_of_ticks(ticks: Ticks, rate: float, source: str) -> Grip:

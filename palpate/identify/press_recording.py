@@ -67,7 +67,7 @@ def _record(path: Path) -> Press:
         record = Record.open(path)
     except RecordError as error:
         raise RecordingError(error.what, where=str(path), why=error.why, mend=error.mend) from None
-    return press_of_ticks(record.ticks, str(path))
+    return press_of_ticks(record.read(["t", "contacts", "normal", "p_WT", "F_T_W"]), str(path))
 
 
 def press_of_ticks(ticks: Ticks, source: str) -> Press:

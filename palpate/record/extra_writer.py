@@ -1,4 +1,4 @@
-"""Writes frames and meshes into a record, in chunks of their own beside those of the signals."""
+"""Writes frames and meshes into a record, in chunks of their own."""
 
 from __future__ import annotations
 
@@ -15,43 +15,42 @@ from palpate.record.ticks import Ticks
 
 
 class ExtraWriter:
-    """The channels of an `Extra` after those of the signals.
+    """The channels of an `Extra`.
 
     Args:
         extra: what to write.
-        before: number of channels of the signals.
     """
 
-    def __init__(self, extra: Extra, before: int) -> None:
-        topics = {"/tf": TF, **extra.topics}
-        self.channels = {before + k: entry for k, entry in enumerate(topics.items(), start=1)}
-        """Topic and message type by channel id."""
-        self._extra, self._number = extra, {topic: i for i, (topic, _) in self.channels.items()}
+    def __init__(self, extra: Extra) -> None:
+        self._topics = {"/tf": TF, **extra.topics}
+        self._extra = extra
+        self._number: dict[str, int] = {}  # channel by topic
         self._template: TransformTemplate | None = None
         self._due = -np.inf
         self._snapshots: list[Snapshot] = []
 
-    def begin(self, file: McapFile, schemas: dict[str, int]) -> None:
-        """Register the channels; schemas: ids of the message types that the file has."""
-        for topic, schema in self.channels.values():
+    def begin(self, file: McapFile) -> None:
+        """Register the channels."""
+        schemas: dict[str, int] = {}
+        for topic, schema in self._topics.items():
             if schema not in schemas:
                 schemas[schema] = file.add_schema(schema, "ros2msg", DEFINITIONS[schema])
-            file.add_channel(topic, schemas[schema], "cdr", {"offered_qos_profiles": ""})
+            self._number[topic] = file.add_channel(topic, schemas[schema], "cdr", {"offered_qos_profiles": ""})
 
     def keep(self, snapshots: Sequence[Snapshot]) -> None:
         """Keep snapshots, in order of time, until the ticks up to theirs are written; unknown topics are left out."""
-        self._snapshots += [one for one in snapshots if one.topic in self._number]
+        self._snapshots += [one for one in snapshots if one.topic in self._topics]
 
     def add(self, file: McapFile, ticks: Ticks, log_time: NDArray[np.uint64]) -> None:
         """Write the frames of some of the ticks (n,), the snapshots up to them, and at first what does not change."""
         messages = []
         if self._template is None:
             messages = [(self._number[topic], int(log_time[0]), data) for topic, data in self._extra.first()]
-        for tick, time in zip(ticks, log_time.tolist(), strict=True):
-            if float(tick["t"]) < self._due:
+        for k, t in enumerate(ticks["t"].tolist()):
+            if t < self._due:
                 continue
-            self._due = max(self._due + 1.0 / RATE, float(tick["t"]))
-            found = self._extra.transforms(tick)
+            self._due = max(self._due + 1.0 / RATE, t)
+            found, time = self._extra.transforms(ticks[k]), int(log_time[k])
             if self._template is None:
                 self._template = TransformTemplate(tuple(found))
             poses = np.array(list(found.values())).reshape(-1, 4, 4)

@@ -1,7 +1,7 @@
 """Writes an MCAP file one chunk at a time.
 
-The record classes are those of the `mcap` library. Its `Writer` takes one message per call, 3 us each: with 35 channels
-at 1 kHz this limits a run to 10x real time. `McapFile` takes whole chunks of serialised messages, which allows 100x.
+The record classes are those of the `mcap` library. Its `Writer` takes one message per call, 3 us each. `McapFile` takes
+whole chunks of serialised messages.
 Writes are unbuffered: a killed process only loses the chunk that is not yet written.
 """
 
@@ -93,6 +93,14 @@ class McapFile:
         index = records.AttachmentIndex(self._size, len(data), 0, 0, len(content), name, media_type)
         self._attachments.append(index)
         self._write(data)
+
+    def topics(self) -> list[tuple[str, str, int]]:
+        """Topic, message type and number of messages; of a topic with several channels, the type of the first."""
+        found: dict[str, tuple[str, int]] = {}
+        for channel in self._channels:
+            schema, count = found.get(channel.topic, (self._schemas[channel.schema_id - 1].name, 0))
+            found[channel.topic] = (schema, count + self.counts.get(channel.id, 0))
+        return [(topic, schema, count) for topic, (schema, count) in found.items()]
 
     def add_chunk(self, block: Block) -> None:
         """Write the messages of a block of ticks, with the index of each channel."""

@@ -1,17 +1,19 @@
-"""Reads an MCAP file sequentially, up to the last complete record.
+"""Finds what an MCAP file holds without loading it: by the index at its end, or record by record in a file without end.
 
-The file of a killed run has no summary at its end, but the records before the first chunk hold the same information.
+The file of a killed run has no index, but its records before the first chunk and the heads of its chunks hold the same
+information. Chunks are unpacked one at a time, when their messages are asked for.
 """
 
 from __future__ import annotations
 
+import os
 import struct
 import zlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import zstandard
 from mcap import records
@@ -21,9 +23,14 @@ from mcap.opcode import Opcode
 
 from palpate import limits
 from palpate.errors import RecordError
-from palpate.record.mcap_file import MAGIC
+from palpate.record.mcap_file import MAGIC, MESSAGE_HEAD
 
 _MOST_RATIO = 64  # unpacked bytes for each byte of a file: telemetry reaches 10
+_MOST_SIZE = 1 << 42  # largest record that is opened [bytes]: a month
+_FOOTER = struct.Struct("<BQQQI")
+_CHUNK_HEAD = struct.Struct("<BQQQQII")  # opcode, length, start, end, unpacked size, checksum, length of the kind
+_INDEX_HEAD = struct.Struct("<QQQQI")  # start, end, offset, length, bytes of the places of message indexes
+_INDEX_REST = struct.Struct("<QI")  # length of the message indexes, length of the kind
 DAMAGE = (
     McapError,
     struct.error,
@@ -37,58 +44,91 @@ DAMAGE = (
 """Exceptions that the libraries raise on damaged bytes."""
 
 
-@dataclass
-class Scan:
-    """Contents of a file."""
+class Place(NamedTuple):
+    """A chunk of the file."""
 
+    offset: int
+    """Position of its record in the file [bytes]."""
+    length: int
+    """Length of its record [bytes]."""
+    start: int
+    """Time of its first message [ns]."""
+    end: int
+    """Time of its last message [ns]."""
+    size: int
+    """Unpacked size [bytes]."""
+    channels: tuple[int, ...]
+    """Channels of its messages, in ascending order; empty if unknown."""
+
+
+@dataclass
+class Index:
+    """What a file holds, and where."""
+
+    path: Path
     channels: dict[int, records.Channel] = field(default_factory=dict)
-    schemas: dict[int, str] = field(default_factory=dict)
-    """Schema id -> name."""
+    schemas: dict[int, records.Schema] = field(default_factory=dict)
     attachments: dict[str, bytes] = field(default_factory=dict)
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
-    chunks: list[records.Chunk] = field(default_factory=list)
+    chunks: list[Place] = field(default_factory=list)
     loose: list[records.Message] = field(default_factory=list)
     """Messages outside any chunk."""
     complete: bool = False
-    """True if the file has its footer."""
+    """True if the file has its end."""
+    sound: int = 0
+    """Bytes from the start of the file up to the end of its last whole record before the summary."""
 
-    def messages(self, path: Path) -> Iterator[records.Message]:
-        """Every message, in the order of the file."""
-        for chunk in self.chunks:
-            for opcode, body in whole_records(memoryview(chunk_data(chunk, path))):
-                if opcode == Opcode.MESSAGE:
-                    yield _parse_message(body, path)
-        yield from self.loose
+    def schema_of(self, channel: int) -> records.Schema | None:
+        """Message type of a channel."""
+        return self.schemas.get(self.channels[channel].schema_id)
+
+    def load(self, place: Place) -> bytes:
+        """The unpacked messages of a chunk.
+
+        Raises:
+            RecordError: the chunk is damaged, or cannot be read.
+        """
+        try:
+            with self.path.open("rb", buffering=0) as file:
+                body = _read(file.fileno(), place.offset + 9, place.length - 9)
+        except OSError as error:
+            raise damaged(self.path, error) from error
+        return chunk_data(_parse(memoryview(body), self.path, records.Chunk.read), self.path)
+
+    def messages(self, wanted: set[int] | None = None) -> Iterator[records.Message]:
+        """The messages of some channels, or of all for None, in the order of the file."""
+        for place in self.chunks:
+            if wanted is not None and place.channels and wanted.isdisjoint(place.channels):
+                continue
+            for opcode, body in whole_records(memoryview(self.load(place))):
+                if opcode == Opcode.MESSAGE and (wanted is None or _channel(body) in wanted):
+                    yield _parse_message(body, self.path)
+        yield from (one for one in self.loose if wanted is None or one.channel_id in wanted)
 
 
-def scan(path: Path) -> Scan:
-    """Read the file.
+def scan(path: Path) -> Index:
+    """Find what a file holds.
 
     Raises:
         RecordError: the file is missing, unreadable, empty, not MCAP, or damaged.
     """
-    content, unpacked = Scan(), 0
-    data = memoryview(_load(path))
-    most = max(limits.MOST_UNPACKED, _MOST_RATIO * len(data))
-    position = len(MAGIC)
-    for opcode, body in whole_records(data[position:]):
-        position += 9 + len(body)
-        if opcode == Opcode.FOOTER:
-            content.complete = bytes(data[position:]) == MAGIC
-            break
-        _take(content, opcode, body, path)
-        if opcode == Opcode.CHUNK:
-            unpacked += content.chunks[-1].uncompressed_size
-            if unpacked > most:
-                raise damaged(path, limits.LimitError(f"it unfolds to more than {most:,} bytes"))
-    if not content.complete and content.chunks:  # zeros that a full disk or a lost machine left in the last chunk
-        try:
-            chunk_data(content.chunks[-1], path)
-        except RecordError:
-            if len(content.chunks) == 1:
-                raise
-            content.chunks.pop()
-    return content
+    try:
+        size = limits.require_file(path, _MOST_SIZE)
+        with path.open("rb", buffering=0) as file:
+            start = _read(file.fileno(), 0, min(size, len(MAGIC)))
+            _require_mcap(path, start)
+            index = _by_summary(path, file.fileno(), size) or _by_records(path, file.fileno(), size)
+    except limits.LimitError as error:
+        raise damaged(path, error) from error
+    except OSError as error:
+        raise RecordError(
+            f"the record cannot be read: {error.strerror or error}",
+            where=str(path),
+            mend="give the record.mcap that `palpate run` wrote",
+        ) from error
+    if not index.complete:
+        _drop_unsound(index)
+    return index
 
 
 def require_unpackable(path: Path) -> None:
@@ -127,27 +167,6 @@ def chunk_data(chunk: records.Chunk, path: Path) -> bytes:
     return data
 
 
-def _load(path: Path) -> bytes:
-    try:
-        data = limits.read_bytes(path)
-    except OSError as error:
-        raise RecordError(
-            f"the record cannot be read: {error.strerror or error}",
-            where=str(path),
-            mend="give the record.mcap that `palpate run` wrote",
-        ) from error
-    if not data:
-        raise RecordError("the record is empty", where=str(path), why="nothing was written", mend="run again")
-    if not data.startswith(MAGIC):
-        raise RecordError(
-            "not an MCAP file" if len(data) >= len(MAGIC) else "the record is cut short",
-            where=str(path),
-            why=f"it begins with {data[:8]!r}",
-            mend="give the record.mcap that `palpate run` wrote",
-        )
-    return data
-
-
 def whole_records(data: memoryview) -> Iterator[tuple[int, memoryview]]:
     """Complete records in `data` as (opcode, body); stops at the first truncated record, and where zeros begin."""
     position = 0
@@ -159,28 +178,162 @@ def whole_records(data: memoryview) -> Iterator[tuple[int, memoryview]]:
         position += 9 + length
 
 
-def _take(content: Scan, opcode: int, body: memoryview, path: Path) -> None:
-    if opcode == Opcode.CHUNK:
-        chunk = _parse(body, path, records.Chunk.read)
-        content.chunks.append(chunk)
-        if not content.channels:  # the writer of the mcap library puts schemas and channels into the first chunk
-            for inner, inner_body in whole_records(memoryview(chunk_data(chunk, path))):
-                if inner in (Opcode.SCHEMA, Opcode.CHANNEL):
-                    _take(content, inner, inner_body, path)
-    elif opcode == Opcode.SCHEMA:
+def damaged(path: Path, error: Exception) -> RecordError:
+    """The error for a file that cannot be parsed."""
+    return RecordError(
+        "the record is damaged",
+        where=str(path),
+        why=f"{error or type(error).__name__}",
+        mend="run again; the bytes were changed after they were written",
+    )
+
+
+def _require_mcap(path: Path, start: bytes) -> None:
+    if not start:
+        raise RecordError("the record is empty", where=str(path), why="nothing was written", mend="run again")
+    if start != MAGIC:
+        raise RecordError(
+            "not an MCAP file" if len(start) >= len(MAGIC) else "the record is cut short",
+            where=str(path),
+            why=f"it begins with {start!r}",
+            mend="give the record.mcap that `palpate run` wrote",
+        )
+
+
+def _read(file: int, offset: int, length: int) -> bytes:
+    """`length` bytes from `offset`, or fewer at the end of the file."""
+    found = bytearray()
+    while len(found) < length:
+        piece = os.pread(file, min(length - len(found), 1 << 24), offset + len(found))
+        if not piece:
+            break
+        found += piece
+    return bytes(found)
+
+
+def _by_summary(path: Path, file: int, size: int) -> Index | None:
+    """The content by the summary at the end of the file; None if there is none, or its checksum is wrong."""
+    tail = _read(file, size - _FOOTER.size - len(MAGIC), _FOOTER.size + len(MAGIC)) if size > 64 else b""
+    if len(tail) < _FOOTER.size + len(MAGIC) or not tail.endswith(MAGIC):
+        return None
+    opcode, length, start, _, crc = _FOOTER.unpack_from(tail)
+    if opcode != Opcode.FOOTER or length != 20 or not len(MAGIC) < start < size - len(tail):
+        return None
+    summary = _read(file, start, size - len(tail) - start)
+    if crc == 0 or zlib.crc32(tail[: _FOOTER.size - 4], zlib.crc32(summary)) != crc:
+        return None
+    index = Index(path, complete=True, sound=start)
+    try:
+        for kind, body in whole_records(memoryview(summary)):
+            if kind == Opcode.CHUNK_INDEX:
+                index.chunks.append(_place(body))
+            elif kind in (Opcode.ATTACHMENT_INDEX, Opcode.METADATA_INDEX):
+                offset, length = struct.unpack_from("<QQ", body)
+                inner = memoryview(_read(file, offset, _bounded(length)))
+                for one, content in whole_records(inner):
+                    _take(index, one, content)
+            else:
+                _take(index, kind, body)
+    except (*DAMAGE, RecordError):
+        return None
+    limits.require_unpacked(sum(place.size for place in index.chunks), max(limits.MOST_UNPACKED, _MOST_RATIO * size))
+    inside = all(place.offset + place.length <= start for place in index.chunks)
+    return index if inside and index.channels else None
+
+
+def _bounded(size: int) -> int:
+    """The size of an attachment, refused if no file has one as large."""
+    limits.require_unpacked(size)
+    return size
+
+
+def _place(body: memoryview) -> Place:
+    """A chunk by its entry in the summary."""
+    start, end, offset, length, width = _INDEX_HEAD.unpack_from(body)
+    channels = tuple(body[_INDEX_HEAD.size + k] | body[_INDEX_HEAD.size + k + 1] << 8 for k in range(0, width, 10))
+    at = _INDEX_HEAD.size + width
+    _, kind = _INDEX_REST.unpack_from(body, at)
+    (size,) = struct.unpack_from("<Q", body, at + _INDEX_REST.size + kind + 8)
+    return Place(offset, length, start, end, size, tuple(sorted(channels)))
+
+
+def _by_records(path: Path, file: int, size: int) -> Index:
+    """The content record by record, up to the last whole one; the data of chunks are passed over."""
+    index, unpacked = Index(path), 0
+    position = index.sound = len(MAGIC)
+    while position + 9 <= size:
+        opcode, length = struct.unpack("<BQ", _read(file, position, 9))
+        if opcode == 0 or position + 9 + length > size:
+            return index
+        if opcode == Opcode.FOOTER:
+            index.complete = _read(file, position + 9 + length, len(MAGIC) + 1) == MAGIC
+            return index
+        if opcode == Opcode.CHUNK:
+            head = _CHUNK_HEAD.unpack(_read(file, position, _CHUNK_HEAD.size))
+            index.chunks.append(Place(position, 9 + length, head[2], head[3], head[4], ()))
+            unpacked += head[4]
+            limits.require_unpacked(unpacked, max(limits.MOST_UNPACKED, _MOST_RATIO * size))
+            if not index.channels:  # the writer of the mcap library puts schemas and channels into the first chunk
+                for inner, body in whole_records(memoryview(index.load(index.chunks[-1]))):
+                    if inner in (Opcode.SCHEMA, Opcode.CHANNEL):
+                        _take(index, inner, body)
+        elif opcode == Opcode.MESSAGE_INDEX and index.chunks:
+            channel = int.from_bytes(_read(file, position + 9, 2), "little")
+            last = index.chunks[-1]
+            index.chunks[-1] = last._replace(channels=tuple(sorted({*last.channels, channel})))
+        elif opcode in (Opcode.DATA_END, Opcode.CHUNK_INDEX, Opcode.STATISTICS, Opcode.SUMMARY_OFFSET):
+            pass
+        else:
+            limits.require_unpacked(length)
+            _take(index, opcode, memoryview(_read(file, position + 9, length)))
+        position += 9 + length
+        index.sound = position
+    return index
+
+
+def _drop_unsound(index: Index) -> None:
+    """Drop the chunks from the first damaged one on: a full disk or a lost machine leaves zeros at the end."""
+    index.chunks = [
+        place if place.channels else place._replace(channels=_channels_in(index, place)) for place in index.chunks[:-1]
+    ] + index.chunks[-1:]
+    for k in range(max(0, len(index.chunks) - 64), len(index.chunks)):
+        try:
+            found = _channels_in(index, index.chunks[k])
+        except RecordError:
+            if k == 0:
+                raise
+            index.sound = index.chunks[k].offset
+            del index.chunks[k:]
+            return
+        index.chunks[k] = index.chunks[k]._replace(channels=found)
+
+
+def _channels_in(index: Index, place: Place) -> tuple[int, ...]:
+    """Channels of the messages of a chunk, from its messages."""
+    data = memoryview(index.load(place))
+    return tuple(sorted({_channel(body) for opcode, body in whole_records(data) if opcode == Opcode.MESSAGE}))
+
+
+def _channel(body: memoryview) -> int:
+    return body[0] | body[1] << 8 if len(body) >= MESSAGE_HEAD.size - 9 else -1
+
+
+def _take(index: Index, opcode: int, body: memoryview) -> None:
+    path = index.path
+    if opcode == Opcode.SCHEMA:
         schema = _parse(body, path, records.Schema.read)
-        content.schemas[schema.id] = schema.name
+        index.schemas[schema.id] = schema
     elif opcode == Opcode.CHANNEL:
         channel = _parse(body, path, records.Channel.read)
-        content.channels[channel.id] = channel
+        index.channels[channel.id] = channel
     elif opcode == Opcode.ATTACHMENT:
         attachment = _parse(body, path, records.Attachment.read)
-        content.attachments[attachment.name] = attachment.data
+        index.attachments[attachment.name] = attachment.data
     elif opcode == Opcode.METADATA:
         metadata = _parse(body, path, records.Metadata.read)
-        content.metadata[metadata.name] = metadata.metadata
+        index.metadata[metadata.name] = metadata.metadata
     elif opcode == Opcode.MESSAGE:
-        content.loose.append(_parse_message(body, path))
+        index.loose.append(_parse_message(body, path))
 
 
 def _parse(body: memoryview, path: Path, read: Callable[[ReadDataStream], Any]) -> Any:
@@ -193,13 +346,3 @@ def _parse(body: memoryview, path: Path, read: Callable[[ReadDataStream], Any]) 
 def _parse_message(body: memoryview, path: Path) -> records.Message:
     message: records.Message = _parse(body, path, lambda stream: records.Message.read(stream, len(body)))
     return message
-
-
-def damaged(path: Path, error: Exception) -> RecordError:
-    """The error for a file that cannot be parsed."""
-    return RecordError(
-        "the record is damaged",
-        where=str(path),
-        why=f"{error or type(error).__name__}",
-        mend="run again; the bytes were changed after they were written",
-    )

@@ -74,7 +74,7 @@ TYPE_OF_PART = {
     "velocity": "sensor_msgs/msg/JointState",
     "effort": "sensor_msgs/msg/JointState",
 }
-"""The message type that carries each part (see `palpate.record.channels.part`)."""
+"""The message type that carries each part of a record of the first layout (see `palpate.record.per_signal.part`)."""
 
 
 def _inside(name: str) -> list[str]:
@@ -87,11 +87,13 @@ def _inside(name: str) -> list[str]:
     return found
 
 
+def nested(names: list[str]) -> str:
+    """The definitions of some message types, as they follow that of a message which uses them."""
+    return "".join(f"{_SEPARATOR}\nMSG: {name}\n" + "\n".join(_FIELDS[name]) + "\n" for name in names)
+
+
 def _definition(name: str) -> str:
-    text = "\n".join(_FIELDS[name]) + "\n"
-    for inner in _inside(name):
-        text += f"{_SEPARATOR}\nMSG: {inner}\n" + "\n".join(_FIELDS[inner]) + "\n"
-    return text
+    return "\n".join(_FIELDS[name]) + "\n" + nested(_inside(name))
 
 
 _OTHERS = {
@@ -99,8 +101,7 @@ _OTHERS = {
     "std_msgs/msg/String",
     "visualization_msgs/msg/MarkerArray",
     "std_msgs/msg/Int16MultiArray",
+    "sensor_msgs/msg/JointState",
 }
-DEFINITIONS = {
-    schema: _definition(schema.replace("/msg/", "/")) for schema in sorted({*TYPE_OF_PART.values(), *_OTHERS})
-}
-"""Definition text of each message type used, with its nested types."""
+DEFINITIONS = {schema: _definition(schema.replace("/msg/", "/")) for schema in sorted(_OTHERS)}
+"""Definition text of each message type beside the signals, with its nested types."""

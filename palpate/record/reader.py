@@ -1,118 +1,202 @@
-"""Reads a record: the ticks of the run, its scene, its faults, and whether the file is complete."""
+"""Reads a record: what it holds, and its ticks, of which only those that are asked for are unpacked."""
 
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
 from datetime import datetime
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from mcap import records
-from mcap.opcode import Opcode
+from numpy.typing import NDArray
 
 from palpate.errors import RecordError
-from palpate.record.channels import OPTIONAL, Channel, channels
-from palpate.record.mcap_file import MESSAGE_HEAD
-from palpate.record.mcap_scan import Scan, chunk_data, damaged, scan
+from palpate.record.mcap_scan import Index, damaged, scan
+from palpate.record.pieces import Group, groups_of
 from palpate.record.snapshots import CAMERA, QUANTUM, SHAPE, SHAPES, Track, joints_of, shape_of
 from palpate.record.ticks import TICK, TICK_BYTES, Signal, Ticks, Timing
-from palpate.record.writer import TickEncoder, column
 
 if TYPE_CHECKING:
     import pandas as pd
 
-Numbered = dict[int, Channel]
-"""Channel id in the file -> layout of the channel."""
-
-_TOPICS = frozenset(channel.topic for channel in channels(deterministic=False))
+BLOCK = 1000
+"""Ticks of a block of `Record.blocks`, about."""
 
 
-@dataclass(frozen=True)
 class Record:
-    """A run read back from its file."""
+    """A run read back from its file: ``Record.open(path)["F_H_L"]`` is the force on the hand, (n, 3).
 
-    path: Path
-    ticks: Ticks = field(repr=False)
-    """(n,) of `TICK`, bit for bit as recorded. Signals that were not recorded are NaN (see `signals`)."""
-    scene: str = field(repr=False)
-    """The resolved scene at the start of the run (YAML); empty if the file lacks it."""
-    signals: dict[str, Signal] = field(repr=False)
-    """The recorded signals by name, with unit, frame and meaning."""
-    complete: bool
-    """False if the run was killed or the disk was full; `ticks` then ends with the last complete chunk."""
-    metadata: dict[str, dict[str, str]] = field(repr=False)
-    """Every metadata table of the file, by name."""
+    Only what is asked for is read: `read` and `frame` take some signals of some ticks, `blocks` walks through a record
+    of any length in constant memory, and `ticks` loads all signals of all ticks (3.5 kB each).
+    """
+
+    def __init__(self, index: Index, groups: list[Group]) -> None:
+        self.path: Path = index.path
+        self.scene = index.attachments.get("scene.yaml", b"").decode(errors="replace")
+        """The resolved scene at the start of the run (YAML); empty if the file lacks it."""
+        self.signals: dict[str, Signal] = {name: one for group in groups for name, one in group.signals.items()}
+        """The recorded signals by name, with unit, frame and meaning; also those that this version does not know."""
+        order = {name: k for k, name in enumerate(TICK.names or ())}
+        self.signals = dict(sorted(self.signals.items(), key=lambda one: order.get(one[0], len(order))))
+        self.complete = index.complete
+        """False if the run was killed or the disk was full; the ticks then end with the last complete chunk."""
+        self.metadata = index.metadata
+        """Every metadata table of the file, by name."""
+        self._index, self._groups = index, groups
+        self._group = {name: group for group in groups for name in group.signals}
+        self._count = min((group.count for group in groups), default=0)
 
     @classmethod
     def open(cls, path: str | Path) -> Record:
-        """Read a record.
+        """Open a record. Signals that it does not hold read as NaN.
 
         Raises:
             RecordError: the file is missing, empty, not MCAP, not a record of Palpate, damaged, or without ticks.
         """
         path = Path(path)
-        content = scan(path)
-        found = _match(content, path)
-        ticks = _decode(content, found, path)
-        if not len(ticks):
-            raise RecordError(
-                "the record has no ticks",
-                where=str(path),
-                why="the run ended before its first quarter of a second was written",
-                mend="run again, longer",
-            )
-        signals = {c.signal.name: c.signal for c in found.values()}
-        scene = content.attachments.get("scene.yaml", b"").decode(errors="replace")
-        record = cls(path, ticks, scene, signals, content.complete, content.metadata)
+        index = scan(path)
+        record = cls(index, groups_of(index, _described(index)))
+        record._require_ticks()
         try:
             _ = record.rate, record.seed, record.faults, record.timing, record.started
         except (ValueError, TypeError) as error:
             raise damaged(path, error) from error
         return record
 
+    def __len__(self) -> int:
+        """Number of ticks."""
+        return self._count
+
+    def __getitem__(self, name: str) -> NDArray[Any]:
+        """A signal at every tick: (n,), or (n, size) for a signal of several numbers.
+
+        Raises:
+            KeyError: neither the record nor this version has the signal.
+        """
+        return np.ascontiguousarray(self.read([name])[name])
+
+    def read(
+        self, signals: Sequence[str] | None = None, start: int = 0, stop: int | None = None, every: int = 1
+    ) -> Ticks:
+        """Some signals of some ticks, bit for bit as recorded.
+
+        Args:
+            signals: names; all of `TICK` when left out. A signal that the record does not hold is NaN.
+            start, stop: number of the first tick, and of the one after the last.
+            every: keep each tick whose number, counted from `start`, is a multiple of this.
+
+        Returns:
+            A structured array (n,) with a field for each signal.
+        """
+        start, stop, _ = slice(start, stop).indices(self._count)
+        if every <= 1:
+            return self._filled(signals, start, stop)
+        parts = [
+            self._filled(signals, a, min(a + span, stop))[::every]
+            for span in [max(1, BLOCK // every) * every] for a in range(start, stop, span)
+        ]  # fmt: skip
+        return np.concatenate(parts) if parts else self._filled(signals, start, start)
+
+    def blocks(self, signals: Sequence[str] | None = None) -> Iterator[Ticks]:
+        """All ticks, about a thousand at a time: arrays as of `read`, whose memory is used again for the next block."""
+        found = self._blank(signals, 2 * BLOCK)
+        for start, stop in self._spans():
+            if stop - start > len(found):
+                found = self._blank(signals, stop - start)
+            yield self._fill(found[: stop - start], start)
+
+    def frame(
+        self,
+        columns: Sequence[str] | None = None,
+        start: float | None = None,
+        stop: float | None = None,
+        every: int = 1,
+    ) -> pd.DataFrame:
+        """A table with one row per tick: the time as index, and columns such as ``F_T_W.x [N]``.
+
+        ``attrs["started"]`` is `started`.
+
+        Args:
+            columns: names of signals; all that were recorded when left out.
+            start, stop: first time, and the time before which the table ends [s].
+            every: keep each n-th tick.
+
+        Raises:
+            KeyError: the record does not have a signal. MissingExtraError: pandas is not installed.
+        """
+        from palpate.record.frame import to_pandas
+
+        names = list(self.signals if columns is None else columns)
+        unknown = [name for name in names if name not in self.signals]
+        if unknown:
+            raise KeyError(f"{', '.join(unknown)} not recorded; recorded are {', '.join(self.signals)}")
+        first, last = 0, self._count
+        if start is not None or stop is not None:
+            t = self["t"]
+            first = 0 if start is None else int(np.searchsorted(t, start))
+            last = len(t) if stop is None else int(np.searchsorted(t, stop))
+        ticks = self.read(list(dict.fromkeys(["t", *names])), first, max(first, last), every)
+        table = to_pandas(ticks, {name: self.signals[name] for name in names})
+        table.attrs["started"] = self.started
+        return table
+
+    def to_pandas(self) -> pd.DataFrame:
+        """The table of `frame` with every recorded signal at every tick."""
+        return self.frame()
+
+    @cached_property
+    def ticks(self) -> Ticks:
+        """All signals of all ticks, (n,) of `TICK`, kept in memory: for records of minutes."""
+        return self.read()
+
     def snapshots(self, topic: str) -> Track | None:
         """Shape of a soft object or joints of the camera over time (`palpate.record.snapshots`).
 
         None if the file does not hold the topic, or another tool has rewritten it in another layout.
         """
-        content = scan(self.path)
-        number = next((k for k, one in content.channels.items() if one.topic == topic), None)
+        index = self._index
+        number = next((k for k, one in index.channels.items() if one.topic == topic), None)
         if number is None:
             return None
-        read = shape_of if content.schemas.get(content.channels[number].schema_id) == SHAPE else joints_of
-        signals = {k for k, one in content.channels.items() if one.topic in _TOPICS}
-        content.chunks = [chunk for chunk in content.chunks if _first_channel(chunk, self.path) not in signals]
-        found = [message for message in content.messages(self.path) if message.channel_id == number]
+        schema = index.schema_of(number)
+        read = shape_of if schema is not None and schema.name == SHAPE else joints_of
+        times, values = [], []
         try:
-            values = [read(bytes(message.data)) for message in found]
+            for message in index.messages({number}):
+                times.append(message.log_time)
+                values.append(read(bytes(message.data)))
         except ValueError:
             return None
-        if not found or len({value.shape for value in values}) != 1:
+        if not values or len({value.shape for value in values}) != 1:
             return None
-        times = np.array([message.log_time for message in found]) / 1e9
-        return Track(times, np.stack(values), QUANTUM if read is shape_of else 1.0)
+        return Track(np.array(times) / 1e9, np.stack(values), QUANTUM if read is shape_of else 1.0)
 
     @cached_property
     def snapshot_topics(self) -> list[str]:
         """Topics that `snapshots` reads."""
-        found = [one.topic for one in scan(self.path).channels.values()]
+        found = [one.topic for one in self._index.channels.values()]
         return [topic for topic in found if topic == CAMERA or topic.startswith(SHAPES)]
+
+    @cached_property
+    def span(self) -> tuple[float, float]:
+        """Time of the first and of the last tick [s]."""
+        ends = [self.read(["t"], k, k + 1)["t"][0] for k in (0, self._count - 1)]
+        return float(ends[0]), float(ends[1])
 
     @property
     def duration(self) -> float:
         """Time from the first tick to the end of the last tick [s]."""
-        return float(self.ticks["t"][-1] - self.ticks["t"][0]) + 1.0 / self.rate
+        return self.span[1] - self.span[0] + 1.0 / self.rate
 
-    @property
+    @cached_property
     def rate(self) -> float:
         """Ticks per second [Hz]."""
         stored = self._run.get("rate_Hz")
         if stored is not None:
             return float(stored)
-        steps = np.diff(self.ticks["t"])
+        steps = np.diff(self.read(["t"], 0, 10_000)["t"])
         return float(1.0 / np.median(steps)) if len(steps) else 1000.0
 
     @property
@@ -128,7 +212,8 @@ class Record:
     @property
     def deterministic(self) -> bool:
         """True for a lockstep record, which has no signals that depend on the machine."""
-        return not any(not s.deterministic for s in self.signals.values())
+        stored = self._run.get("deterministic")
+        return not any(not s.deterministic for s in self.signals.values()) if stored is None else stored == "true"
 
     @cached_property
     def faults(self) -> list[str]:
@@ -147,20 +232,6 @@ class Record:
         stored = self.metadata.get("clock", {}).get("started")
         return None if stored is None else datetime.fromisoformat(stored)
 
-    def to_pandas(self) -> pd.DataFrame:
-        """A table with one row per tick: the time as index, and columns such as ``F_T_W.x [N]``.
-
-        ``attrs["started"]`` is `started`.
-
-        Raises:
-            MissingExtraError: pandas is not installed.
-        """
-        from palpate.record.frame import to_pandas
-
-        table = to_pandas(self.ticks, self.signals)
-        table.attrs["started"] = self.started
-        return table
-
     @property
     def note(self) -> str | None:
         """A message for the user about an incomplete file; None for a complete file."""
@@ -168,113 +239,91 @@ class Record:
             return None
         return (
             f"{self.path}: the file has no end (run killed, or disk full): "
-            f"read the {self.duration:.2f} s ({len(self.ticks)} ticks) that were written"
+            f"read the {self.duration:.2f} s ({self._count} ticks) that were written"
         )
 
     @property
     def _run(self) -> dict[str, str]:
         return self.metadata.get("palpate", {})
 
+    def _filled(self, signals: Sequence[str] | None, start: int, stop: int) -> Ticks:
+        return self._fill(self._blank(signals, max(0, stop - start)), start)
 
-def _match(content: Scan, path: Path) -> Numbered:
-    """Find the channel of every signal; raises RecordError if deterministic signals are missing."""
-    by_topic = {c.topic: (number, c.schema_id) for number, c in content.channels.items()}
-    found: Numbered = {}
-    missing = []
-    for layout in channels(deterministic=False):
-        number, schema = by_topic.get(layout.topic, (None, 0))
-        if number is not None and content.schemas.get(schema) == layout.schema:
-            found[number] = layout
-        elif layout.signal.deterministic and layout.signal.stage not in OPTIONAL:
-            missing.append(layout.topic)
-    if missing and not content.complete and not content.chunks:
-        raise RecordError(
-            "the record ends before its first tick", where=str(path), why="the file is cut short", mend="run again"
-        )
-    if missing:
-        required = channels(deterministic=False, tracked=False, paired=False)
-        version = content.metadata.get("palpate", {}).get("version")
-        have = ", ".join(sorted(by_topic)[:4]) or "none"
-        raise RecordError(
-            f"not a record that this Palpate can read: {len(missing)} of {len(required)} channels are missing: "
-            + ", ".join(missing[:6])
-            + (", ..." if len(missing) > 6 else ""),
-            where=str(path),
-            why=f"recorded by palpate {version}" if version else f"made by other software; its channels: {have}",
-            mend=f"read it with palpate {version}" if version else "give a record.mcap that `palpate run` wrote",
-        )
-    return found
-
-
-def _decode(content: Scan, found: Numbered, path: Path) -> Ticks:
-    """All ticks of the file."""
-    numbers = sorted(found)
-    if numbers == list(range(1, len(numbers) + 1)):
-        encoder = TickEncoder([found[n] for n in numbers])
-        blocks: list[Ticks] = []
-        for chunk in content.chunks:
-            if _first_channel(chunk, path) not in found:
-                continue  # frames and meshes
-            block = _decode_block(encoder, chunk, sum(len(b) for b in blocks), path)
-            if block is None:
-                break
-            blocks.append(block)
+    def _blank(self, signals: Sequence[str] | None, n: int) -> Ticks:
+        """Ticks (n,) in which every signal is NaN, and bits are zero."""
+        if signals is None:
+            ticks: Ticks = np.full((n, TICK_BYTES // 8), np.nan).view(TICK).reshape(n)
+            names: Sequence[str] = TICK.names or ()
         else:
-            return np.concatenate(blocks) if blocks else np.empty(0, TICK)
-    return _decode_messages(content, found, path)
+            known = [self._signal(name) for name in signals]
+            ticks = np.empty(n, np.dtype([(s.name, s.format, (s.size,) if s.size > 1 else ()) for s in known]))
+            names = signals
+        for name in names:
+            ticks[name] = 0 if ticks.dtype[name].base.kind == "u" else np.nan
+        return ticks
 
+    def _signal(self, name: str) -> Signal:
+        from palpate.record.ticks import SIGNALS
 
-def _first_channel(chunk: records.Chunk, path: Path) -> int:
-    """Channel of the first message of a chunk; 0 if it begins with another record."""
-    head = chunk_data(chunk, path)[: MESSAGE_HEAD.size]
-    if len(head) < MESSAGE_HEAD.size or head[0] != Opcode.MESSAGE:
-        return 0
-    return int(MESSAGE_HEAD.unpack(head)[2])
+        found = self.signals.get(name) or SIGNALS.get(name)
+        if found is None:
+            raise KeyError(f"no signal {name!r}; recorded are {', '.join(self.signals)}")
+        return found
 
+    def _fill(self, ticks: Ticks, start: int) -> Ticks:
+        for group in self._groups:
+            names = [name for name in ticks.dtype.names or () if name in group.signals]
+            if names:
+                group.fill(ticks, names, start)
+        return ticks
 
-def _decode_block(encoder: TickEncoder, chunk: records.Chunk, first: int, path: Path) -> Ticks | None:
-    """The ticks of a chunk in the layout of `Recorder`; None for a chunk of another tool."""
-    raw = np.frombuffer(chunk_data(chunk, path), np.uint8)
-    if len(raw) % encoder.tick_bytes:
-        return None
-    data = raw.reshape(-1, encoder.tick_bytes)
-    ticks = _blank(len(data))
-    for channel, start in zip(encoder.layout, encoder.offsets.values(), strict=True):
-        values = column(data, start + MESSAGE_HEAD.size + channel.data, "<f8", channel.signal.size)
-        _set(ticks, channel, values)
-    # Encoding the ticks again must reproduce the bytes: a cheap check that the layout is as assumed.
-    return ticks if np.array_equal(encoder.encode(ticks, first).data, data) else None
+    def _spans(self) -> Iterator[tuple[int, int]]:
+        """First tick, and the one after the last, of each block: whole pieces, so that each is unpacked once."""
+        start = 0
+        for piece in max(self._groups, key=lambda group: len(group.pieces)).pieces:
+            stop = min(piece.start + piece.length, self._count)
+            while stop - start > 2 * BLOCK:
+                yield start, start + BLOCK
+                start += BLOCK
+            if stop - start >= BLOCK:
+                yield start, stop
+                start = stop
+        if start < self._count:
+            yield start, self._count
 
-
-def _decode_messages(content: Scan, found: Numbered, path: Path) -> Ticks:
-    """The ticks of a record that another tool rewrote (mcap recover, ros2 bag convert): message by message."""
-    bodies: dict[int, list[bytes]] = {number: [] for number in found}
-    times: dict[int, list[int]] = {number: [] for number in found}
-    for message in content.messages(path):
-        if message.channel_id in bodies and len(message.data) == len(found[message.channel_id].message):
-            bodies[message.channel_id].append(message.data)
-            times[message.channel_id].append(message.log_time)
-    n = min((len(b) for b in bodies.values()), default=0)
-    reference = next(iter(times.values()), [])[:n]
-    ticks = _blank(n)
-    for number, channel in found.items():
-        if times[number][:n] != reference:
+    def _require_ticks(self) -> None:
+        path = str(self.path)
+        if self._groups and "t" in self.signals and self._count:
+            return
+        if not self._groups and not self._index.complete and not self._index.chunks and "palpate" in self.metadata:
             raise RecordError(
-                f"channel {channel.topic} is out of step with the others",
-                where=str(path),
-                why="messages are missing in the middle of the record",
-                mend="use the record as `palpate run` wrote it",
+                "the record ends before its first tick", where=path, why="the file is cut short", mend="run again"
             )
-        data = np.frombuffer(b"".join(bodies[number][:n]), np.uint8).reshape(n, len(channel.message))
-        _set(ticks, channel, column(data, channel.data, "<f8", channel.signal.size))
-    return ticks
+        if "palpate" in self.metadata or (self._groups and "t" in self.signals):
+            raise RecordError(
+                "the record has no ticks",
+                where=path,
+                why="the run ended before its first quarter of a second was written",
+                mend="run again, longer",
+            )
+        topics = sorted(channel.topic for channel in self._index.channels.values())
+        raise RecordError(
+            "not a record of Palpate: it has no /loop with the time t",
+            where=path,
+            why=f"made by other software; its channels: {', '.join(topics[:4]) or 'none'}",
+            mend="give a record.mcap that `palpate run` wrote",
+        )
 
 
-def _blank(n: int) -> Ticks:
-    return np.full((n, TICK_BYTES // 8), np.nan).view(TICK).reshape(n)
-
-
-def _set(ticks: Ticks, channel: Channel, values: Any) -> None:
-    target = ticks[channel.signal.name].reshape(len(ticks), -1)
-    with np.errstate(invalid="ignore"):  # bits of a damaged record may be no whole number
-        target[:, channel.order] = values
+def _described(index: Index) -> dict[str, Signal]:
+    """The signals as the file describes them, by name; empty if it does not."""
+    try:
+        rows = json.loads(index.attachments.get("signals.json", b"[]"))
+        return {
+            row["name"]: Signal(
+                str(row["name"]), -1, int(row["size"]), str(row["unit"]), str(row["frame"]), str(row["doc"]),
+                bool(row["deterministic"]), str(row["stage"]),
+            ) for row in rows
+        }  # fmt: skip
+    except (ValueError, TypeError, KeyError, AttributeError):
+        return {}

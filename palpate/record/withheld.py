@@ -99,6 +99,9 @@ class Withheld:
         dt: time of a tick [s].
     """
 
+    SIGNALS = ("F_withheld", "F_asked", "p_shift_W")
+    """Signals that the ticks must have."""
+
     def __init__(self, dt: float) -> None:
         self._dt = dt
         self._peak, self._ticks, self._sum = np.zeros(len(NAMES)), np.zeros(len(NAMES), int), np.zeros(len(NAMES))

@@ -1,4 +1,4 @@
-"""Writes a run as an MCAP file for rosbag2, Foxglove and PlotJuggler; every signal is a channel."""
+"""Writes a run as an MCAP file for rosbag2, Foxglove and PlotJuggler; every signal is a field of a message."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
+from palpate.arrays import Array
 from palpate.arrays.yaml_loader import Dumper
 from palpate.errors import OutputError
-from palpate.record.channels import Channel, channels
 from palpate.record.extra import Extra
 from palpate.record.extra_writer import ExtraWriter
-from palpate.record.mcap_file import MESSAGE_HEAD, Block, McapFile
+from palpate.record.group_writer import GroupWriter, nanoseconds
+from palpate.record.layout import kept, kind_of
+from palpate.record.mcap_file import McapFile
 from palpate.record.snapshots import Snapshot
-from palpate.record.ticks import TICK, Ticks, as_ticks
+from palpate.record.ticks import TICK_DOUBLES, as_rows, as_ticks
 
 CHUNKS_PER_SECOND = 4
 """Chunks per second of run time; a killed run loses at most one chunk."""
-
-_LATEST = 2.0**31 - 1  # a ROS time has 32 bits of seconds
 
 
 class Recorder:
@@ -47,6 +47,7 @@ class Recorder:
         started: wall-clock time at t = 0 with its time zone; ignored in a lockstep record.
         every: record each tick whose number is a multiple of this.
         extra: frames and meshes that 3-D viewers of MCAP files show; None leaves them out.
+        signals: names of the signals to keep, besides the time; None keeps all.
 
     Raises:
         OutputError: the file cannot be created.
@@ -65,6 +66,7 @@ class Recorder:
         tracked: bool = True,
         paired: bool = True,
         extra: Extra | None = None,
+        signals: Sequence[str] | None = None,
     ) -> None:
         self.path = Path(path)
         self._bag, self._every, self._seen = bag, every, 0
@@ -77,11 +79,12 @@ class Recorder:
         self.ticks_written = 0
         """Number of ticks written to the file."""
         self._deterministic = deterministic
-        self._channels = channels(deterministic, tracked, paired)
-        self._encoder = TickEncoder(self._channels)
-        self._extra = None if extra is None else ExtraWriter(extra, len(self._channels))
+        self._groups = [
+            GroupWriter(name, found) for name, found in kept(deterministic, tracked, paired, signals).items()
+        ]
+        self._extra = None if extra is None else ExtraWriter(extra)
         self._chunk = max(1, round(rate / CHUNKS_PER_SECOND))
-        self._pending: list[Ticks] = []
+        self._pending: list[Array] = []
         self._pending_count = 0
         self._flushed_at = time.monotonic()
         self._span_ns = (0, 0)
@@ -104,11 +107,11 @@ class Recorder:
             return
         if self._extra is not None:
             self._extra.keep(snapshots)
-        ticks = as_ticks(rows)
-        kept = ticks[-self._seen % self._every :: self._every].copy()
-        self._seen += len(ticks)
-        self._pending.append(kept)
-        self._pending_count += len(kept)
+        numbers = as_rows(as_ticks(rows))  # copied as plain numbers: numpy handles records field by field
+        taken = numbers[-self._seen % self._every :: self._every].copy()
+        self._seen += len(numbers)
+        self._pending.append(taken)
+        self._pending_count += len(taken)
         late = not self._deterministic and time.monotonic() - self._flushed_at > 1.0 / CHUNKS_PER_SECOND
         if self._pending_count >= self._chunk or late:
             self._guard(lambda: self._flush(everything=late))
@@ -143,28 +146,26 @@ class Recorder:
         if self._started is not None:
             zone = self._started.tzname() or ""
             self._file.add_metadata("clock", {"started": self._started.isoformat(), "time_zone": zone})
-        table = [asdict(c.signal) | {"channel": c.topic, "type": c.schema} for c in self._channels]
+        table = [asdict(s) | {"channel": f"/{g.name}", "type": kind_of(s)} for g in self._groups for s in g.signals]
         self._file.add_attachment("signals.json", "application/json", json.dumps(table, indent=1))
-        schemas: dict[str, int] = {}
-        for channel in self._channels:
-            if channel.schema not in schemas:
-                schemas[channel.schema] = self._file.add_schema(channel.schema, "ros2msg", channel.definition)
-            self._file.add_channel(channel.topic, schemas[channel.schema], "cdr", channel.metadata)
+        for group in self._groups:
+            group.begin(self._file)
         if self._extra is not None:
-            self._extra.begin(self._file, schemas)
+            self._extra.begin(self._file)
 
     def _flush(self, *, everything: bool) -> None:
-        ticks = np.concatenate(self._pending) if self._pending else np.empty(0, TICK)
+        ticks = np.concatenate(self._pending) if self._pending else np.empty((0, TICK_DOUBLES))
         whole = len(ticks) if everything else len(ticks) - len(ticks) % self._chunk
         for start in range(0, whole, self._chunk):
-            chunk = ticks[start : min(start + self._chunk, whole)]
-            block = self._encoder.encode(chunk, self.ticks_written)
-            self._file.add_chunk(block)
+            chunk = as_ticks(ticks[start : min(start + self._chunk, whole)])
+            log_time = nanoseconds(chunk["t"])
+            for group in self._groups:
+                group.add(self._file, chunk, log_time, self.ticks_written)
             if self._extra is not None:
-                self._extra.add(self._file, chunk, block.log_time)
-            first = int(block.log_time[0]) if self.ticks_written == 0 else self._span_ns[0]
-            self._span_ns = (first, int(block.log_time[-1]))
-            self.ticks_written += len(block.data)
+                self._extra.add(self._file, chunk, log_time)
+            first = int(log_time[0]) if self.ticks_written == 0 else self._span_ns[0]
+            self._span_ns = (first, int(log_time[-1]))
+            self.ticks_written += len(chunk)
         self._pending = [ticks[whole:]] if whole < len(ticks) else []
         self._pending_count = len(ticks) - whole
         self._flushed_at = time.monotonic()
@@ -186,8 +187,6 @@ class Recorder:
     def _rosbag2(self) -> str:
         """The metadata that rosbag2's recorder would write, as JSON (which is valid YAML)."""
         start, end = self._span_ns
-        others = {} if self._extra is None else self._extra.channels
-        topics = {i: (c.topic, c.schema) for i, c in enumerate(self._channels, start=1)} | others
         counted = [
             {
                 "topic_metadata": {
@@ -197,9 +196,9 @@ class Recorder:
                     "offered_qos_profiles": [],
                     "type_description_hash": "",
                 },
-                "message_count": self._file.counts.get(i, 0),
+                "message_count": count,
             }
-            for i, (topic, schema) in topics.items()
+            for topic, schema, count in self._file.topics()
         ]
         information = {
             "version": 9,
@@ -226,50 +225,3 @@ class Recorder:
             self.failure = f"recording stopped after {self.ticks_written} ticks: {reason} ({self.path})"
             self._pending, self._pending_count = [], 0
             self._file.abandon()
-
-
-class TickEncoder:
-    """Serialises ticks: copies a template of one tick's messages n times, then each signal by a strided copy."""
-
-    def __init__(self, layout: Sequence[Channel]) -> None:
-        self.layout = layout
-        self.offsets: dict[int, int] = {}
-        """Channel id (from 1) -> position of its message in a tick [bytes]."""
-        template = bytearray()
-        for i, channel in enumerate(layout, start=1):
-            self.offsets[i] = len(template)
-            template += channel.record(i)
-        self.tick_bytes = len(template)
-        """Length of the messages of one tick [bytes]."""
-        self._template = np.frombuffer(bytes(template), np.uint8)
-
-    def encode(self, ticks: Ticks, first: int) -> Block:
-        """Serialise (n,) ticks; `first` is the sequence number of the first tick."""
-        n = len(ticks)
-        data = np.empty((n, self.tick_bytes), np.uint8)
-        data[:] = self._template
-        log_time = nanoseconds(ticks["t"])
-        sequence = np.arange(first, first + n, dtype=np.uint64).astype("<u4")
-        seconds, rest = (log_time // 10**9).astype("<i4"), (log_time % 10**9).astype("<u4")
-        for start, channel in zip(self.offsets.values(), self.layout, strict=True):
-            column(data, start + 11, "<u4")[:, 0] = sequence
-            column(data, start + 15, "<u8", 2)[:] = log_time[:, None]
-            message = start + MESSAGE_HEAD.size
-            if channel.stamp >= 0:
-                column(data, message + channel.stamp, "<i4")[:, 0] = seconds
-                column(data, message + channel.stamp + 4, "<u4")[:, 0] = rest
-            values = ticks[channel.signal.name].reshape(n, -1)
-            column(data, message + channel.data, "<f8", channel.signal.size)[:] = values[:, channel.order]
-        return Block(data, log_time, self.offsets)
-
-
-def nanoseconds(t: NDArray[np.float64]) -> NDArray[np.uint64]:
-    """Times [s] rounded to nanoseconds; NaN, infinity and negative values become zero."""
-    seconds = np.clip(np.nan_to_num(t, nan=0.0, posinf=0.0, neginf=0.0), 0.0, _LATEST)
-    return np.rint(seconds * 1e9).astype(np.uint64)
-
-
-def column(data: NDArray[np.uint8], offset: int, kind: str, count: int = 1) -> NDArray[Any]:
-    """A view of `count` numbers of type `kind` at byte `offset` of each row: (n, count)."""
-    dtype = np.dtype(kind)
-    return np.ndarray((len(data), count), dtype, data, offset, (data.strides[0], dtype.itemsize))

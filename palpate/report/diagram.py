@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from html import escape
 
-from palpate.record.channels import topic
+from palpate.record.layout import topic
 from palpate.record.ticks import Signal
 from palpate.report.run import Run
 

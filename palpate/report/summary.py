@@ -11,7 +11,7 @@ from rich.table import Table
 
 from palpate.arrays.yaml_loader import load
 from palpate.record.withheld import LASTING, SHIFT, WORDS
-from palpate.session.summary import Summary, summarise
+from palpate.session.summary import Summary, Totals
 
 if TYPE_CHECKING:
     from palpate.record.reader import Record
@@ -22,16 +22,22 @@ def summary_of(record: Record) -> Summary:
 
     Only a real-time record contains compute times; for a lockstep record they are 0, which means unknown.
     """
-    return summarise(
-        record.ticks,
-        record.rate,
-        timing=record.timing,
+    totals = Totals(record.rate)
+    for ticks in record.blocks(Totals.SIGNALS):
+        totals.add(ticks)
+    return totals.summary(
+        record.timing,
         instrument=_instrument(record),
         realtime=not record.deterministic,
         faults=(*record.faults, *([record.note] if record.note else [])),
         record=str(record.path),
-        record_sha256=hashlib.sha256(record.path.read_bytes()).hexdigest(),
+        record_sha256=_sha256(record.path),
     )
+
+
+def _sha256(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def _instrument(record: Record) -> str:

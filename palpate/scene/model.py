@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from difflib import get_close_matches
 from typing import Annotated, Literal
 
 from pydantic import Field, field_validator, model_validator
 
 from palpate import _core
+from palpate.record.ticks import SIGNALS
 from palpate.scene.clouds import CloudSection
 from palpate.scene.force import Presence
 from palpate.scene.jaws import JawSection
@@ -242,11 +244,30 @@ class RecordSection(Section):
     """folder for records and reports, relative to the working folder; --out overrides it"""
     rate: Positive | None = None
     """recorded ticks per second; all of them when left out, otherwise the haptic rate divided by a whole number [Hz]"""
+    every: Annotated[int, Field(ge=1)] = 1
+    """record every n-th tick: another way to say `rate`"""
+    signals: tuple[str, ...] | None = None
+    """names of the signals to record, such as F_H_L, besides the time; all of them when left out"""
     frames: bool = True
     """true: the record also holds frames, arms and meshes, which Foxglove's 3-D panel shows"""
     report: bool = True
     """true: write an HTML report next to the record"""
 
-    def every(self, haptic: float) -> int:
+    @field_validator("signals")
+    @classmethod
+    def _known(cls, names: tuple[str, ...] | None) -> tuple[str, ...] | None:
+        unknown = [name for name in names or () if name not in SIGNALS]
+        if unknown:
+            close = get_close_matches(unknown[0], SIGNALS, 3) or list(SIGNALS)[:3]
+            raise ValueError(f"there is no signal {unknown[0]!r} | name signals such as {', '.join(close)}")
+        return names
+
+    @model_validator(mode="after")
+    def _one_rate(self) -> RecordSection:
+        if self.rate is not None and self.every > 1:
+            raise ValueError("rate and every are given | keep one of them")
+        return self
+
+    def step(self, haptic: float) -> int:
         """Number of haptic ticks for each recorded tick, for a haptic rate [Hz]."""
-        return 1 if self.rate is None else max(1, round(haptic / self.rate))
+        return self.every if self.rate is None else max(1, round(haptic / self.rate))

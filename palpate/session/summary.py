@@ -63,6 +63,12 @@ class Totals:
     The percentiles of the compute time are those of all cycles up to 400,000, and then of every second, fourth ...
     """
 
+    SIGNALS = (
+        *("F_H_L", "contacts", "F_touch_W", "status", "depth", "energy_port", "energy_lent", "v_LH", "cycle_us"),
+        *Withheld.SIGNALS,
+    )
+    """Signals that the ticks must have."""
+
     def __init__(self, rate: float) -> None:
         self._dt = 1.0 / rate
         self._withheld = Withheld(self._dt)

@@ -58,8 +58,17 @@ def test_lower_rate_keeps_every_nth_tick(tmp_path, every):
 
 
 def test_rate_is_the_haptic_rate_over_a_whole_number():
-    assert [RecordSection(rate=rate).every(1000.0) for rate in (None, 1000, 300.0, "100 Hz", 1e6)] == [1, 1, 3, 10, 1]
+    assert [RecordSection(rate=rate).step(1000.0) for rate in (None, 1000, 300.0, "100 Hz", 1e6)] == [1, 1, 3, 10, 1]
 
 
 def test_record_is_public():
     assert palpate.Record is Record
+
+
+def test_section_of_a_scene_thins_a_record():
+    assert RecordSection(every=5).step(1000.0) == 5
+    assert RecordSection(signals=["F_H_L"]).signals == ("F_H_L",)
+    with pytest.raises(ValueError, match="no signal 'F_HL'"):
+        RecordSection(signals=["F_HL"])
+    with pytest.raises(ValueError, match="keep one of them"):
+        RecordSection(rate=100.0, every=2)

@@ -1,7 +1,7 @@
-"""The ROS 2 message that carries each signal, and its byte layout in the file.
+"""Layout of the first records of palpate 0.1.0: one channel and one message a tick for each signal. Only read today.
 
 Every message of a channel has the same length, because names and frames are constant. A tick is therefore a fixed
-block of bytes, and a thousand ticks are written with one strided copy per signal.
+block of bytes. Later records have a message for a group of signals (`palpate.record.layout`).
 """
 
 from __future__ import annotations
@@ -9,11 +9,9 @@ from __future__ import annotations
 import struct
 from dataclasses import dataclass
 
-from palpate.record.mcap_file import MESSAGE_HEAD
-from palpate.record.messages import DEFINITIONS, TYPE_OF_PART
-from palpate.record.ticks import SIGNALS, Signal
+from palpate.record.messages import TYPE_OF_PART
+from palpate.record.ticks import Signal
 
-_OPCODE = 0x05
 _LITTLE_ENDIAN_CDR = b"\x00\x01\x00\x00"
 
 
@@ -54,33 +52,9 @@ class Channel:
         return TYPE_OF_PART[self.part]
 
     @property
-    def definition(self) -> str:
-        """Definition text of the message type and its nested types."""
-        return DEFINITIONS[self.schema]
-
-    @property
     def order(self) -> list[int]:
         """Indices of the signal's elements in the message's order: a ROS quaternion is x y z w, a tick's w x y z."""
         return [1, 2, 3, 0] if self.part == "quaternion" else list(range(self.signal.size))
-
-    @property
-    def metadata(self) -> dict[str, str]:
-        """Unit, frame and meaning of the signal, for readers other than Palpate."""
-        s = self.signal
-        return {
-            "signal": s.name,
-            "unit": s.unit,
-            "frame": s.frame,
-            "meaning": s.doc,
-            "size": str(s.size),
-            "part": self.part,
-            "offered_qos_profiles": "",
-        }
-
-    def record(self, channel_id: int) -> bytes:
-        """The MCAP message record with every number zero."""
-        length = MESSAGE_HEAD.size - 9 + len(self.message)
-        return MESSAGE_HEAD.pack(_OPCODE, length, channel_id, 0, 0, 0) + self.message
 
 
 def channel_of(signal: Signal) -> Channel:
@@ -110,29 +84,6 @@ def channel_of(signal: Signal) -> Channel:
         body += bytes(48 if kind == "force" else 8 * signal.size)
     message = _LITTLE_ENDIAN_CDR + bytes(body)
     return Channel(signal, topic(signal), kind, message, stamp, data + len(_LITTLE_ENDIAN_CDR))
-
-
-TRACKING = "tracking"
-"""Stage of the signals that only a record of a scene with trackers holds."""
-
-
-PAIRS = "pairs"
-"""Stage of the signals that only a record of a scene with several pairs holds."""
-OPTIONAL = (TRACKING, PAIRS)
-"""Stages without which a record is complete."""
-
-
-def channels(deterministic: bool, tracked: bool = True, paired: bool = True) -> list[Channel]:
-    """The channels of a record, in the order of the tick.
-
-    Args:
-        deterministic: True leaves out signals that depend on the machine, as in a lockstep record.
-        tracked: False leaves out the signals of live objects and tracked frames.
-        paired: False leaves out the signals of contact with other pairs.
-    """
-    kept = [s for s in SIGNALS.values() if s.deterministic or not deterministic]
-    left_out = {stage for stage, is_kept in ((TRACKING, tracked), (PAIRS, paired)) if not is_kept}
-    return [channel_of(s) for s in kept if s.stage not in left_out]
 
 
 def _string(text: str) -> bytes:

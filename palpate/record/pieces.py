@@ -1,0 +1,335 @@
+"""Where the ticks of a record stand in its file, and their decoding: piece by piece, only what is asked."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from mcap.opcode import Opcode
+from numpy.typing import NDArray
+
+from palpate.errors import RecordError
+from palpate.record import per_signal
+from palpate.record.layout import CDR, Layout, group_of_topic
+from palpate.record.mcap_file import MESSAGE_HEAD
+from palpate.record.mcap_scan import Index, Place, damaged
+from palpate.record.ticks import SIGNALS, Signal
+
+Bytes = NDArray[np.uint8]
+
+
+class Column(NamedTuple):
+    """Where the numbers of a signal stand in the bytes of a tick."""
+
+    offset: int
+    """Position of the first number [bytes]."""
+    kind: str
+    """numpy type of the numbers."""
+    order: list[int]
+    """Element of the signal of each number."""
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The bytes of a tick in a chunk: its messages one after the other, each of constant length."""
+
+    width: int
+    """Bytes of a tick."""
+    columns: dict[str, Column]
+    heads: tuple[tuple[int, int, int], ...] = ()
+    """Position, length and channel of each message; empty for bytes that are known to be messages."""
+    constant: dict[str, NDArray[Any]] = field(default_factory=dict)
+    """Every element of each signal at the first of these ticks; those without a column stay as they are."""
+
+    def has_form(self, rows: Bytes) -> bool:
+        """True if bytes (n, width) have the heads of these messages."""
+        for offset, length, channel in self.heads:
+            head = MESSAGE_HEAD.pack(Opcode.MESSAGE, length, channel, 0, 0, 0)[:11]
+            if not (rows[:, offset : offset + 11] == np.frombuffer(head, np.uint8)).all():
+                return False
+        return True
+
+
+class Piece(NamedTuple):
+    """Consecutive ticks."""
+
+    start: int
+    length: int
+    """Number of ticks."""
+    rows: Rows
+    source: Place | Bytes
+    """Chunk of the file, or the bytes themselves (length, width)."""
+
+
+class Group:
+    """The pieces of the signals that one message carries, in the order of time."""
+
+    def __init__(self, index: Index, signals: dict[str, Signal]) -> None:
+        self.signals = signals
+        self.pieces: list[Piece] = []
+        self._index = index
+        self._starts: list[int] = []
+        self._newest: tuple[Piece, Bytes] | None = None
+
+    @property
+    def count(self) -> int:
+        """Number of ticks."""
+        return self.pieces[-1].start + self.pieces[-1].length if self.pieces else 0
+
+    def add(self, count: int, rows: Rows, source: Place | Bytes) -> None:
+        """Append a piece."""
+        self._starts.append(self.count)
+        self.pieces.append(Piece(self.count, count, rows, source))
+
+    def within(self, start: int, stop: int) -> Iterator[Piece]:
+        """The pieces that hold ticks from `start` up to `stop`."""
+        for piece in self.pieces[max(0, bisect_right(self._starts, start) - 1) :]:
+            if piece.start >= stop or start >= stop:
+                return
+            if piece.start + piece.length > start:
+                yield piece
+
+    def fill(self, target: NDArray[Any], names: list[str], start: int) -> None:
+        """Write signals of the ticks from number `start` on into the fields of a structured array (n,)."""
+        stop = start + len(target)
+        for piece in self.within(start, stop):
+            a, b = max(start, piece.start), min(stop, piece.start + piece.length)
+            into = target[a - start : b - start]
+            moving = [name for name in names if name in piece.rows.columns]
+            for name in names:
+                still = piece.rows.constant.get(name)
+                column = piece.rows.columns.get(name)
+                if still is not None and (column is None or len(column.order) < len(still)):
+                    whole = into[name].reshape(len(into), -1)
+                    whole[:, : still.size] = still[: whole.shape[1]]
+            if moving:
+                rows = self._load(piece)[a - piece.start : b - piece.start]
+                for name in moving:
+                    _set(into, name, piece.rows.columns[name], rows)
+
+    def _load(self, piece: Piece) -> Bytes:
+        if isinstance(piece.source, np.ndarray):
+            return piece.source
+        if self._newest is not None and self._newest[0] is piece:
+            return self._newest[1]
+        rows = np.frombuffer(self._index.load(piece.source), np.uint8).reshape(piece.length, piece.rows.width)
+        if not piece.rows.has_form(rows):
+            raise damaged(self._index.path, ValueError("a chunk holds other messages than its index says"))
+        self._newest = (piece, rows)
+        return rows
+
+
+def _set(into: NDArray[Any], name: str, column: Column, rows: Bytes) -> None:
+    if not len(into):
+        return
+    values = strided(rows, column.offset, column.kind, len(column.order))
+    target = into[name].reshape(len(into), -1)  # a view
+    n = min(len(column.order), target.shape[1])  # another version may have fewer elements
+    where = slice(0, n) if column.order[:n] == list(range(n)) else column.order[:n]
+    with np.errstate(invalid="ignore"):  # bits of a damaged record may be no whole number
+        target[:, where] = values[:, :n]
+
+
+def strided(data: Bytes, offset: int, kind: str, count: int = 1) -> NDArray[Any]:
+    """A view of `count` numbers of type `kind` at byte `offset` of each row: (n, count)."""
+    dtype = np.dtype(kind)
+    return np.ndarray((len(data), count), dtype, data, offset, (data.strides[0], dtype.itemsize))
+
+
+def groups_of(index: Index, signals: dict[str, Signal]) -> list[Group]:
+    """The groups of a record; empty if the file holds no signal.
+
+    Args:
+        index: of the file.
+        signals: described in the file, by name.
+
+    Raises:
+        RecordError: messages are missing in the middle, or the file is damaged.
+    """
+    return _typed(index, signals) or _per_signal(index)
+
+
+# Records with a message for a group of signals
+
+
+def _typed(index: Index, described: dict[str, Signal]) -> list[Group]:
+    layouts, wholes = _layouts(index)
+    if not layouts:
+        return []
+    first = _first_ticks(index, wholes)
+    rows: dict[int, Rows] = {}
+    signals: dict[str, dict[str, Signal]] = {}
+    for name, by_channel in layouts.items():
+        whole = next((layout for layout, group in wholes.values() if group == name), None)
+        known = signals.setdefault(name, {})
+        for layout in ([whole] if whole is not None else []) + list(by_channel.values()):
+            for one in layout.fields:
+                known.setdefault(one.name, _signal(one.name, one.count, one.kind, described))
+        for k, (channel, layout) in enumerate(by_channel.items()):
+            constant = first.get(name, [])
+            rows[channel] = _rows(layout, channel, known, constant[k] if k < len(constant) else {})
+    placed = _placed(index, rows)
+    found = {name: Group(index, signals[name]) for name in layouts}
+    of_channel = {channel: name for name, by_channel in layouts.items() for channel in by_channel}
+    for channel, count, form, source in placed:
+        found[of_channel[channel]].add(count, form, source)
+    return list(found.values())
+
+
+def _layouts(index: Index) -> tuple[dict[str, dict[int, Layout]], dict[int, tuple[Layout, str]]]:
+    """The layouts of each group by channel, and by channel those with all signals, with their group."""
+    layouts: dict[str, dict[int, Layout]] = {}
+    wholes: dict[int, tuple[Layout, str]] = {}
+    for number, channel in sorted(index.channels.items()):
+        found, schema = group_of_topic(channel.topic), index.schema_of(number)
+        layout = None if found is None or schema is None else Layout.parse(schema.data.decode(errors="replace"))
+        if found is None or layout is None:
+            continue
+        if found[1]:
+            wholes[number] = (layout, found[0])
+        else:
+            layouts.setdefault(found[0], {})[number] = layout
+    return layouts, wholes
+
+
+def _first_ticks(index: Index, wholes: dict[int, tuple[Layout, str]]) -> dict[str, list[dict[str, NDArray[Any]]]]:
+    """All signals at the begin of each layout, by group."""
+    found: dict[str, list[dict[str, NDArray[Any]]]] = {}
+    for message in index.messages(set(wholes)):
+        layout, group = wholes[message.channel_id]
+        if len(message.data) != layout.message_bytes:
+            continue
+        values: dict[str, NDArray[Any]] = {}
+        for one in layout.fields:
+            kind = "<u8" if one.kind == "uint64" else "<f8"
+            numbers = np.frombuffer(message.data, kind, one.count, len(CDR) + 8 * one.place)
+            values[one.name] = np.empty_like(numbers)
+            values[one.name][one.order] = numbers
+        found.setdefault(group, []).append(values)
+    return found
+
+
+def _signal(name: str, size: int, kind: str, described: dict[str, Signal]) -> Signal:
+    """Description of a recorded signal: as the file has it, else as this version has it, else its name alone."""
+    found = described.get(name) or SIGNALS.get(name)
+    if found is not None and found.size >= size:
+        return found
+    return Signal(name, -1, size, "bits" if kind == "uint64" else "1", "", "", True, "")
+
+
+def _rows(layout: Layout, channel: int, known: dict[str, Signal], constant: dict[str, NDArray[Any]]) -> Rows:
+    head = MESSAGE_HEAD.size + len(CDR)
+    columns = {
+        one.name: Column(head + 8 * one.place, "<u8" if one.kind == "uint64" else "<f8", one.order)
+        for one in layout.fields if one.name in known and one.count <= known[one.name].size
+    }  # fmt: skip
+    length = MESSAGE_HEAD.size - 9 + layout.message_bytes
+    return Rows(MESSAGE_HEAD.size + layout.message_bytes, columns, ((0, length, channel),), constant)
+
+
+def _placed(index: Index, rows: dict[int, Rows]) -> list[tuple[int, int, Rows, Place | Bytes]]:
+    """Channel, number of ticks, layout and source of each piece, in the order of the file."""
+    placed: list[tuple[int, int, Rows, Place | Bytes]] = []
+    for place in index.chunks:
+        ours = [channel for channel in place.channels if channel in rows]
+        if not ours:
+            continue
+        one = rows[ours[0]]
+        if len(place.channels) > 1 or place.size % one.width:
+            return _collected(index, rows)  # rewritten by another tool
+        placed.append((ours[0], place.size // one.width, one, place))
+    return placed or _collected(index, rows)
+
+
+def _collected(index: Index, rows: dict[int, Rows]) -> list[tuple[int, int, Rows, Place | Bytes]]:
+    """The pieces of a record that another tool rewrote (mcap recover, ros2 bag convert): message by message."""
+    bodies: dict[int, list[bytes]] = {}
+    times: dict[int, list[int]] = {}
+    for message in index.messages(set(rows)):
+        if len(message.data) == rows[message.channel_id].width - MESSAGE_HEAD.size:
+            bodies.setdefault(message.channel_id, []).append(message.data)
+            times.setdefault(message.channel_id, []).append(message.log_time)
+    _require_step(index, times)
+    placed: list[tuple[int, int, Rows, Place | Bytes]] = []
+    for channel, found in bodies.items():
+        data = np.frombuffer(b"".join(found), np.uint8).reshape(len(found), -1)
+        columns = {n: c._replace(offset=c.offset - MESSAGE_HEAD.size) for n, c in rows[channel].columns.items()}
+        width = rows[channel].width - MESSAGE_HEAD.size
+        placed.append((channel, len(found), Rows(width, columns, (), rows[channel].constant), data))
+    return sorted(placed, key=lambda one: times[one[0]][0])
+
+
+def _require_step(index: Index, times: dict[int, list[int]]) -> None:
+    """Refuse groups whose messages do not have the same times."""
+    by_topic: dict[str, list[int]] = {}
+    for channel, found in times.items():
+        by_topic.setdefault(index.channels[channel].topic, []).extend(found)
+    n = min((len(one) for one in by_topic.values()), default=0)
+    reference = next(iter(by_topic.values()), [])[:n]
+    for topic, found in by_topic.items():
+        if found[:n] != reference:
+            raise RecordError(
+                f"channel {topic} is out of step with the others",
+                where=str(index.path),
+                why="messages are missing in the middle of the record",
+                mend="use the record as `palpate run` wrote it",
+            )
+
+
+# Records with a message for each signal, the first of palpate 0.1.0
+
+
+def _per_signal(index: Index) -> list[Group]:
+    by_topic = {channel.topic: number for number, channel in index.channels.items()}
+    found: dict[int, per_signal.Channel] = {}
+    for signal in SIGNALS.values():
+        layout = per_signal.channel_of(signal)
+        number = by_topic.get(layout.topic)
+        schema = None if number is None else index.schema_of(number)
+        if number is not None and schema is not None and schema.name == layout.schema:
+            found[number] = layout
+    if not found:
+        return []
+    return _blocks_of_ticks(index, found) or _single_channels(index, found)
+
+
+def _blocks_of_ticks(index: Index, found: dict[int, per_signal.Channel]) -> list[Group]:
+    """Ticks as the recorder wrote them; empty for another order of the messages."""
+    rows = _rows_per_signal(dict(sorted(found.items())))
+    group = Group(index, {one.signal.name: one.signal for one in found.values()})
+    numbers = set(found)
+    for place in index.chunks:
+        if numbers.isdisjoint(place.channels):
+            continue
+        first = not group.pieces
+        if set(place.channels) != numbers or place.size % rows.width:
+            return []
+        if first and not rows.has_form(np.frombuffer(index.load(place), np.uint8).reshape(-1, rows.width)):
+            return []
+        group.add(place.size // rows.width, rows, place)
+    return [group] if group.pieces else []
+
+
+def _rows_per_signal(found: dict[int, per_signal.Channel]) -> Rows:
+    columns: dict[str, Column] = {}
+    heads: list[tuple[int, int, int]] = []
+    at = 0
+    for number, one in found.items():
+        heads.append((at, MESSAGE_HEAD.size - 9 + len(one.message), number))
+        columns[one.signal.name] = Column(at + MESSAGE_HEAD.size + one.data, "<f8", one.order)
+        at += MESSAGE_HEAD.size + len(one.message)
+    return Rows(at, columns, tuple(heads))
+
+
+def _single_channels(index: Index, found: dict[int, per_signal.Channel]) -> list[Group]:
+    """One group a signal, in a record that another tool rewrote."""
+    rows = {number: _rows_per_signal({number: one}) for number, one in found.items()}
+    groups = []
+    for channel, count, one, source in _collected(index, rows):
+        group = Group(index, {found[channel].signal.name: found[channel].signal})
+        group.add(count, one, source)
+        groups.append(group)
+    return groups
