@@ -53,13 +53,15 @@ class Command:
         return 0
 
     def _report_record(self, record: Record, console: Console) -> None:
-        from palpate.report import write_report
+        from palpate.report.html import report_of
+        from palpate.report.run import Run
         from palpate.report.summary import summary_of, summary_table
 
         if record.note:
             say(console, record.note)
-        page = write_report(record.path, self.out)
-        summary = replace(summary_of(record), report=str(page))
+        run = Run(record)
+        page = report_of(run, self.out)
+        summary = replace(summary_of(record, run.digest.totals), report=str(page))
         console.print(summary_table(summary))
         say(console, f"report: {page}")
         write_json(self.json, summary)

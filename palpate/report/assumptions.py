@@ -16,6 +16,7 @@ import numpy as np
 
 from palpate import _core
 from palpate.record.ticks import STATUS, Ticks
+from palpate.report.digest import Digest
 
 FAST_FORCE = float(_core.TorqueOptions().fast_force)
 """Default of `torque.fast_force` [N]."""
@@ -54,6 +55,18 @@ class SlowMotion:
             f"The motion was too fast for {self.broken_s:.2f} s, first at t = {self.first:.2f} s: {facts}. "
             "During that time the hand feels the arm's inertia in addition to the rendered force."
         )
+
+
+def slow_motion_of(digest: Digest, fast_force: float = FAST_FORCE) -> SlowMotion:
+    """As `slow_motion`, of a digested run."""
+    ticks = digest.ticks
+    return SlowMotion(
+        peak_speed=float(np.linalg.norm(ticks["v_LH"], axis=1).max(initial=0.0)),
+        peak_inertia=float(ticks["F_neglected"].max(initial=0.0)),
+        force_limit=fast_force,
+        broken_s=digest.status["too_fast"] / digest.rate,
+        first=digest.first_fast,
+    )
 
 
 def slow_motion(ticks: Ticks, rate: float, *, fast_force: float = FAST_FORCE) -> SlowMotion:

@@ -13,7 +13,7 @@ _LENGTH, _COILS = 110.0, 8  # length of a drawn spring at rest [px], and its num
 
 
 def table(ticks: Ticks) -> str:
-    """HTML table of the springs and dampers at the deepest contact of a run (n,), with their deflections and forces."""
+    """HTML table of the springs and dampers at the deepest contact of ticks (n,), with their deflections and forces."""
     row = ticks[int(np.argmax(ticks["depth"]))]
     if not row["depth"] > 0:
         return "<p>Nothing was touched, so no spring was compressed.</p>"

@@ -6,7 +6,7 @@ from html import escape
 
 import numpy as np
 
-from palpate.record.ticks import SIGNALS, STATUS
+from palpate.record.ticks import SIGNALS
 from palpate.report.run import Run
 from palpate.report.summary import energy
 
@@ -36,9 +36,9 @@ def words(run: Run) -> str:
             if np.abs(run.ticks[name]).max(initial=0.0) > _NOTHING]  # fmt: skip
     if kept:
         sentences.append(f"Energy withheld: {', '.join(kept)}.")
-    acting = (run.ticks["status"].astype(np.int64) & STATUS["passivity"][0]) != 0
-    if acting.any():
-        seconds = acting.sum() / run.record.rate
+    acting = run.digest.status["passivity"]
+    if acting:
+        seconds = acting / run.record.rate
         sentences.append(f"The passivity controller reduced the force for {seconds:.2f} s.")
     return " ".join(sentences)
 

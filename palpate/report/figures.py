@@ -226,14 +226,14 @@ def timing(run: Run, canvas: Canvas) -> Figure:
     for axes, name, title in zip(
         panels, ("cycle_us", "lateness_us"), ("time to compute a cycle", "start after its deadline"), strict=True
     ):
-        _histogram(axes, run.ticks[name], period)
+        _histogram(axes, run.digest.times[name].values, period)
         axes.set_title(title, loc="left", fontsize=8.5, color=INK)
     panels[0].set_ylabel("ticks")
     return figure
 
 
 def _histogram(axes: Axes, values: NDArray[Any], period: float) -> None:
-    values = np.maximum(values[np.isfinite(values)], 0.05)
+    values = np.maximum(values, 0.05)
     edges = np.geomspace(max(0.05, 0.8 * values.min()), max(1.3 * period, 1.3 * values.max()), 90)
     axes.hist(values, bins=edges.tolist(), color=DEPTH, alpha=0.85)
     axes.set(xscale="log", yscale="log", xlabel="time [µs]")

@@ -15,8 +15,8 @@ from palpate.arm import Arm
 from palpate.errors import MissingExtraError, PalpateError
 from palpate.record.reader import Record
 from palpate.record.ticks import STATUS
-from palpate.report import elements, energy, imperfections, rates, touches, tracked
-from palpate.report.assumptions import FAST_FORCE, SlowMotion, slow_motion
+from palpate.report import elements, energy, imperfections, rates, tracked
+from palpate.report.assumptions import FAST_FORCE, SlowMotion, slow_motion_of
 from palpate.report.diagram import diagram, signal_table
 from palpate.report.grasp import grasp_of
 from palpate.report.page import write
@@ -47,29 +47,37 @@ def write_report(record: str | Path, out: str | Path | None = None) -> Path:
         RecordError: the record cannot be read. MissingExtraError: matplotlib is not installed.
         OutputError: the page cannot be written.
     """
-    opened = Record.open(record)
-    page = Path(out) if out is not None else opened.path.with_name("report.html")
-    return write(page, report(opened))
+    return report_of(Run(Record.open(record)), out)
+
+
+def report_of(run: Run, out: str | Path | None = None) -> Path:
+    """Write the report of an opened run; otherwise as `write_report`."""
+    page = Path(out) if out is not None else run.record.path.with_name("report.html")
+    return write(page, _page(run))
 
 
 def report(record: Record) -> str:
     """The page as HTML text; the same record gives the same page. Raises MissingExtraError without matplotlib."""
+    return _page(Run(record))
+
+
+def _page(run: Run) -> str:
     try:
         from palpate.plotting.style import picture
         from palpate.report import figures, views
     except ImportError as error:
         raise MissingExtraError("the report's figures", "report") from error
 
-    run = Run(record)
-    summary = summary_of(record)
-    slow = slow_motion(run.ticks, record.rate, fast_force=float(run.setting("torque", "fast_force") or FAST_FORCE))
+    record, digest = run.record, run.digest
+    summary = summary_of(record, digest.totals)
+    slow = slow_motion_of(digest, float(run.setting("torque", "fast_force") or FAST_FORCE))
 
     def figure(title: str, text: str, draw: Callable[[Run, Canvas], Figure]) -> str:
         image = picture(partial(draw, run), alt=f"{title}. {text}".replace('"', "'"))
         return section(title, text, image)
 
-    frames = run.tracked_frames if "tracked_p" in record.signals else []
-    timed = not record.deterministic and bool(np.isfinite(run.ticks["cycle_us"]).any())
+    frames = run.tracked_frames
+    timed = not record.deterministic and len(digest.times["cycle_us"].values) > 0
     parts = [
         _head(run),
         _facts(summary),
@@ -81,12 +89,12 @@ def report(record: Record) -> str:
         section("The loop that ran", _LOOP, f"{diagram(run)}{_details('All recorded signals', signal_table(run))}"),
         figure("The two terms of the torque (Eq 13)", _TORQUE, figures.torques),
         section("The sphere's springs and dampers", _ELEMENTS, elements.table(run.ticks)),
-        section("What touched what", _TOUCHES, touches.table_of(run)),
-        *([section("Tracked frames", tracked.WORDS, tracked.table(run.ticks, frames, record.rate))] if frames else []),
+        section("What touched what", _TOUCHES, digest.touched.table(run.sphere_names, run.object_names, record.rate)),
+        *([section("Tracked frames", tracked.WORDS, digest.tracked.table(frames, record.rate))] if frames else []),
         figure("The same force in two frames", _FRAMES, figures.frames),
         figure("Energy ledger", energy.words(run), figures.energy),
         *([figure("Time", _timing_words(run, summary), figures.timing)] if timed else []),
-        section("Rates", rates.WORDS, rates.table(rates.rates_of(record))),
+        section("Rates", rates.WORDS, rates.table(rates.rates_of(run))),
         _numbers(run, summary, slow),
         imperfections.section(record),
         _scene(run),
@@ -233,12 +241,11 @@ def _numbers(run: Run, summary: Summary, slow: SlowMotion) -> str:
     lines.append(("inertia", f"{slow.peak_inertia:.2f} N", "largest inertia and Coriolis force of the arm on the hand"))
     leader = _leader(run)
     if leader is not None and leader.n >= 3:
-        condition = elements.conditioning(run.ticks, leader)
+        condition = elements.conditioning(run.ticks[run.digest.even], leader)
         words = "condition number of the 3x3 Jacobian of the wrist centre, median and worst: 1 is isotropic"
         lines.append(("leader's Jacobian", f"{np.median(condition):.2f} / {condition.max():.2f}", words))
-    status = run.ticks["status"].astype(np.int64)
-    for name, (bit, words) in STATUS.items():
-        count = int(((status & bit) != 0).sum())
+    for name, (_, words) in STATUS.items():
+        count = run.digest.status[name]
         if count:
             lines.append((name.replace("_", " "), f"{count / run.record.rate:.3f} s", words))
     body = "".join(

@@ -64,33 +64,34 @@ def write_pairs_report(folder: Path, out: Path | None = None, each: bool = True)
     paths = pair_records(folder)
     for path in paths.values() if each else ():
         write_report(path)
-    records = {name: Record.open(path) for name, path in paths.items()}
-    return write(folder / "report.html" if out is None else out, _text(folder, records))
+    runs = {name: Run(Record.open(path)) for name, path in paths.items()}
+    return write(folder / "report.html" if out is None else out, _text(folder, runs))
 
 
-def _text(folder: Path, records: dict[str, Record]) -> str:
+def _text(folder: Path, runs: dict[str, Run]) -> str:
     try:
         from palpate.plotting.style import picture
     except ImportError as error:
         raise MissingExtraError("the report's figures", "report") from error
     links = ", ".join(
-        f'<a href="{escape(name)}/report.html">{escape(name)}</a>' for name in records if (folder / name).is_dir()
+        f'<a href="{escape(name)}/report.html">{escape(name)}</a>' for name in runs if (folder / name).is_dir()
     )
-    title = Run(next(iter(records.values()))).title if len(records) == 1 else folder.name
-    rates = [row for name, record in records.items() for row in rates_of(record, name)]
-    image = picture(partial(_story, records), alt=f"Force on each hand. {_STORY}")
+    title = next(iter(runs.values())).title if len(runs) == 1 else folder.name
+    rates = [row for name, run in runs.items() for row in rates_of(run, name)]
+    image = picture(partial(_story, runs), alt=f"Force on each hand. {_STORY}")
     parts = [
-        f"<header><h1>{escape(title)}</h1><p>{len(records)} pairs; the report of each: {links}</p></header>",
+        f"<header><h1>{escape(title)}</h1><p>{len(runs)} pairs; the report of each: {links}</p></header>",
         section("What the hands felt", _STORY, image),
-        section("Numbers", "The summary of each pair.", _numbers(records)),
-        section("Meetings", _MEETING, _meetings(records)),
+        section("Numbers", "The summary of each pair.", _numbers(runs)),
+        section("Meetings", _MEETING, _meetings(runs)),
         section("Rates", WORDS, table(rates)),
     ]
     return page_of(title, "".join(parts))
 
 
-def _numbers(records: dict[str, Record]) -> str:
-    each = {name: {key: value for key, value, _ in rows(summary_of(r))} for name, r in records.items()}
+def _numbers(runs: dict[str, Run]) -> str:
+    summaries = {name: summary_of(run.record, run.digest.totals) for name, run in runs.items()}
+    each = {name: {key: value for key, value, _ in rows(summary)} for name, summary in summaries.items()}
     keys = list(dict.fromkeys(key for values in each.values() for key in values))
     head = "<tr><th></th>" + "".join(f"<th>{escape(name)}</th>" for name in each) + "</tr>"
     body = "".join(
@@ -102,15 +103,14 @@ def _numbers(records: dict[str, Record]) -> str:
     return f'<div class="scroll"><table class="signals">{head}{body}</table></div>'
 
 
-def _meetings(records: dict[str, Record]) -> str:
+def _meetings(runs: dict[str, Run]) -> str:
     lines = []
-    for name, record in records.items():
-        ticks = record.ticks
-        push = np.linalg.norm(ticks["F_instrument_W"], axis=1)
+    for name, run in runs.items():
+        closest, push = run.digest.closest, np.linalg.norm(run.ticks["F_instrument_W"], axis=1)
         lines.append(
-            f"<tr><td>{escape(name)}</td><td>{1e3 * float(np.min(ticks['instrument_gap'])):.1f} mm</td>"
-            f"<td>{float(push.max()):.2f} N</td><td>{float((push > 0).sum()) / record.rate:.2f} s</td>"
-            f"<td>{1e3 * float(np.min(ticks['handle_gap'])):.0f} mm</td></tr>"
+            f"<tr><td>{escape(name)}</td><td>{1e3 * closest['instrument_gap']:.1f} mm</td>"
+            f"<td>{float(push.max()):.2f} N</td><td>{run.digest.pushed / run.record.rate:.2f} s</td>"
+            f"<td>{1e3 * closest['handle_gap']:.0f} mm</td></tr>"
         )
     head = (
         "<tr><th>pair</th><th>closest instrument</th><th>largest push</th><th>in contact</th>"
@@ -119,21 +119,21 @@ def _meetings(records: dict[str, Record]) -> str:
     return f'<div class="scroll"><table class="signals">{head}{"".join(lines)}</table></div>'
 
 
-def _story(records: dict[str, Record], canvas: Canvas) -> Figure:
+def _story(runs: dict[str, Run], canvas: Canvas) -> Figure:
     from matplotlib.figure import Figure as NewFigure
 
     from palpate.plotting.style import JOINTS, curve
 
     figure = NewFigure(figsize=(canvas.width, 4.2), layout="constrained")
     force, push = figure.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])
-    for k, (name, record) in enumerate(records.items()):
-        ticks, color = record.ticks, JOINTS[k % len(JOINTS)]
+    for k, (name, run) in enumerate(runs.items()):
+        ticks, color = run.ticks, JOINTS[k % len(JOINTS)]
         t = ticks["t"]
         curve(force, t, np.linalg.norm(ticks["F_H_L"], axis=1), canvas.points(), color=color, label=name)
         curve(push, t, np.linalg.norm(ticks["F_instrument_W"], axis=1), canvas.points(), color=color)
     force.set_ylabel("on the hand [N]")
     force.set_ylim(bottom=0.0)
-    force.legend(ncols=len(records), loc="upper left")
+    force.legend(ncols=len(runs), loc="upper left")
     push.set_ylabel("of instruments [N]")
     push.set_ylim(0.0, max(0.1, 1.1 * push.get_ylim()[1]))
     push.set_xlabel("time [s]")

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from html import escape
 
-from palpate.record.reader import Record
 from palpate.record.snapshots import CAMERA
 from palpate.report.run import Run
-from palpate.session.rates import Rate, cells, recorded, snapshot
+from palpate.session.rates import Rate, cells, snapshot
 
 WORDS = (
     "Each loop with its measured rate, how late its cycles started, how many periods it missed, and the largest age of "
@@ -16,10 +15,10 @@ WORDS = (
 )
 
 
-def rates_of(record: Record, name: str = "") -> list[Rate]:
-    """The rates of a record; name: of its pair."""
-    frames = Run(record).tracked_frames if "tracked_p" in record.signals else []
-    rows = recorded(name, record.ticks, record.rate, record.timing, frames)
+def rates_of(run: Run, name: str = "") -> list[Rate]:
+    """The rates of a run; name: of its pair."""
+    record = run.record
+    rows = run.digest.rates.rows(name, record.rate, record.timing, run.tracked_frames)
     for topic in record.snapshot_topics:
         track = record.snapshots(topic)
         if track is not None:

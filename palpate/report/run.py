@@ -1,4 +1,4 @@
-"""A record with the data that the report derives from it: settings, phases of the touch, surfaces."""
+"""A record with the data that the report derives from it: settings, numbers, phases of the touch, surfaces."""
 
 from __future__ import annotations
 
@@ -15,8 +15,10 @@ from palpate.arrays.plain import Content
 from palpate.arrays.yaml_loader import load
 from palpate.record.reader import Record
 from palpate.record.ticks import Ticks
+from palpate.report.digest import Digest
 
 _GAP = 0.05  # contacts with a shorter break count as one touch [s]
+_PART = 100_000  # ticks whose motion is looked at together
 _SLIDING = 0.004  # speed along the surface above which the tool slides [m/s]
 
 
@@ -37,9 +39,22 @@ class Run:
 
     def __init__(self, record: Record) -> None:
         self.record = record
-        self.ticks: Ticks = record.ticks
-        self.t: NDArray[np.float64] = record.ticks["t"]
         self.scene: Content = _mapping(record.scene)
+
+    @cached_property
+    def digest(self) -> Digest:
+        """Numbers of all ticks, and the ticks that figures draw."""
+        return Digest(self.record, len(self.tracked_frames))
+
+    @property
+    def ticks(self) -> Ticks:
+        """The ticks that figures draw (n,): all, or in a long run those that keep every peak."""
+        return self.digest.ticks
+
+    @property
+    def t(self) -> NDArray[np.float64]:
+        """Times of `ticks` (n,) [s]."""
+        return np.asarray(self.ticks["t"])
 
     def setting(self, *place: str) -> Any:
         """A value of the scene, e.g. ``setting("stability", "force_cap")``; None when the scene does not set it."""
@@ -80,22 +95,18 @@ class Run:
 
     @property
     def tracked_frames(self) -> list[str]:
-        """Names of the frames that a tracker moved, in the scene's order."""
+        """Names of the recorded frames that a tracker moved, in the scene's order."""
         frames = self.setting("frames")
-        found = [f for f in frames if isinstance(f, dict) and f.get("tracker")] if isinstance(frames, list) else []
+        recorded = isinstance(frames, list) and "tracked_p" in self.record.signals
+        found = [f for f in frames if isinstance(f, dict) and f.get("tracker")] if recorded else []
         return [str(f.get("child")) for f in found]
 
     @cached_property
     def touches(self) -> list[tuple[int, int]]:
-        """Intervals in contact: (first tick, tick after the last)."""
-        touching = np.concatenate([[False], self.ticks["contacts"] > 0, [False]])
-        starts, ends = (
-            np.flatnonzero(np.diff(touching.astype(int)) == 1),
-            np.flatnonzero(np.diff(touching.astype(int)) == -1),
-        )
+        """Intervals in contact: (first tick, tick after the last), by the number of the tick in the record."""
         gap = _GAP * self.record.rate
         merged: list[tuple[int, int]] = []
-        for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
+        for start, end in self.digest.touches:
             if merged and start - merged[-1][1] < gap:
                 merged[-1] = (merged[-1][0], end)
             else:
@@ -106,38 +117,46 @@ class Run:
     def phases(self) -> list[Phase]:
         """The phases approach, press, slide and leave, found from the motion."""
         found: list[Phase] = []
-        n, sliding = len(self.t), self._sliding
+        n = len(self.record)
         for k, (start, end) in enumerate(self.touches):
             before = self.touches[k - 1][1] if k else 0
             after = self.touches[k + 1][0] if k + 1 < len(self.touches) else n
             free = (before + start) // 2 if k else 0
-            inside = np.flatnonzero(sliding[start:end])
-            first, last = (start + inside[0], start + inside[-1]) if len(inside) else (end, end)
+            first, last = self._slide(start, end)
             gone = (end + after) // 2 if after < n else n
             marks = [("approach", free, start), ("press", start, first), ("slide", first, last), ("leave", last, gone)]
             found += [Phase(name, self._time(a), self._time(b)) for name, a, b in marks if b > a]
         return found
 
-    @cached_property
-    def _sliding(self) -> NDArray[np.bool_]:
-        """True while the tool moves along the surface (n,)."""
-        v = np.gradient(self.ticks["p_WT"], axis=0) * self.record.rate if len(self.t) > 1 else np.zeros((1, 3))
-        n = self.ticks["normal"]
-        along = v - np.einsum("ij,ij->i", v, n)[:, None] * n
-        along[self.ticks["contacts"] == 0] = 0.0
-        width = max(1, min(len(self.t), round(0.1 * self.record.rate)))
-        smooth = np.stack([np.convolve(column, np.ones(width) / width, "same") for column in along.T], axis=1)
-        return np.asarray(np.linalg.norm(smooth, axis=1) > _SLIDING)
+    def _slide(self, start: int, end: int) -> tuple[int, int]:
+        """First and last tick of a touch at which the tool moves along the surface; its end twice without any."""
+        first = last = end
+        for a in range(start, end, _PART):
+            inside = np.flatnonzero(self._sliding(a, min(a + _PART, end)))
+            if len(inside):
+                first = a + int(inside[0]) if first == end else first
+                last = a + int(inside[-1])
+        return first, last
 
-    @cached_property
+    def _sliding(self, start: int, stop: int) -> NDArray[np.bool_]:
+        """True while the tool moves along the surface, at the ticks from `start` up to `stop`."""
+        n = len(self.record)
+        width = max(1, min(n, round(0.1 * self.record.rate)))
+        a, b = max(0, start - width - 1), min(n, stop + width + 1)
+        ticks = self.record.read(["p_WT", "normal", "contacts"], a, b)
+        v = np.gradient(ticks["p_WT"], axis=0) * self.record.rate if len(ticks) > 1 else np.zeros((1, 3))
+        n_W = ticks["normal"]
+        along = v - np.einsum("ij,ij->i", v, n_W)[:, None] * n_W
+        along[ticks["contacts"] == 0] = 0.0
+        padded = np.pad(along, ((width, width), (0, 0)))  # at the ends of the run as if the tool were at rest
+        smooth = np.stack([np.convolve(column, np.ones(width) / width, "same") for column in padded.T], axis=1)
+        inside = smooth[width + start - a : width + stop - a]
+        return np.asarray(np.linalg.norm(inside, axis=1) > _SLIDING)
+
+    @property
     def stiffness(self) -> float | None:
         """Slope of the spring force over the penetration, both on the tool [N/m]; None without contact."""
-        depth = self.ticks["depth"]
-        force = np.einsum("ij,ij->i", self.ticks["F_spring_W"], self.ticks["normal"])
-        touching = depth > 0
-        if touching.sum() < 10:
-            return None
-        return float(depth[touching] @ force[touching] / (depth[touching] @ depth[touching]))
+        return self.digest.stiffness
 
     @cached_property
     def surface(self) -> list[tuple[NDArray[np.float64], NDArray[np.int32]]]:
@@ -156,7 +175,7 @@ class Run:
         return [(s.body.vertices @ s.X_WO[:3, :3].T + s.X_WO[:3, 3], s.body.triangles) for s in surfaces]
 
     def _time(self, tick: int) -> float:
-        return float(self.t[min(tick, len(self.t) - 1)])
+        return self.digest.time(min(tick, len(self.record) - 1))
 
 
 def _mapping(text: str) -> Content:

@@ -17,14 +17,15 @@ if TYPE_CHECKING:
     from palpate.record.reader import Record
 
 
-def summary_of(record: Record) -> Summary:
-    """Summarise a record.
+def summary_of(record: Record, totals: Totals | None = None) -> Summary:
+    """Summarise a record; `totals` are those of all its ticks if they are known.
 
     Only a real-time record contains compute times; for a lockstep record they are 0, which means unknown.
     """
-    totals = Totals(record.rate)
-    for ticks in record.blocks(Totals.SIGNALS):
-        totals.add(ticks)
+    if totals is None:
+        totals = Totals(record.rate)
+        for ticks in record.blocks(Totals.SIGNALS):
+            totals.add(ticks)
     return totals.summary(
         record.timing,
         instrument=_instrument(record),

@@ -8,12 +8,42 @@ from collections.abc import Sequence
 import numpy as np
 
 from palpate.record.ticks import SIGNALS, Ticks
-from palpate.report.run import Run
 
 
-def table_of(run: Run) -> str:
-    """HTML table of the contact pairs of a run."""
-    return table(run.ticks, run.sphere_names, run.object_names, run.record.rate)
+class Touched:
+    """Accumulates the contact pairs of a run."""
+
+    def __init__(self) -> None:
+        self._pairs: dict[tuple[int, int], tuple[float, float, int]] = {}  # largest, sum of forces [N], ticks
+
+    def add(self, ticks: Ticks) -> None:
+        """Add further ticks (n,)."""
+        valid = np.arange(SIGNALS["touch_sphere"].size) < ticks["contacts"][:, None]  # (n, touches)
+        if not valid.any():
+            return
+        pairs = np.stack([ticks["touch_sphere"][valid], ticks["touch_object"][valid]], axis=1).astype(np.int64)
+        force = ticks["touch_force"][valid]
+        kinds, which = np.unique(pairs, axis=0, return_inverse=True)
+        for k, (s, o) in enumerate(kinds.tolist()):
+            felt = force[which.reshape(-1) == k]
+            most, total, count = self._pairs.get((s, o), (-np.inf, 0.0, 0))
+            self._pairs[s, o] = (max(most, float(felt.max())), total + float(felt.sum()), count + len(felt))
+
+    def table(self, spheres: Sequence[str], objects: Sequence[str], rate: float) -> str:
+        """HTML table of the contact pairs, the largest force first; arguments as for `table`."""
+        if not self._pairs:
+            return "<p>Nothing was touched.</p>"
+        found = [
+            (most, total / count, count / rate, html.escape(f"{_name(spheres, s)} \u00d7 {_name(objects, o)}"))
+            for (s, o), (most, total, count) in self._pairs.items()
+        ]
+        lines = [
+            f'<tr><td>{name}</td><td class="value">{most:.3f} N</td><td class="value">{mean:.3f} N</td>'
+            f'<td class="value">{seconds:.2f} s</td></tr>'
+            for most, mean, seconds, name in sorted(found, reverse=True)
+        ]
+        head = "<tr><th>sphere \u00d7 object</th><th>largest spring force</th><th>mean</th><th>contact time</th></tr>"
+        return f'<div class="scroll"><table class="signals">{head}{"".join(lines)}</table></div>'
 
 
 def table(ticks: Ticks, spheres: Sequence[str], objects: Sequence[str], rate: float) -> str:
@@ -25,24 +55,9 @@ def table(ticks: Ticks, spheres: Sequence[str], objects: Sequence[str], rate: fl
         objects: names of the objects; likewise.
         rate: tick rate [Hz].
     """
-    valid = np.arange(SIGNALS["touch_sphere"].size) < ticks["contacts"][:, None]  # (n, touches)
-    pairs = np.stack([ticks["touch_sphere"][valid], ticks["touch_object"][valid]], axis=1).astype(np.int64)
-    if not len(pairs):
-        return "<p>Nothing was touched.</p>"
-    force = ticks["touch_force"][valid]
-    kinds, which = np.unique(pairs, axis=0, return_inverse=True)
-    found = []
-    for k, (s, o) in enumerate(kinds.tolist()):
-        felt = force[which.reshape(-1) == k]
-        name = f"{_name(spheres, s)} \u00d7 {_name(objects, o)}"
-        found.append((float(felt.max()), float(felt.mean()), len(felt) / rate, html.escape(name)))
-    lines = [
-        f'<tr><td>{name}</td><td class="value">{most:.3f} N</td><td class="value">{mean:.3f} N</td>'
-        f'<td class="value">{seconds:.2f} s</td></tr>'
-        for most, mean, seconds, name in sorted(found, reverse=True)
-    ]
-    head = "<tr><th>sphere \u00d7 object</th><th>largest spring force</th><th>mean</th><th>contact time</th></tr>"
-    return f'<div class="scroll"><table class="signals">{head}{"".join(lines)}</table></div>'
+    touched = Touched()
+    touched.add(ticks)
+    return touched.table(spheres, objects, rate)
 
 
 def _name(names: Sequence[str], k: int) -> str:

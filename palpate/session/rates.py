@@ -11,6 +11,7 @@ import numpy as np
 from palpate.record.snapshots import RATE, Track
 from palpate.record.ticks import Ticks, Timing
 from palpate.session.live import LiveSession
+from palpate.session.samples import Samples
 from palpate.session.snapshots import soft_objects
 from palpate.trackers.tracking import PERIOD
 
@@ -112,37 +113,66 @@ class LiveRates:
         return now - self._fresh[key][1]
 
 
-def recorded(name: str, ticks: Ticks, rate: float, timing: Timing | None, frames: Sequence[str] = ()) -> list[Rate]:
-    """The rates of a recorded run.
+class Recorded:
+    """Accumulates the rates of a recorded run.
 
     Args:
-        name: name of the pair; empty for a single one.
-        ticks: (n,) of the record.
-        rate: of the record [Hz].
-        timing: of a real-time run; None in lockstep.
-        frames: names of the tracked frames, in the scene's order.
+        frames: number of tracked frames.
     """
-    t = ticks["t"]
-    span = float(t[-1] - t[0]) if len(t) > 1 else 0.0
-    late = ticks["lateness_us"][np.isfinite(ticks["lateness_us"])] if timing is not None else np.zeros(0)
-    p50, p99 = np.percentile(late, [50, 99]).tolist() if len(late) else (None, None)
-    missed = None if timing is None else int(timing.get("missed_ticks", 0))
-    ran = span + (0 if missed is None else missed / rate)  # time of the clock: missed ticks do not advance t
-    longest = float(np.diff(t).max()) if len(t) > 1 else None
-    loop = Rate(f"{name} haptic loop".strip(), rate, (len(t) - 1) / ran if ran > 0 else None, p50, p99, missed, longest)
-    return [loop, *(_frame(name, child, k, ticks, span) for k, child in enumerate(frames))]
+
+    def __init__(self, frames: int = 0) -> None:
+        self._count, self._first, self._last, self._longest = 0, 0.0, 0.0, 0.0
+        self._late = Samples()
+        self._age = np.full(frames, np.nan)  # newest known age of each frame [s]
+        self._oldest, self._renewed = np.full(frames, np.nan), np.zeros(frames, int)
+
+    def add(self, ticks: Ticks) -> None:
+        """Add further ticks (n,)."""
+        t = ticks["t"]
+        steps = np.diff(t) if not self._count else np.diff(t, prepend=self._last)
+        self._first = self._first if self._count else float(t[0])
+        self._longest = max(self._longest, float(steps.max(initial=0.0)))
+        self._last, self._count = float(t[-1]), self._count + len(t)
+        self._late.add(ticks["lateness_us"])
+        for k in range(len(self._age)):
+            age = ticks["tracked_age"].reshape(len(ticks), -1)[:, k]
+            known = age[np.isfinite(age)]
+            if len(known):  # a new pose has arrived whenever the age falls
+                self._renewed[k] += int((np.diff(known, prepend=self._age[k]) < 0.0).sum())
+                self._age[k], self._oldest[k] = known[-1], np.fmax(self._oldest[k], known.max())
+
+    def rows(self, name: str, rate: float, timing: Timing | None, frames: Sequence[str] = ()) -> list[Rate]:
+        """The rates.
+
+        Args:
+            name: name of the pair; empty for a single one.
+            rate: of the record [Hz].
+            timing: of a real-time run; None in lockstep.
+            frames: names of the tracked frames, in the scene's order.
+        """
+        n, span = self._count, self._last - self._first
+        late = self._late.values if timing is not None else np.zeros(0)
+        p50, p99 = np.percentile(late, [50, 99]).tolist() if len(late) else (None, None)
+        missed = None if timing is None else int(timing.get("missed_ticks", 0))
+        ran = span + (0 if missed is None else missed / rate)  # time of the clock: missed ticks do not advance t
+        longest = self._longest if n > 1 else None
+        loop = Rate(f"{name} haptic loop".strip(), rate, (n - 1) / ran if ran > 0 else None, p50, p99, missed, longest)
+        found = [loop]
+        for child, renewed, oldest in zip(frames, self._renewed.tolist(), self._oldest.tolist(), strict=False):
+            measured = renewed / span if span > 0 else None
+            age = oldest if np.isfinite(oldest) else None
+            found.append(Rate(f"{name} frame {child}".strip(), None, measured, age_s=age))
+        return found
+
+
+def recorded(name: str, ticks: Ticks, rate: float, timing: Timing | None, frames: Sequence[str] = ()) -> list[Rate]:
+    """The rates of a recorded run (n,); other arguments as for `Recorded.rows`."""
+    found = Recorded(len(frames))
+    found.add(ticks)
+    return found.rows(name, rate, timing, frames)
 
 
 def snapshot(name: str, track: Track) -> Rate:
     """The rate of recorded snapshots: the shape of a soft object, or the joints of the endoscope arm."""
     longest = float(np.diff(track.t).max()) if len(track.t) > 1 else None
     return Rate(name, RATE, track.rate or None, age_s=longest)
-
-
-def _frame(name: str, child: str, slot: int, ticks: Ticks, span: float) -> Rate:
-    """The rate of a tracked frame: its age falls whenever a new pose has arrived."""
-    age = ticks["tracked_age"].reshape(len(ticks), -1)[:, slot]
-    known = age[np.isfinite(age)]
-    renewed = int((np.diff(known) < 0.0).sum())
-    rate = renewed / span if span > 0 else None
-    return Rate(f"{name} frame {child}".strip(), None, rate, age_s=float(known.max()) if len(known) else None)

@@ -11,6 +11,7 @@ import numpy as np
 from palpate.record.ticks import STATUS, Ticks
 from palpate.record.withheld import Withheld
 from palpate.renamed import RenamedMethod
+from palpate.session.samples import Samples
 
 _FAST = STATUS["too_fast"][0]
 _PASSIVITY = STATUS["passivity"][0]
@@ -54,13 +55,10 @@ class Summary:
     to_json = RenamedMethod("palpate.arrays.plain.plain(summary)")
 
 
-_MOST_TIMES = 400_000  # compute times of cycles that are kept for percentiles [-]; even
-
-
 class Totals:
     """Accumulates the summary of a run, in bounded memory.
 
-    The percentiles of the compute time are those of all cycles up to 400,000, and then of every second, fourth ...
+    The percentiles of the compute time are those of `palpate.session.samples.Samples`.
     """
 
     SIGNALS = (
@@ -74,8 +72,7 @@ class Totals:
         self._withheld = Withheld(self._dt)
         self._ticks = self._touching = self._capped = self._passivity = self._fast = 0
         self._peak = self._sum = self._depth = self._energy = self._lowest = self._lent = self._speed = 0.0
-        self._cycle_us = np.empty(_MOST_TIMES, np.float32)
-        self._kept, self._stride, self._known, self._slowest = 0, 1, 0, 0.0
+        self._cycle_us = Samples()
 
     def add(self, ticks: Ticks) -> None:
         """Add further ticks (n,), in order of time."""
@@ -97,22 +94,7 @@ class Totals:
         self._lowest = min(self._lowest, float(ticks["energy_port"].min()))
         self._speed = max(self._speed, float(np.linalg.norm(ticks["v_LH"], axis=1).max()))
         self._withheld.add(ticks)
-        self._keep(ticks["cycle_us"].astype(np.float32))
-
-    def _keep(self, cycle_us: np.ndarray[Any, np.dtype[np.float32]]) -> None:
-        known = cycle_us[np.isfinite(cycle_us)]
-        self._slowest = max(self._slowest, float(known.max(initial=0.0)))
-        rest = known[-self._known % self._stride :: self._stride]
-        self._known += len(known)
-        while len(rest):
-            if self._kept == len(self._cycle_us):
-                self._kept, self._stride = self._kept // 2, 2 * self._stride
-                self._cycle_us[: self._kept] = self._cycle_us[::2].copy()
-                rest = rest[::2]
-            fits = rest[: len(self._cycle_us) - self._kept]
-            self._cycle_us[self._kept : self._kept + len(fits)] = fits
-            self._kept += len(fits)
-            rest = rest[len(fits) :]
+        self._cycle_us.add(ticks["cycle_us"])
 
     @property
     def ticks(self) -> int:
@@ -126,7 +108,7 @@ class Totals:
             timing: result of `Simulation.timing()`, for missed ticks.
             known: fields of `Summary` that the ticks do not contain: realtime, faults, record, ...
         """
-        us = self._cycle_us[: self._kept] if self._kept else np.zeros(1)
+        us = self._cycle_us.values if len(self._cycle_us.values) else np.zeros(1)
         p50, p99, p999 = np.percentile(us, [50, 99, 99.9]).tolist()
         summary = Summary(
             duration_s=round(self._ticks * self._dt, 9),
@@ -150,7 +132,7 @@ class Totals:
             cycle_p50_us=p50,
             cycle_p99_us=p99,
             cycle_p999_us=p999,
-            cycle_max_us=self._slowest,
+            cycle_max_us=self._cycle_us.largest,
             missed_ticks=int((timing or {}).get("missed_ticks", 0)),
             scheduler=str((timing or {}).get("scheduler", "")) if known.get("realtime") else "",
         )

@@ -87,7 +87,7 @@ def test_scheduler_is_that_of_a_real_time_run(realtime, scheduler):
 
 def test_beyond_the_bound_every_second_time_is_kept_and_the_longest_is_known(monkeypatch):
     """Three parts of 4, of which 8 may be kept: 1 to 12 become 1, 3, 5 ... 11, and then every second of 13 to 16."""
-    monkeypatch.setattr("palpate.session.summary._MOST_TIMES", 8)
+    monkeypatch.setattr("palpate.session.samples.MOST", 8)
     totals = Totals(1000.0)
     for start in (1.0, 5.0, 9.0, 13.0):
         totals.add(ticks(4, cycle_us=np.arange(start, start + 4.0)))
