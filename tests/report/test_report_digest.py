@@ -1,4 +1,4 @@
-"""What a report gathers in one pass is what all ticks give; a long run draws a choice of ticks that keeps every peak."""
+"""What a report gathers in one pass is what all ticks give; figures of a long run keep every peak."""
 
 from dataclasses import asdict
 
