@@ -20,10 +20,10 @@ from palpate.session.rates import Recorded
 from palpate.session.samples import Samples
 from palpate.session.summary import Totals
 
-MOST = 60_000
+MOST = 20_000
 """Ticks of a run up to which its figures draw all of them."""
-INTERVALS = 600
-"""Intervals of a longer run."""
+INTERVALS = 150
+"""Intervals of a longer run: of each about a hundred ticks are drawn."""
 _NORMS = ("F_H_L", "F_cell_L", "F_touch_W", "F_estimate_W", "F_instrument_W", "v_LH")
 _LEDGER = tuple(f"energy_{what}" for what in ("port", "spring", "damping", "cut", "passivity", "low_pass", "coupling"))
 _SINGLE = ("depth", "F_neglected", "jaw", "jaw_goal", *_LEDGER)
@@ -136,7 +136,7 @@ class _Choice:
     """Chooses ticks so that the smallest and the largest of each drawn quantity remain in each interval.
 
     Args:
-        interval: ticks of an interval, about.
+        interval: ticks of an interval.
     """
 
     def __init__(self, interval: int) -> None:
@@ -147,9 +147,14 @@ class _Choice:
 
     def add(self, ticks: Ticks) -> list[Ticks]:
         """Add further ticks; returns the choice of the intervals that end."""
-        self._found.append(_extreme(ticks))
-        self._seen += len(ticks)
-        return self.rest() if self._seen >= self._interval else []
+        chosen: list[Ticks] = []
+        while len(ticks):
+            part, ticks = ticks[: self._interval - self._seen], ticks[self._interval - self._seen :]
+            self._found.append(_extreme(part))
+            self._seen += len(part)
+            if self._seen == self._interval:
+                chosen += self.rest()
+        return chosen
 
     def rest(self) -> list[Ticks]:
         """The choice of the last interval."""
