@@ -13,6 +13,7 @@ import json
 import os
 import stat
 import struct
+import threading
 import zipfile
 import zlib
 from collections.abc import Callable
@@ -33,6 +34,7 @@ MOST_FILE = 4096 * MEBI
 """Largest file that is read at all [bytes]; it must really fill the disk."""
 _BLOCK = MEBI
 _ARRAYS = 64  # arrays in one archive
+_UNPACKERS = threading.local()  # what unpacks zstd, once a thread
 
 
 class LimitError(OSError, ValueError):
@@ -154,7 +156,9 @@ def unzstd(data: bytes, size: int | None = None, most: int = MOST_UNPACKED) -> b
 
     require_unpacked(size or 0, most)
     if size is not None and zstandard.frame_content_size(data) == size:
-        return zstandard.ZstdDecompressor(max_window_size=1 << 27).decompress(data)  # no more than the frame announces
+        if not hasattr(_UNPACKERS, "zstd"):
+            _UNPACKERS.zstd = zstandard.ZstdDecompressor(max_window_size=1 << 27)
+        return bytes(_UNPACKERS.zstd.decompress(data))  # no more than the frame announces
     stream = zstd_stream(io.BytesIO(data), most if size is None else size)
     with stream:
         out = stream.read()

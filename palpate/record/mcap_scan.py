@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import IO, Any, NamedTuple
 
 import zstandard
 from mcap import records
@@ -77,6 +77,7 @@ class Index:
     """True if the file has its end."""
     sound: int = 0
     """Bytes from the start of the file up to the end of its last whole record before the summary."""
+    _file: IO[bytes] | None = field(default=None, repr=False)
 
     def schema_of(self, channel: int) -> records.Schema | None:
         """Message type of a channel."""
@@ -89,11 +90,14 @@ class Index:
             RecordError: the chunk is damaged, or cannot be read.
         """
         try:
-            with self.path.open("rb", buffering=0) as file:
-                body = _read(file.fileno(), place.offset + 9, place.length - 9)
-        except OSError as error:
+            if self._file is None:
+                self._file = self.path.open("rb", buffering=0)
+            body = _read(self._file.fileno(), place.offset, place.length)
+            *_, size, crc, width = _CHUNK_HEAD.unpack_from(body)
+            at = _CHUNK_HEAD.size + width
+            return _unpacked(body[at + 8 :], body[_CHUNK_HEAD.size : at].decode(), size, crc)
+        except (*DAMAGE, OSError) as error:
             raise damaged(self.path, error) from error
-        return chunk_data(_parse(memoryview(body), self.path, records.Chunk.read), self.path)
 
     def messages(self, wanted: set[int] | None = None) -> Iterator[records.Message]:
         """The messages of some channels, or of all for None, in the order of the file."""
@@ -159,12 +163,17 @@ def chunk_data(chunk: records.Chunk, path: Path) -> bytes:
         RecordError: the chunk is damaged.
     """
     try:
-        data = limits.unpack(chunk.data, chunk.compression, chunk.uncompressed_size)
-        if chunk.uncompressed_crc not in (0, zlib.crc32(data)):
-            raise ValueError("its checksum is wrong")
+        return _unpacked(chunk.data, chunk.compression, chunk.uncompressed_size, chunk.uncompressed_crc)
     except DAMAGE as error:
         raise damaged(path, error) from error
-    return data
+
+
+def _unpacked(data: bytes, kind: str, size: int, crc: int) -> bytes:
+    """Unpacked data of a chunk; ValueError for a wrong checksum, and as `limits.unpack`."""
+    found = limits.unpack(data, kind, size)
+    if crc not in (0, zlib.crc32(found)):
+        raise ValueError("its checksum is wrong")
+    return found
 
 
 def whole_records(data: memoryview) -> Iterator[tuple[int, memoryview]]:
@@ -202,8 +211,11 @@ def _require_mcap(path: Path, start: bytes) -> None:
 
 def _read(file: int, offset: int, length: int) -> bytes:
     """`length` bytes from `offset`, or fewer at the end of the file."""
-    found = bytearray()
-    while len(found) < length:
+    first = os.pread(file, min(length, 1 << 24), offset)
+    if len(first) == length:
+        return first
+    found = bytearray(first)
+    while first and len(found) < length:
         piece = os.pread(file, min(length - len(found), 1 << 24), offset + len(found))
         if not piece:
             break
