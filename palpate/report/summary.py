@@ -56,6 +56,7 @@ def rows(summary: Summary) -> list[tuple[str, str, str]]:
     share = 100.0 * s.contact_s / s.duration_s if s.duration_s else 0.0
     lines = [
         ("peak force", f"{s.peak_force_N:.2f} N", "largest force commanded on the hand (1 N is the weight of 100 g)"),
+        ("held force", f"{s.peak_50ms_N:.2f} N", "largest mean force over 50 ms, which noise does not raise"),
         ("mean force", f"{s.mean_force_N:.2f} N", "commanded force, averaged over the time in contact"),
         ("deepest penetration", f"{1e3 * s.max_penetration_m:.2f} mm", "largest depth of the tool inside the surface"),
         ("time in contact", f"{s.contact_s:.2f} s", f"{share:.0f} % of the {s.duration_s:.2f} s run"),

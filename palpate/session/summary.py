@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from palpate.arrays.peaks import SustainedPeak
 from palpate.record.ticks import STATUS, Ticks
 from palpate.record.withheld import Withheld
 from palpate.renamed import RenamedMethod
@@ -28,6 +29,7 @@ class Summary:
     realtime_factor: float  # simulated time per real time; 0 if unknown
     interrupted: bool  # stopped by the user before its end
     peak_force_N: float  # maximum force commanded on the hand
+    peak_50ms_N: float  # the same without noise and single ticks: largest mean over 50 ms
     mean_force_N: float  # mean force commanded on the hand during contact
     max_penetration_m: float
     contact_s: float  # time in contact
@@ -70,6 +72,7 @@ class Totals:
     def __init__(self, rate: float) -> None:
         self._dt = 1.0 / rate
         self._withheld = Withheld(self._dt)
+        self._held = SustainedPeak(self._dt)
         self._ticks = self._touching = self._capped = self._passivity = self._fast = 0
         self._peak = self._sum = self._depth = self._energy = self._lowest = self._lent = self._speed = 0.0
         self._cycle_us = Samples()
@@ -87,6 +90,7 @@ class Totals:
         self._passivity += int(((status & _PASSIVITY) != 0).sum())
         self._fast += int(((status & _FAST) != 0).sum())
         self._peak = max(self._peak, float(force.max()))
+        self._held.add(force)
         self._sum += float(force[touching].sum())
         self._depth = max(self._depth, float(ticks["depth"].max()))
         self._energy = float(ticks["energy_port"][-1])
@@ -117,6 +121,7 @@ class Totals:
             realtime_factor=0.0,
             interrupted=False,
             peak_force_N=self._peak,
+            peak_50ms_N=self._held.value,
             mean_force_N=self._sum / self._touching if self._touching else 0.0,
             max_penetration_m=self._depth,
             contact_s=round(self._touching * self._dt, 9),

@@ -286,6 +286,7 @@ def test_quantiles_over_hands_leave_out_those_that_do_not_rest():
     rest = [k for k in range(81) if k != 3]
     assert found["settling_s"] == pytest.approx([0.1 * float(np.quantile(rest, q)) for q in (0.05, 0.5, 0.95)])
     assert found["limit_cycle_share"] == pytest.approx(20 / 101)
+    assert found["not_at_rest"] == 20
     never = wall.spread([one | {"limit_cycle": 1.0} for one in people], 5.0)
     assert (never["settling_s"], never["limit_cycle_share"]) == (None, 1.0)
 

@@ -71,11 +71,3 @@ def test_row_of_a_narrow_interval_and_of_a_silent_bias_is_not_met():
     assert row("wrong", 3.0, 1.0, 1.0).met
     assert row("wrong", 3.0, 1.0, 0.0).bias == pytest.approx(3.0, rel=0.1)
     assert row("wrong", 0.3, 1.0, 0.0).met
-
-
-def test_interval_of_a_proportion_is_that_of_scipy():
-    from scipy.stats import binomtest
-
-    for k, n in [(0, 5), (5, 5), (190, 200), (3, 80)]:
-        known = binomtest(k, n).proportion_ci(method="exact")
-        assert run.proportion(k / n, n) == pytest.approx((known.low, known.high), abs=1e-12)

@@ -38,13 +38,13 @@ def assumptions(operators: int, seed: int = SEED, sweep: Sweeper = sweep) -> Ass
 
 
 def _stiffened(operators: int, seed: int, sweep: Sweeper) -> list[Stiffened]:
-    rows, draws = of_the_first(stiffened, PATHS, operators, seed, sweep, "stiffness")
+    rows = of_the_first(stiffened, PATHS, operators, seed, sweep, "stiffness")
     out: list[Stiffened] = []
     for task, mine in rows.items():
         none = np.array([row["none_mm"] for row in mine])
         for K in STIFFNESSES:
             guided = np.array([row[f"{K:g}_mm"] for row in mine])
-            less, low, high = relative_change(none, guided, draws)
+            less, low, high = relative_change(none, guided)
             out.append({"task": task, "stiffness_N_per_m": K, "path_error_mm": float(guided.mean()), "change": less,
                         "change_low": low, "change_high": high})  # fmt: skip
     return out
@@ -63,7 +63,7 @@ def stiffened(point: Point, seed: int) -> dict[str, float]:
 
 
 def _cared(operators: int, seed: int, sweep: Sweeper) -> list[Cared]:
-    rows, _ = of_the_first(cared, TASKS, operators, seed, sweep, "care")
+    rows = of_the_first(cared, TASKS, operators, seed, sweep, "care")
     out: list[Cared] = []
     for task, mine in rows.items():
         times = {key: np.array([row[key] for row in mine]) for key in mine[0] if key.endswith("_s")}

@@ -6,6 +6,7 @@ from typing import cast
 
 import numpy as np
 
+from palpate.arrays.intervals import interval
 from palpate.studies._command import Sweeper
 from palpate.studies.guidance.effects import of_the_first
 from palpate.studies.guidance.result import Cued
@@ -20,14 +21,14 @@ MEASURES = ("path_error_mm", "mean_force_N", "peak_force_N", "time_s")
 
 def cued(operators: int, seed: int = SEED, sweep: Sweeper = sweep) -> list[Cued]:
     """One row per task and condition for the first operators of the cohort; `visual_cues` in docs/json.md."""
-    trials, draws = of_the_first(each, TASKS, operators, seed, sweep, "visual cues")
+    trials = of_the_first(each, TASKS, operators, seed, sweep, "visual cues")
     rows: list[Cued] = []
     for task, mine in trials.items():
         for condition in CONDITIONS:
             out: dict[str, str | float] = {"task": task, "condition": condition}
             for key in MEASURES:
                 none, felt = (np.array([row[f"{key} {c}"] for row in mine]) for c in ("none", condition))
-                low, high = np.percentile((felt - none)[draws].mean(axis=1), [2.5, 97.5])
+                low, high = interval(np.mean, felt - none)
                 out |= {key: float(felt.mean()), f"{key}_more_low": float(low), f"{key}_more_high": float(high)}
             rows.append(cast(Cued, out))
     return rows

@@ -7,17 +7,15 @@ from dataclasses import dataclass
 from typing import cast
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate.arrays import Array
+from palpate.arrays.intervals import holm, interval, paired
 from palpate.studies._command import Sweeper
 from palpate.studies.guidance.result import Ablated, Against, BreakEven, Effect, Mean, Registered, Summary, Trials
 from palpate.studies.guidance.tasks import TASKS
 from palpate.studies.guidance.work import ABLATION, ALL, CONDITIONS, FEW, MEASURES, REGISTRATION, task_of
 from palpate.sweep import Axis
 from palpate.sweep.grid import Point
-
-BOOTSTRAPS = 2000
 
 
 def of_the_first(
@@ -27,19 +25,21 @@ def of_the_first(
     seed: int,
     sweep: Sweeper,
     title: str,
-) -> tuple[dict[str, Trials], NDArray[np.int64]]:
-    """Sweep `each` over the first operators, at most FEW: rows by task, and bootstrap draws (BOOTSTRAPS, few)."""
+) -> dict[str, Trials]:
+    """Sweep `each` over the first operators, at most FEW: rows by task."""
     few = min(operators, FEW)
     grid = {"operator": Axis(range(few)), "task": Axis(tasks), "cohort": Axis([seed])}
     rows = sweep(each, grid, seed, title=title).rows()
-    draws = np.random.default_rng(seed).integers(few, size=(BOOTSTRAPS, few))
-    return {task: [row for row in rows if row["task"] == task] for task in tasks}, draws
+    return {task: [row for row in rows if row["task"] == task] for task in tasks}
 
 
-def relative_change(before: Array, after: Array, draws: NDArray[np.int64]) -> tuple[float, float, float]:
-    """Relative change of the mean from (n,) to (n,) of the same operators, and its bounds by bootstrap (95 %) [-]."""
-    low, high = np.percentile(after[draws].mean(axis=1) / before[draws].mean(axis=1) - 1.0, [2.5, 97.5])
-    return float(after.mean() / before.mean() - 1.0), float(low), float(high)
+def relative_change(before: Array, after: Array) -> tuple[float, float, float]:
+    """Relative change of the mean from (n,) to (n,) of the same operators, and its 95 % bounds [-]."""
+    return _change(before, after), *interval(_change, before, after)
+
+
+def _change(before: Array, after: Array) -> float:
+    return float(after.mean() / before.mean() - 1.0) if before.any() else float("nan")
 
 
 @dataclass(frozen=True)
@@ -80,20 +80,22 @@ EXPECTED: dict[tuple[str, str], Expected] = {
 
 def summary(rows: Trials, seed: int) -> Summary:
     """All statistics; the keys are those of docs/json.md."""
-    rng = np.random.default_rng(seed)
     means: list[Mean] = []
     effects: list[Effect] = []
     for task in TASKS:
         none = _columns(rows, task, "none")
-        draws = rng.integers(len(none["time_s"]), size=(BOOTSTRAPS, len(none["time_s"])))
         for condition in CONDITIONS:
             mine = _columns(rows, task, condition)
-            mean = {key: float(mine[key].mean()) for key in (*MEASURES, "deepest_mm", "hand_peak_force_N")}
+            mean = {
+                key: float(mine[key].mean()) for key in (*MEASURES, "deepest_mm", "hand_peak_force_N", "peak_50ms_N")
+            }
             unfinished = int(np.sum(mine["done"] == 0.0))
             means.append(cast(Mean, {"task": task, "condition": condition, **mean, "unfinished": unfinished}))
             if condition != "none":
-                effects += [_effect(task, condition, key, none[key], mine[key], draws) for key in MEASURES]
-    control = [_against(rows, task, rng) for task in TASKS]
+                effects += [_effect(task, condition, key, none[key], mine[key]) for key in MEASURES]
+    for effect, p in zip(effects, holm(np.array([e["p"] for e in effects])), strict=True):
+        effect["p_holm"] = float(p)
+    control = [_against(rows, task) for task in TASKS]
     return {
         "simulated": True,
         "operators": len(none["time_s"]),
@@ -125,13 +127,14 @@ def hedges_g(a: Array, b: Array) -> Array:
     return np.asarray((1.0 - 3.0 / (4.0 * n - 9.0)) * g)
 
 
-def _effect(task: str, condition: str, key: str, none: Array, mine: Array, draws: NDArray[np.int64]) -> Effect:
-    g = hedges_g(none[draws], mine[draws])
-    before, after = none[draws].mean(axis=1), mine[draws].mean(axis=1)
-    some = before > 0.0
-    change = after[some] / before[some] - 1.0
+def _g(a: Array, b: Array) -> float:
+    return float(hedges_g(a, b))
+
+
+def _effect(task: str, condition: str, key: str, none: Array, mine: Array) -> Effect:
     known = none.mean() > 0.0
-    low, high = np.percentile(change, [2.5, 97.5]) if known and some.any() else (np.nan, np.nan)
+    change, low, high = relative_change(none, mine) if known else (None, None, None)
+    g_low, g_high = interval(_g, none, mine)
     expected = EXPECTED.get((condition, key))
     if key == "path_error_mm" and task_of(task).purpose != key:
         expected = None  # no fixture of this task guides along the path
@@ -139,12 +142,14 @@ def _effect(task: str, condition: str, key: str, none: Array, mine: Array, draws
         "task": task,
         "condition": condition,
         "measure": key,
-        "change": float(mine.mean() / none.mean() - 1.0) if known else None,
-        "change_low": float(low) if known else None,
-        "change_high": float(high) if known else None,
-        "hedges_g": float(hedges_g(none, mine)),
-        "hedges_g_low": float(np.percentile(g, 2.5)),
-        "hedges_g_high": float(np.percentile(g, 97.5)),
+        "change": change,
+        "change_low": low,
+        "change_high": high,
+        "p": paired(none, mine),
+        "p_holm": float("nan"),  # of the whole family, which is known at the end
+        "hedges_g": _g(none, mine),
+        "hedges_g_low": g_low,
+        "hedges_g_high": g_high,
         "expected_change": list(expected.change) if expected and expected.change else None,
         "expected_hedges_g": expected.hedges_g if expected else None,
         "source": expected.source if expected else None,
@@ -199,14 +204,13 @@ def _ablated(rows: Trials, task: str) -> list[Ablated]:
     ]
 
 
-def _against(rows: Trials, task: str, rng: np.random.Generator) -> Against:
+def _against(rows: Trials, task: str) -> Against:
     """Additional path error of displaced guidance, relative to correct guidance and to none [mm]."""
     wrong = _columns(rows, task, "control_wrong")["path_error_mm"]
-    draws = rng.integers(len(wrong), size=(BOOTSTRAPS, len(wrong)))
     found: dict[str, str | float] = {"task": task}
     for name, condition in (("right", "haptics+guidance"), ("none", "none")):
         more = wrong - _columns(rows, task, condition)["path_error_mm"]
-        low, high = np.percentile(more[draws].mean(axis=1), [2.5, 97.5])
+        low, high = interval(np.mean, more)
         found |= {f"than_{name}_mm": float(more.mean())}
         found |= {f"than_{name}_low_mm": float(low), f"than_{name}_high_mm": float(high)}
     return cast(Against, found)

@@ -25,11 +25,12 @@ class Mean(TypedDict):
     entries: float
     deepest_mm: float
     hand_peak_force_N: float
+    peak_50ms_N: float
     unfinished: int
 
 
 class Effect(TypedDict):
-    """Effect of a condition on one measure, relative to the condition none; bounds from a bootstrap (95 %)."""
+    """Effect of a condition on one measure, relative to the condition none, with 95 % bounds and Holm's probability."""
 
     task: str
     condition: str
@@ -37,6 +38,8 @@ class Effect(TypedDict):
     change: float | None
     change_low: float | None
     change_high: float | None
+    p: float
+    p_holm: float
     hedges_g: float
     hedges_g_low: float
     hedges_g_high: float

@@ -45,13 +45,19 @@ def _expectations(found: StudyResult) -> Table:
     for e in found["effects"]:
         if e["expected_hedges_g"] is None or e["change"] is None:
             continue
-        c = [round(100 * (x or 0.0)) for x in (e["change"], e["change_low"], e["change_high"])]
         range_ = e["expected_change"]
         lit = f"{100 * range_[0]:.0f} .. {100 * range_[1]:.0f} %" if range_ else ""
+        simulated = _percent(e["change"], e["change_low"], e["change_high"])
         g = f"{e['hedges_g']:.2f} ({e['hedges_g_low']:.2f} .. {e['hedges_g_high']:.2f})"
         out.add_row(e["task"], e["condition"], e["measure"].rsplit("_", 1)[0].replace("_", " "),
-                    f"{c[0]:+d} % ({c[1]:+d} .. {c[2]:+d})", lit, g, f"{e['expected_hedges_g']:.2f}")  # fmt: skip
+                    simulated, lit, g, f"{e['expected_hedges_g']:.2f}")  # fmt: skip
     return out
+
+
+def _percent(change: float, low: float | None, high: float | None) -> str:
+    """A relative change with its bounds; without them if the operators are too few for an interval."""
+    bounds = [f"{100 * x:+.0f}" for x in (low, high) if x is not None and x == x]
+    return f"{100 * change:+.0f} % " + (f"({' .. '.join(bounds)})" if bounds else "(too few operators)")
 
 
 def _registration(found: StudyResult) -> Table:
@@ -95,8 +101,7 @@ def _yields(found: StudyResult) -> Table:
     out = _table(title, ("task",), tuple(f"{100 * share:.0f} %" for share in shares))
     for task in dict.fromkeys(row["task"] for row in found["yields"]):
         mine = [row for row in found["yields"] if row["task"] == task]
-        cells = [[round(100 * x) for x in (row["change"], row["change_low"], row["change_high"])] for row in mine]
-        out.add_row(task, *(f"{c:+d} % ({low:+d} .. {high:+d})" for c, low, high in cells))
+        out.add_row(task, *(_percent(row["change"], row["change_low"], row["change_high"]) for row in mine))
     return out
 
 
@@ -110,7 +115,10 @@ def _verdicts(found: StudyResult) -> list[str]:
     )
     worse = "worse in every task" if found["control_works"] else "NOT worse in every task"
     sources = dict.fromkeys(f"{e['measure']}: {e['source']}" for e in found["effects"] if e["source"])
+    sure = sum(e["p_holm"] < 0.05 for e in found["effects"])
     return [
+        f"{sure} of {len(found['effects'])} effects are not chance, as one family (Holm, 5 %); the intervals are "
+        "of each effect alone",
         f"{len(inside)} of {len(graded)} effects lie within the published range, {len(beyond)} are larger",
         f"control, guidance displaced by 5 mm: path error [mm] against correct guidance (none): {control}: {worse}",
         *sources,

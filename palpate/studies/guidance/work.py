@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from palpate import _core
+from palpate.arrays.peaks import sustained
 from palpate.operators import Operator, Senses, perform, person
 from palpate.operators.trial import Trial
 from palpate.scene.rig import Rig, build
@@ -178,5 +179,6 @@ def judged(task: Task, trial: Trial) -> dict[str, float]:
         "entries": float(entries),
         "deepest_mm": 1e3 * float(max(deep.max(), 0.0)),
         "hand_peak_force_N": float(trial.F_hand.max()),
+        "peak_50ms_N": sustained(trial.F_T, float(np.median(np.diff(trial.t)))),
         "done": float(trial.done),
     }

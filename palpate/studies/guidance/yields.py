@@ -24,13 +24,13 @@ PATHS = tuple(name for name in TASKS if task_of(name).purpose == "path_error_mm"
 
 def yielding(operators: int, seed: int = SEED, sweep: Sweeper = sweep) -> list[Yielded]:
     """One row per task and scale factor for the first operators of the cohort; `yields` in docs/json.md."""
-    rows, draws = of_the_first(yielded, PATHS, operators, seed, sweep, "yields")
+    rows = of_the_first(yielded, PATHS, operators, seed, sweep, "yields")
     out: list[Yielded] = []
     for task, mine in rows.items():
         none = np.array([row["none_mm"] for row in mine])
         for share in SHARES:
             guided = np.array([row[_key(share)] for row in mine])
-            less, low, high = relative_change(none, guided, draws)
+            less, low, high = relative_change(none, guided)
             out.append({"task": task, "share": share, "path_error_mm": float(guided.mean()), "change": less,
                         "change_low": low, "change_high": high})  # fmt: skip
     return out

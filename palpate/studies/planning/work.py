@@ -10,6 +10,7 @@ import numpy as np
 
 from palpate import _core, _guidance
 from palpate.arrays import Array
+from palpate.arrays.intervals import interval
 from palpate.operators import Errand, Operator, Senses, perform, person
 from palpate.operators.trial import Trial
 from palpate.planning.checker import Checker
@@ -87,19 +88,14 @@ def summary(rows: Rows) -> dict[str, Any]:
     return found
 
 
-def _reduction(rows: Rows, name: str, draws: int = 2000) -> tuple[float, list[float]]:
-    """1 - entry / entry without assistance [-], and its interval by drawing routes and operators anew."""
-    entry = {c: _by_route(rows, c) for c in ("none", name)}  # each (routes, operators)
-    if not entry["none"].sum() > 0.0:
-        return float("nan"), [float("nan")] * 2
-    rng, (n, m) = np.random.default_rng(0), entry["none"].shape
-    drawn = []
-    for _ in range(draws):
-        pick = np.ix_(rng.integers(n, size=n), rng.integers(m, size=m))
-        base = entry["none"][pick].sum()
-        drawn += [1.0 - entry[name][pick].sum() / base] if base > 0.0 else []
-    whole = 1.0 - entry[name].sum() / entry["none"].sum()
-    return float(whole), [float(v) for v in np.percentile(drawn, [2.5, 97.5])]
+def _reduction(rows: Rows, name: str) -> tuple[float, list[float]]:
+    """1 - entry / entry without assistance [-], and its interval: routes and operators are both drawn."""
+    before, after = _by_route(rows, "none"), _by_route(rows, name)  # each (routes, operators)
+
+    def reduction(before: Array, after: Array) -> float:
+        return float(1.0 - after.sum() / before.sum()) if before.sum() > 0.0 else float("nan")
+
+    return reduction(before, after), list(interval(reduction, before, after, axes=(0, 1)))
 
 
 def _by_route(rows: Rows, condition: str) -> Array:

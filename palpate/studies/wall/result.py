@@ -33,6 +33,7 @@ class Hands(TypedDict):
     rigidity_N_per_m: list[float] | None
     rebound: list[float]
     limit_cycle_share: float
+    not_at_rest: int
 
 
 class Printed(TypedDict):

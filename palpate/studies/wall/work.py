@@ -108,6 +108,7 @@ def spread(people: list[Person], kd: float) -> Hands:
         "rigidity_N_per_m": quantiles("rigidity_N_per_m", rests),
         "rebound": quantiles("rebound", mine) or [],
         "limit_cycle_share": 1.0 - len(rests) / len(mine),
+        "not_at_rest": len(mine) - len(rests),
     }
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Protocol, cast
 import numpy as np
 from rich.console import Console
 
+from palpate.arrays.intervals import proportion
 from palpate.errors import PalpateError
 from palpate.sweep import Axis, sweep
 from palpate.sweep.grid import Point
@@ -116,15 +117,6 @@ def run(
         for k, (form, description) in enumerate(one.FORMS.items()):
             rows.append(_row(name, one.COMMAND, form, description, *(data[key][k] for key in data)))
     return rows
-
-
-def proportion(found: float, n: int) -> tuple[float, float]:
-    """95 % confidence interval of a proportion from n trials (Clopper and Pearson, Biometrika 26, 1934)."""
-    from scipy.special import betaincinv
-
-    k = found * n
-    low = 0.0 if k <= 0.0 else float(betaincinv(k, n - k + 1.0, 0.025))
-    return low, 1.0 if k >= n else float(betaincinv(k + 1.0, n - k, 0.975))
 
 
 def _row(

@@ -1,0 +1,32 @@
+"""The held peak, against plateaus of known height under noise."""
+
+import numpy as np
+import pytest
+
+from palpate.arrays.peaks import SustainedPeak, sustained
+
+
+@pytest.mark.parametrize("seconds", [2, 60])
+def test_held_peak_is_that_of_the_plateau_while_the_largest_sample_grows(seconds):
+    """A force of 2 N with a plateau of 3 N for 0.2 s, and noise of 0.1 N."""
+    rng, held, largest = np.random.default_rng(seconds), [], []
+    for _ in range(20):
+        force = np.full(1000 * seconds, 2.0)
+        force[500:700] = 3.0
+        force += 0.1 * rng.normal(size=len(force))
+        held.append(sustained(force, 1e-3))
+        largest.append(force.max())
+    assert np.mean(held) == pytest.approx(3.0, rel=0.01)
+    assert np.mean(largest) > 3.2
+
+
+def test_held_peak_of_pieces_is_that_of_the_whole():
+    rng = np.random.default_rng(1)
+    force = rng.normal(size=777)
+    whole = max(np.convolve(force, np.full(50, 0.02), "valid"))
+    for cuts in ([], [1], [30, 49, 50, 51], [100, 100, 400]):
+        peak = SustainedPeak(1e-3)
+        for piece in np.split(force, cuts):
+            peak.add(piece)
+        assert peak.value == pytest.approx(whole)
+    assert sustained(force[:9], 1e-3) == pytest.approx(force[:9].mean())
