@@ -33,6 +33,7 @@ class Dynamics:
     rank: int = 0  # rank of the whitened regressor
     condition: float = 0.0  # condition number of its identifiable part
     unknown: tuple[str, ...] = ()  # parameters that the motion hardly identified
+    deviation: Array = field(default_factory=lambda: np.zeros(0))  # (t,) standard deviations of theta; () from a file
     train: DriveTrain = field(init=False)
     links: _core.Arm = field(init=False)  # the arm with the identified links
 
@@ -50,6 +51,12 @@ class Dynamics:
         """Drive torque (k, m) of the drive train, without the terms whose name begins with `leave_out`."""
         kept = ((t, x) for t, x in zip(self.train.terms, self.theta, strict=True) if not t.name.startswith(leave_out))
         return np.asarray(sum(x * term.column(s) for term, x in kept))
+
+    def intervals(self) -> Array:
+        """95 % intervals (t, 2) of theta; those of terms that cannot be negative end at zero."""
+        ends = self.theta[:, None] + 1.96 * self.deviation[:, None] * [-1.0, 1.0]
+        positive = np.array([term.positive for term in self.train.terms])
+        return np.where(positive[:, None], np.maximum(ends, 0.0), ends)
 
     def masses(self) -> Array:
         """Link masses (n,) [kg]; mostly given by the prior, because a motion identifies torques rather than masses."""

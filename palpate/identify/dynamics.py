@@ -29,7 +29,7 @@ from palpate.identify.recordings import check_joints, read_moving
 
 SPREAD = 3.0  # prior standard deviation of a link from its first guess, in the metric of inertia.py
 ROUNDS = 3  # iterations of weighting each joint by the RMS of its residual
-KNOWN = 0.5  # a parameter is known if its posterior deviation is below this fraction of its prior deviation
+KNOWN = 1.3  # a parameter is known if a prior twice as wide widens its deviation by less than this factor
 
 #: Relative RMS per drive on the validation trajectory, as published with their recordings (Wang et al., IROS 2019).
 PUBLISHED = {
@@ -99,13 +99,13 @@ def identify(motions: Sequence[RecordedMotion], arm: Arm, cutoff: float = CUTOFF
     for _ in range(ROUNDS):
         R = (W / noise[:, None]).reshape(-1, W.shape[2]) * np.sqrt(share)
         y = (tau / noise).reshape(-1) * np.sqrt(share)
-        x, covariance = solve(Problem(R, y, pi0, SPREAD, deviation, positive))
+        x, std, wider = solve(Problem(R, y, pi0, SPREAD, deviation, positive))
         noise = np.sqrt(((tau - W @ x) ** 2).mean(axis=0))
     n = len(pi0)
     dynamics = Dynamics(arm, x[:n], x[n:], at, cutoff, tuple(m.file for m in motions))
     dynamics.rank, dynamics.condition = _rank(R[:, :n])
-    narrowed = np.sqrt(covariance.diagonal()[n:]) / deviation
-    dynamics.unknown = tuple(t.name for t, s in zip(train.terms, narrowed, strict=True) if s > KNOWN)
+    dynamics.deviation = std[n:]
+    dynamics.unknown = tuple(t.name for t, s in zip(train.terms, wider[n:] / std[n:], strict=True) if s > KNOWN)
     return dynamics
 
 

@@ -65,8 +65,11 @@ class Problem:
     positive: NDArray[np.bool_]  # (t,) terms that cannot be negative
 
 
-def solve(problem: Problem) -> tuple[Array, Array]:
-    """Optimum x (p,) of the convex problem, and its covariance (p, p), which ignores the bounds.
+def solve(problem: Problem) -> tuple[Array, Array, Array]:
+    """Optimum x (p,) of the convex problem, and the deviations (p,) of x, which ignore the bounds.
+
+    The second deviations are those with a prior twice as wide: twice as large where the data say nothing, alone or in
+    combination with other parameters.
 
     Raises:
         MissingExtraError: the solver is not installed.
@@ -106,5 +109,6 @@ def solve(problem: Problem) -> tuple[Array, Array]:
     if str(solution.status) not in ("Solved", "AlmostSolved"):
         raise ArithmeticError(f"the inertial parameters were not found: {solution.status}")
     x = np.asarray(solution.x) * scale
-    unit = np.linalg.inv(H * np.outer(scale, scale))
-    return x, unit * np.outer(scale, scale)
+    data, prior = (M * np.outer(scale, scale) for M in (problem.R.T @ problem.R, Q))
+    once, wider = (scale * np.sqrt(np.linalg.inv(data + share * prior).diagonal()) for share in (1.0, 0.25))
+    return x, once, wider

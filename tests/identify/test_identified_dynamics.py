@@ -47,6 +47,26 @@ def test_friction_and_rotor_inertia_are_identified(found):
         assert theta[f"viscous_{j + 1}"] == pytest.approx(o.viscous[j], rel=0.15)
 
 
+def test_intervals_of_the_terms_hold_the_truth_and_collinear_terms_are_named():
+    """Six recordings. The rotor of the first drive turns with the first link, so torques cannot tell them apart."""
+    held, errors = [], []
+    for seed in range(11, 17):
+        arm, recording = moving.six_axis(seed, noise=0.02)
+        model = dynamics.identify([motion(recording)], arm)
+        o, names = arm.leader_options(), [term.name for term in model.train.terms]
+        true = np.zeros(len(names))
+        for kind, values in (("coulomb", o.coulomb), ("viscous", o.viscous), ("rotor", o.rotor_inertia)):
+            for j in range(arm.n):
+                true[names.index(f"{kind}_{j + 1}")] = values[j]
+        low, high = model.intervals().T
+        held += [(low <= true) & (true <= high)]
+        errors.append(abs(model.theta[names.index("rotor_1")] / o.rotor_inertia[0] - 1.0))
+        assert "rotor_1" in model.unknown
+        assert not {f"{kind}_{j}" for kind in ("coulomb", "viscous") for j in range(1, 7)} & set(model.unknown)
+    assert 0.90 < np.mean(held) <= 1.0
+    assert np.mean(errors) > 0.2
+
+
 def test_every_link_has_physical_inertial_parameters(found):
     assert (dynamics.consistency(found) > 0).all()
     assert (found.masses() > 0).all()

@@ -88,7 +88,8 @@ class Command:
             "identifiable:",
         )
         if model.unknown:
-            say(console, ", ".join(model.unknown), "poorly excited by these motions:", "yellow")
+            say(console, ", ".join(model.unknown), "not told apart by these motions, so the prior decided:", "yellow")
+        console.print(_terms(model))
         say(console, str(self.out), "model:")
         write_json(self.json, figures)
         return 0
@@ -139,6 +140,7 @@ class Figures:
     unknown: tuple[str, ...]
     consistency: Array
     terms: dict[str, float]
+    terms_95: dict[str, Array]
     seconds: float
 
 
@@ -159,8 +161,21 @@ def _figures(model: Dynamics, train: list[RecordedMotion], test: RecordedMotion 
         unknown=model.unknown,
         consistency=consistency(model),
         terms={t.name: float(x) for t, x in zip(model.train.terms, model.theta, strict=True)},
+        terms_95=dict(zip((t.name for t in model.train.terms), model.intervals(), strict=True)),
         seconds=seconds,
     )
+
+
+def _terms(model: Dynamics) -> Table:
+    """The drive train's terms with their intervals."""
+    from rich.table import Table
+
+    table = Table(title="drive train, 95 % intervals [N m, N m s/rad, kg m^2; N, N s/m, kg]", title_justify="left")
+    for head in ("term", "value", "low", "high"):
+        table.add_column(head, justify="left" if head == "term" else "right")
+    for term, value, (low, high) in zip(model.train.terms, model.theta, model.intervals(), strict=True):
+        table.add_row(term.name, f"{value:.3g}", f"{low:.3g}", f"{high:.3g}")
+    return table
 
 
 def _table(figures: Figures, published: tuple[float, ...] | None) -> Table:
