@@ -84,6 +84,9 @@ def gravity(
     found = identifiability(poses.q, measured, arm)
     _require_rich(poses, found)
     fitted = _with_friction_of(pairs, fit_poses(poses, arm, model, measured))
+    test_scores = scores.score(fitted, unseen, joints, arm) if unseen is not None else None
+    validated = scores.cross_validate(fitted, poses, joints, arm)
+    judged, count = (validated, len(poses)) if unseen is None or test_scores is None else (test_scores, len(unseen))
     return Calibration(
         fitted=fitted,
         poses=poses,
@@ -91,11 +94,11 @@ def gravity(
         identifiability=found,
         joints=joints,
         train=scores.score(fitted, poses, joints, arm),
-        test=scores.score(fitted, unseen, joints, arm) if unseen is not None else None,
-        cross_validation=scores.cross_validate(fitted, poses, joints, arm),
+        test=test_scores,
+        cross_validation=validated,
         pairs=pairs,
         advice=tuple(next_poses(fitted, measured, arm)),
-        warnings=tuple(_warnings(fitted, poses, unseen, arm)),
+        warnings=(*_warnings(fitted, poses, unseen, arm), *scores.remarks(judged, joints, count, unseen is not None)),
         seconds=time.process_time() - began,
     )
 

@@ -60,6 +60,7 @@ class Figures:
     pairs: PairFigures | None
     std_Nm: Array
     coverage_95: Array
+    std_factor_95: tuple[float, float, float] | None
     rank: int
     structural_rank: int
     condition: float
@@ -92,6 +93,7 @@ def figures(c: Calibration) -> Figures:
         pairs=c.pairs.figures(c.joints) if c.pairs else None,
         std_Nm=judged.std,
         coverage_95=judged.coverage,
+        std_factor_95=c.test.deviation if c.test else None,
         rank=found.rank,
         structural_rank=found.structural_rank,
         condition=found.condition,

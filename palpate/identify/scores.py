@@ -12,6 +12,7 @@ from palpate.arm import Arm
 from palpate.arm.coupling import coupling
 from palpate.arm.gravity_model import GravityModel, friction_torque
 from palpate.arrays import Array
+from palpate.arrays.intervals import proportion
 from palpate.identify import fit
 from palpate.identify.approach import directions, expected_directions
 from palpate.identify.fit_gravity import Fitted, beyond_drives, predicted
@@ -20,6 +21,9 @@ from palpate.identify.recordings import Static
 Mask = NDArray[np.bool_]
 
 _FOLDS = 5
+_LIKELY = 3.84  # chi-square of one degree of freedom at 95 %
+_FACTORS = np.geomspace(1e-2, 1e2, 401)  # of the standard deviation that are tried
+_HELD = 0.93  # least share of torques within a band of 95 % that is no remark
 _DISBELIEF = 0.7  # ratio of residuals (motor over joint coordinates) below which motor coordinates are assumed
 
 
@@ -42,6 +46,7 @@ class Scores:
     floor: Array  # RMS error that friction causes if the approach is unknown [N m]
     std: Array  # mean standard deviation of the holding torques [N m]
     coverage: Array  # fraction of directed errors within 1.96 predicted standard deviations
+    deviation: tuple[float, float, float]  # factor of the true standard deviations over `std`: low, best, high
     outside: int  # poses outside the trained region
 
     def undirected(self) -> Errors:
@@ -77,6 +82,7 @@ def _scores(fitted: Fitted, poses: Static, joints: tuple[int, ...], arm: Arm, un
         floor=_floor(fitted.model, poses.q, expected, arm)[j],
         std=std.mean(axis=0),
         coverage=(np.abs(poses.tau - directed)[:, j] < band).mean(axis=0),
+        deviation=_factor(fitted, poses, arm, j, poses.tau - directed),
         outside=int(fitted.model.region.outside(poses.q, arm, len(j)).sum()),
     )
 
@@ -96,6 +102,60 @@ def cross_validate(fitted: Fitted, poses: Static, joints: tuple[int, ...], arm: 
         )
         tau[fold == k] = C[fold == k] @ solution.x
     return _scores(fitted, poses, joints, arm, tau, tau, direction)
+
+
+def _factor(fitted: Fitted, poses: Static, arm: Arm, joints: list[int], error: Array) -> tuple[float, float, float]:
+    """`factor_of_deviation` for the errors (k, n) of the measured joints together, whose parameters are the same."""
+    direction = directions(poses, fitted.model.drives(poses.q, arm))
+    noise = fitted.noise[joints][:, None]
+    C = (fitted.columns(poses.q, direction, arm)[:, joints] / noise).reshape(len(poses) * len(joints), -1)
+    values, vectors = np.linalg.eigh(fitted.solution.covariance)
+    modes = C @ (vectors * np.sqrt(np.maximum(values, 0.0)))
+    return factor_of_deviation((error[:, joints] / noise.T).ravel(), modes)
+
+
+def factor_of_deviation(error: Array, modes: Array) -> tuple[float, float, float]:
+    """Factor of a model's true standard deviation over the predicted one: its 95 % interval and its best value.
+
+    The band of a single torque is nearly all noise, so its coverage says nothing about the model's share: with half or
+    three times the model's deviation it is the same. But the model's errors are the same in many poses: their
+    covariance is f^2 M M' beside the noise of each pose. f is that of the largest likelihood, with the size of the
+    noise free; the interval is that of the likelihood ratio.
+
+    Args:
+        error: torques of unseen poses less predicted ones, over the noise of a single torque (k,).
+        modes: M (k, p), a square root of the predicted covariance of the model's torques, over the same noise.
+
+    Returns:
+        (low, best, high); low is 0 and high infinite where every smaller or larger factor is as probable.
+    """
+    U, s, _ = np.linalg.svd(modes, full_matrices=False)
+    along = np.square(U.T @ error)
+    rest = max(float(error @ error - along.sum()), 0.0)
+    spread = 1.0 + np.square(_FACTORS)[:, None] * np.square(s)
+    n = len(error)
+    cost = n * np.log(np.maximum((along / spread).sum(axis=1) + rest, 1e-300)) + np.log(spread).sum(axis=1)
+    inside = np.flatnonzero(cost < cost.min() + _LIKELY)
+    low = 0.0 if inside[0] == 0 else float(_FACTORS[inside[0]])
+    high = float("inf") if inside[-1] == len(_FACTORS) - 1 else float(_FACTORS[inside[-1]])
+    return low, float(_FACTORS[np.argmin(cost)]), high
+
+
+def remarks(scores: Scores, joints: tuple[int, ...], poses: int, unseen: bool) -> list[str]:
+    """Sentences on bands and deviations that poses refute; only `unseen` poses can refute a deviation."""
+    found = []
+    for joint, held in zip(joints, scores.coverage, strict=True):
+        if proportion(float(held), poses)[1] < _HELD:
+            found.append(
+                f"joint {joint + 1}: the 95 % band holds {100 * held:.0f} % of {poses} torques: the arm has another "
+                "form than this model, and its deviations do not cover that"
+            )
+    low, best, high = scores.deviation
+    if unseen and low > 1.0:
+        found.append(f"std_Nm is too small: unseen torques show {best:.2g} times as much ({low:.2g} to {high:.2g})")
+    if unseen and high < 1.0:
+        found.append(f"std_Nm is too large: unseen torques show at most {high:.2g} times as much")
+    return found
 
 
 def _rms_r2(tau: Array, model: Array) -> tuple[Array, Array]:
