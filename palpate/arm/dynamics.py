@@ -34,6 +34,7 @@ class Dynamics:
     condition: float = 0.0  # condition number of its identifiable part
     unknown: tuple[str, ...] = ()  # parameters that the motion hardly identified
     deviation: Array = field(default_factory=lambda: np.zeros(0))  # (t,) standard deviations of theta; () from a file
+    misfit: Array = field(default_factory=lambda: np.zeros(0))  # (m,) residual over the torque's noise; () from a file
     train: DriveTrain = field(init=False)
     links: _core.Arm = field(init=False)  # the arm with the identified links
 

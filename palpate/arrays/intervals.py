@@ -64,11 +64,11 @@ def _bca(statistic: Callable[..., float], samples: tuple[Array, ...]) -> tuple[f
     return float(found.low), float(found.high)
 
 
-def proportion(found: float, n: int) -> tuple[float, float]:
-    """95 % confidence interval of a proportion from n trials (Clopper and Pearson, Biometrika 26, 1934)."""
+def proportion(found: float, n: int, level: float = LEVEL) -> tuple[float, float]:
+    """Confidence interval of a proportion from n trials (Clopper and Pearson, Biometrika 26, 1934)."""
     from scipy.special import betaincinv
 
-    k, tail = found * n, 0.5 - 0.5 * LEVEL
+    k, tail = found * n, 0.5 - 0.5 * level
     low = 0.0 if k <= 0.0 else float(betaincinv(k, n - k + 1.0, tail))
     return low, 1.0 if k >= n else float(betaincinv(k + 1.0, n - k, 1.0 - tail))
 

@@ -27,6 +27,7 @@ from palpate.identify.inertia import Problem, pseudo_inertia, solve
 from palpate.identify.motion import RecordedMotion, lowpass, motion
 from palpate.identify.recordings import check_joints, read_moving
 
+MISFIT = 2.0  # residual over the noise of the torque from which on the arm has another form
 SPREAD = 3.0  # prior standard deviation of a link from its first guess, in the metric of inertia.py
 ROUNDS = 3  # iterations of weighting each joint by the RMS of its residual
 KNOWN = 1.3  # a parameter is known if a prior twice as wide widens its deviation by less than this factor
@@ -105,6 +106,7 @@ def identify(motions: Sequence[RecordedMotion], arm: Arm, cutoff: float = CUTOFF
     dynamics = Dynamics(arm, x[:n], x[n:], at, cutoff, tuple(m.file for m in motions))
     dynamics.rank, dynamics.condition = _rank(R[:, :n])
     dynamics.deviation = std[n:]
+    dynamics.misfit = noise / _noise_below(motions, cutoff)
     dynamics.unknown = tuple(t.name for t, s in zip(train.terms, wider[n:] / std[n:], strict=True) if s > KNOWN)
     return dynamics
 
@@ -122,6 +124,14 @@ def _regressor(m: RecordedMotion, arm: Arm, train: DriveTrain, cutoff: float) ->
     W = lowpass(W.reshape(len(m), -1), cutoff, m.rate).reshape(shape)
     rows = slice(m.kept.start, m.kept.stop, _STRIDE)
     return W[rows], lowpass(m.tau, cutoff, m.rate)[rows]
+
+
+def _noise_below(motions: Sequence[RecordedMotion], cutoff: float) -> Array:
+    """Noise (m,) of the recorded torques below the cutoff, if it is white: from their second differences [N m, N]."""
+    rate = motions[0].rate
+    passed = lowpass(np.random.default_rng(0).normal(size=4000), cutoff, rate)[500:-500].std()
+    differences = np.concatenate([np.diff(m.tau[m.kept], 2, axis=0) for m in motions])
+    return np.asarray(np.maximum(passed * np.sqrt(np.square(differences).mean(axis=0) / 6.0), 1e-12))
 
 
 def _rank(R: Array) -> tuple[int, float]:

@@ -23,6 +23,8 @@ Mask = NDArray[np.bool_]
 _FOLDS = 5
 _LIKELY = 3.84  # chi-square of one degree of freedom at 95 %
 _FACTORS = np.geomspace(1e-2, 1e2, 401)  # of the standard deviation that are tried
+_PATTERN = 1e-4  # probability of a pattern in noise alone
+_SURE = 0.99  # confidence with which a band is called left, for each of six joints
 _HELD = 0.93  # least share of torques within a band of 95 % that is no remark
 _DISBELIEF = 0.7  # ratio of residuals (motor over joint coordinates) below which motor coordinates are assumed
 
@@ -47,6 +49,7 @@ class Scores:
     std: Array  # mean standard deviation of the holding torques [N m]
     coverage: Array  # fraction of directed errors within 1.96 predicted standard deviations
     deviation: tuple[float, float, float]  # factor of the true standard deviations over `std`: low, best, high
+    patterns: tuple[tuple[int, int], ...]  # joints (of the torque, along which its error is no noise; -1: in time)
     outside: int  # poses outside the trained region
 
     def undirected(self) -> Errors:
@@ -82,6 +85,7 @@ def _scores(fitted: Fitted, poses: Static, joints: tuple[int, ...], arm: Arm, un
         floor=_floor(fitted.model, poses.q, expected, arm)[j],
         std=std.mean(axis=0),
         coverage=(np.abs(poses.tau - directed)[:, j] < band).mean(axis=0),
+        patterns=_patterns(poses, joints, poses.tau - directed),
         deviation=_factor(fitted, poses, arm, j, poses.tau - directed),
         outside=int(fitted.model.region.outside(poses.q, arm, len(j)).sum()),
     )
@@ -112,6 +116,24 @@ def _factor(fitted: Fitted, poses: Static, arm: Arm, joints: list[int], error: A
     values, vectors = np.linalg.eigh(fitted.solution.covariance)
     modes = C @ (vectors * np.sqrt(np.maximum(values, 0.0)))
     return factor_of_deviation((error[:, joints] / noise.T).ravel(), modes)
+
+
+def _patterns(poses: Static, joints: tuple[int, ...], error: Array) -> tuple[tuple[int, int], ...]:
+    """Pairs of joints for which errors (k, n) at neighbouring angles agree, which noise does not; -1: in time.
+
+    Von Neumann's ratio in its form as a correlation of neighbours, with Bonferroni's correction for all pairs.
+    """
+    from scipy.special import ndtri
+
+    orders = {j: np.argsort(poses.q[:, j]) for j in joints} | {-1: np.arange(len(poses))}
+    limit = -float(ndtri(_PATTERN / (len(joints) * len(orders)))) / np.sqrt(len(poses))
+    found = []
+    for i in joints:
+        e = error[:, i] - error[:, i].mean()
+        for j, order in orders.items():
+            if float(e[order[1:]] @ e[order[:-1]]) > limit * max(float(e @ e), 1e-300):
+                found.append((i, j))
+    return tuple(found)
 
 
 def factor_of_deviation(error: Array, modes: Array) -> tuple[float, float, float]:
@@ -145,11 +167,17 @@ def remarks(scores: Scores, joints: tuple[int, ...], poses: int, unseen: bool) -
     """Sentences on bands and deviations that poses refute; only `unseen` poses can refute a deviation."""
     found = []
     for joint, held in zip(joints, scores.coverage, strict=True):
-        if proportion(float(held), poses)[1] < _HELD:
+        if proportion(float(held), poses, _SURE)[1] < _HELD:
             found.append(
                 f"joint {joint + 1}: the 95 % band holds {100 * held:.0f} % of {poses} torques: the arm has another "
                 "form than this model, and its deviations do not cover that"
             )
+    for joint in dict.fromkeys(joint for joint, _ in scores.patterns):
+        along = [f"joint {j + 1}" if j >= 0 else "the order of the poses" for i, j in scores.patterns if i == joint]
+        found.append(
+            f"joint {joint + 1}: errors at neighbouring poses agree along {', '.join(along)}: a torque that this model "
+            "does not have, which its deviations do not cover"
+        )
     low, best, high = scores.deviation
     if unseen and low > 1.0:
         found.append(f"std_Nm is too small: unseen torques show {best:.2g} times as much ({low:.2g} to {high:.2g})")

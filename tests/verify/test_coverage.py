@@ -11,15 +11,12 @@ from palpate.verify.coverage.trial import RIGHT
 
 #: Commands that print intervals or covariances and have no file in `estimates`, with the reason.
 WITHOUT = {
-    "calibrate gravity": "judged on unseen poses; its bands need a generator of arms with springs",
     "check": "poses, no estimate",
     "device wrist": "prints ranges over parts of the recording",
     "frames": "composes covariances that are given",
     "path": "distances, no estimate",
     "register session": "joins points, surface and touches; the study of registration judges it",
     "study force": "the payload; tests/identify/test_payload.py judges it",
-    "study guidance": "bootstrap over simulated hands",
-    "study planning": "bootstrap over simulated routes",
 }
 _INTERVAL = re.compile(r"_95$|^covariance$|_covariance$|interval|_low$|_high$|deviation|^std|_std|^p_|^uncertain$")
 _TRIALS = {"bench": 2, "surface": 4}

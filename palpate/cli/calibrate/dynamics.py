@@ -90,6 +90,15 @@ class Command:
         if model.unknown:
             say(console, ", ".join(model.unknown), "not told apart by these motions, so the prior decided:", "yellow")
         console.print(_terms(model))
+        if model.misfit.max() > identification.MISFIT:
+            say(
+                console,
+                f"the model leaves {model.misfit.max():.2g} times the noise of the torque (drive "
+                f"{int(model.misfit.argmax()) + 1}): the arm has friction or springs of another form, and the "
+                "intervals do not cover that",
+                "warning:",
+                "yellow",
+            )
         say(console, str(self.out), "model:")
         write_json(self.json, figures)
         return 0
@@ -141,6 +150,7 @@ class Figures:
     consistency: Array
     terms: dict[str, float]
     terms_95: dict[str, Array]
+    misfit: Array
     seconds: float
 
 
@@ -161,6 +171,7 @@ def _figures(model: Dynamics, train: list[RecordedMotion], test: RecordedMotion 
         unknown=model.unknown,
         consistency=consistency(model),
         terms={t.name: float(x) for t, x in zip(model.train.terms, model.theta, strict=True)},
+        misfit=model.misfit,
         terms_95=dict(zip((t.name for t in model.train.terms), model.intervals(), strict=True)),
         seconds=seconds,
     )
