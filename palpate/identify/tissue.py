@@ -41,6 +41,7 @@ _REWEIGHTS = 4  # of the octaves of the residual's spectrum
 _HOPELESS = 12.0  # criterion above the best from which on simpler forms are not tried
 _SOFTENS = -0.05  # largest stiffening that counts as softening
 _CLEARER = 6.0  # Akaike's criterion by which another exponent must fit better, 20 times as probable
+_TIP = 0.35  # change of the exponent that is a cone's or a punch's rather than stiffening: then any better fit counts
 _COLOURED = 1.2  # residual over its white noise from which on a remark is made
 _ABOVE = 0.05  # largest height above the tissue from which a press begins [m]
 
@@ -485,9 +486,10 @@ def _other_contact(best: _Form, reach: float) -> tuple[str, ...]:
             f"sphere slips, stands over an edge, or the tissue yields{end}"
         )
     power = replace(best.case, exponent=True).solve()
-    if power.criterion < best.criterion - _CLEARER:
+    more = power.stiffening[0]
+    if power.criterion < best.criterion - (0.0 if abs(more) > _TIP else _CLEARER):
         found.append(
-            f"the form: the force grows with the depth to the power {1.5 + power.stiffening[0]:.2f}, which fits better "
+            f"the form: the force grows with the depth to the power {1.5 + more:.2f}, which fits better "
             f"than 1.5 with stiffening {beta:.2f}: a tip that is no sphere (2: a cone, 1: a flat punch){end}"
         )
     return tuple(found)

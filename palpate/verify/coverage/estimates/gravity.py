@@ -34,7 +34,7 @@ def _arm() -> Arm:
 def _holding(q: Array, form: str) -> Array:
     """Torques (k, 7) that hold the arm: inverse dynamics at rest, springs and the cable [N m]."""
     zero = np.zeros(7)
-    tau = np.array([_arm().inverse_dynamics(row, zero, zero) for row in q]) + _OFFSET + _STIFF * q
+    tau: Array = np.array([_arm().inverse_dynamics(row, zero, zero) for row in q]) + _OFFSET + _STIFF * q
     if form in ("cable", "elsewhere"):
         tau[:, 3] += 0.08 * np.sin(2.5 * q[:, 3])
     tau[:, 6] = 0.0
