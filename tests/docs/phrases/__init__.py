@@ -1,8 +1,21 @@
 """Phrases of the pages that are computed from the results kept in docs/results."""
 
-from phrases import arms, clouds, contact, guidance, interfaces, organs, planning, registration, stability, tissue, wall
+from phrases import (
+    arms,
+    clouds,
+    contact,
+    coverage,
+    guidance,
+    interfaces,
+    organs,
+    planning,
+    registration,
+    stability,
+    tissue,
+    wall,
+)
 
 TIES = [
     *(wall.TIES + stability.TIES + guidance.TIES + planning.TIES + registration.TIES),
-    *(contact.TIES + organs.TIES + arms.TIES + clouds.TIES + tissue.TIES + interfaces.TIES),
+    *(coverage.TIES + contact.TIES + organs.TIES + arms.TIES + clouds.TIES + tissue.TIES + interfaces.TIES),
 ]
