@@ -3,6 +3,7 @@
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
 
 #include <algorithm>
 #include <memory>
@@ -14,6 +15,7 @@
 #include "front.hpp"
 #include "palpate/loop/device_cycle.hpp"
 #include "palpate/loop/driver_thread.hpp"
+#include "palpate/loop/shared_object.hpp"
 #include "timing.hpp"
 #include "types.hpp"
 
@@ -27,6 +29,7 @@ using loop::DeviceCycle;
 using loop::DeviceFault;
 using loop::Driver;
 using loop::DriverThread;
+using loop::SharedObject;
 using OnePose = Input<double, 4, 4>;
 using OneTwist = Input<double, 6>;
 using Wrenches = nb::ndarray<double, nb::shape<-1, 6>, nb::c_contig, nb::device::cpu>;
@@ -47,9 +50,7 @@ DeviceFault step_device(DeviceCycle& self, double t, const OnePose& X, const std
 }
 
 void bind_driver(nb::module_& m) {
-  nb::class_<Driver>(m, "Driver", "A driver in C: a shared object with the functions of palpate/loop/driver.h.")
-      .def(nb::init<const std::string&, const std::string&>(), "file"_a, "argument"_a = "",
-           "Loads the shared object and opens the device.")
+  nb::class_<Driver>(m, "Driver", "An opened device, which a thread of the core reads and commands.")
       .def_prop_ro(
           "name", [](const Driver& d) { return std::string(d.info().name); }, "Name of the device.")
       .def_prop_ro(
@@ -64,8 +65,13 @@ void bind_driver(nb::module_& m) {
             const double* size = d.info().workspace;
             return nb::make_tuple(size[0], size[1], size[2]);
           },
-          "Lengths of the workspace (3) [m].");
-  nb::class_<DriverThread>(m, "DriverThread", "Reads a driver in C, steps the cycle and writes, in real time.")
+          "Lengths of the workspace (3) [m].")
+      .def_prop_ro("notices", &Driver::notices, "What has happened to the device since it was opened: cause; mend.");
+  nb::class_<SharedObject, Driver>(m, "SharedObject",
+                                   "A driver in C: a shared object with the functions of palpate/loop/driver.h.")
+      .def(nb::init<const std::string&, const std::string&>(), "file"_a, "argument"_a = "",
+           "Loads the shared object and opens the device.");
+  nb::class_<DriverThread>(m, "DriverThread", "Reads a driver, steps the cycle and writes, in real time.")
       .def(nb::init<std::shared_ptr<Driver>, std::shared_ptr<DeviceCycle>>(), "driver"_a, "cycle"_a)
       .def("start", &DriverThread::start, nb::call_guard<nb::gil_scoped_release>(), "Starts the real-time thread.")
       .def("stop", &DriverThread::stop, nb::call_guard<nb::gil_scoped_release>(),

@@ -3878,12 +3878,7 @@ class DeviceCycle:
         """
 
 class Driver:
-    """
-    A driver in C: a shared object with the functions of palpate/loop/driver.h.
-    """
-
-    def __init__(self, file: str, argument: str = '') -> None:
-        """Loads the shared object and opens the device."""
+    """An opened device, which a thread of the core reads and commands."""
 
     @property
     def name(self) -> str:
@@ -3905,8 +3900,20 @@ class Driver:
     def workspace(self) -> tuple[float, float, float]:
         """Lengths of the workspace (3) [m]."""
 
+    @property
+    def notices(self) -> list[str]:
+        """What has happened to the device since it was opened: cause; mend."""
+
+class SharedObject(Driver):
+    """
+    A driver in C: a shared object with the functions of palpate/loop/driver.h.
+    """
+
+    def __init__(self, file: str, argument: str = '') -> None:
+        """Loads the shared object and opens the device."""
+
 class DriverThread:
-    """Reads a driver in C, steps the cycle and writes, in real time."""
+    """Reads a driver, steps the cycle and writes, in real time."""
 
     def __init__(self, driver: Driver, cycle: DeviceCycle) -> None: ...
 

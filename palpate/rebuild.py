@@ -30,6 +30,7 @@ _PARTS = {
     "_guidance": ("virtual fixtures", "20 seconds"),
     "_tissue": ("soft bodies and point clouds", "20 seconds"),
     "_dvrk": ("the simulated dVRK", "20 seconds"),
+    "_haply": ("the driver of Haply devices", "20 seconds"),
     "_verify": ("what judges the core", "a minute"),
 }
 """What an extension adds to the core, and how long its part compiles on two idle cores."""

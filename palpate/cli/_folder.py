@@ -48,7 +48,7 @@ def entries(package: str, first: Sequence[str] = ()) -> dict[str, Entry]:
     paths = (path for folder in map(Path, folders) if folder.is_dir() for path in folder.iterdir())
     found: dict[str, Entry] = {}
     for path in paths:
-        name = path.stem.rstrip("_")  # import_.py is `import`
+        name = path.stem.rstrip("_").replace("_", "-")  # import_.py is `import`, stand_in.py is `stand-in`
         if path.name.startswith("_"):
             continue
         if path.suffix == ".py":

@@ -32,6 +32,7 @@ class Command:
       palpate run palpation
       palpate run soft_liver --headless --duration 5 --json run.json
       palpate run my.yaml --realtime --seed 7 --out /data/runs
+      palpate run palpation --leader haply
 
     In a terminal the scene runs in real time in the 3-D viewer, which stays open until its stop button or Ctrl-C.
     Without a terminal, or with --headless, it runs as fast as possible and ends by itself. Ctrl-C stops a run at any
@@ -42,6 +43,8 @@ class Command:
     """Scene file (YAML), or the name of a shipped scene (palpate scenes lists them)."""
     trust: bool = False
     """Let the driver that the scene names run, although it is not installed: code beside the scene file."""
+    leader: Annotated[str | None, arg(metavar="DRIVER")] = None
+    """Feel the scene on this device instead of its leader: a name of `palpate device list`, e.g. haply."""
     headless: bool = False
     """Run without the viewer even in a terminal; in lockstep unless --realtime is given."""
     duration: Annotated[float | None, arg(metavar="SECONDS")] = None
@@ -87,6 +90,8 @@ class Command:
             require_viewer()
         require_writable(self.json)
         scene = Scene.load(self.scene, self.trust)
+        if self.leader is not None:
+            scene = self._with_leader(scene)
         if self.plan is not None and (scene.pairs or scene.arms.leader.driver is not None):
             what = "a scene with several pairs" if scene.pairs else "a scene with a driver"
             raise PalpateError(f"--plan has no effect on {what}", mend="leave it out; palpate ros move moves real arms")
@@ -104,6 +109,17 @@ class Command:
             summary = _report(console, scene, self._run(self._session(scene), console, self.realtime))
         write_json(self.json, summary)
         return outcome.exit_code(summary)
+
+    def _with_leader(self, scene: Scene) -> Scene:
+        """The scene with the driver of --leader.
+
+        Raises:
+            PalpateError: the scene has pairs, or there is no such driver.
+        """
+
+        if scene.pairs:
+            raise PalpateError("--leader has no effect on a scene with several pairs", mend="leave it out")
+        return scene.with_driver(str(self.leader))
 
     def _session(self, scene: Scene, say: Callable[[str], None] = lambda line: None) -> Session:
         from palpate.certificate.scene import warn_outside

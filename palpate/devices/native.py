@@ -1,4 +1,4 @@
-"""A driver in C (a shared object) and the haptic cycle, in a real-time thread of the core."""
+"""A driver in C or C++ and the haptic cycle, in a real-time thread of the core."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ def load_driver(name: str, folder: Path, *, trust: bool = False) -> _core.Driver
     file, _, argument = name.partition(":")
     path = (folder / Path(file).expanduser()).resolve()
     try:
-        return _core.Driver(str(path), argument)
+        return _core.SharedObject(str(path), argument)
     except ValueError as error:
         mend = f"compile it with -shared -fPIC -I {header_folder()}; driver.h there says what each function does"
         raise DeviceError(f"driver {name} cannot be used", why=str(error), mend=mend) from None
 
 
 class NativeLoop(DeviceLoop):
-    """Reads a driver in C, steps the cycle and writes the wrench, without the interpreter.
+    """Reads a driver of the core, steps the cycle and writes the wrench, without the interpreter.
 
     A driver that reports a failure ends the loop with zero force. If a call does not return within 12 ms, a second
     thread commands zero force. A driver that crashes takes this process with it: run it in another process instead
@@ -50,15 +50,15 @@ class NativeLoop(DeviceLoop):
 
     Args:
         scene: scene to render; its rate becomes that of the driver, and its force cap at most that of the driver.
-        name: path of the shared object, and its argument after a colon.
-        folder: folder at which a relative path starts.
+        name: name of the driver for messages.
+        driver: the opened device.
 
     Raises:
-        DeviceError: the driver cannot be used. SceneError, MeshError: the scene cannot run.
+        SceneError, MeshError: the scene cannot run.
     """
 
-    def __init__(self, scene: Scene, name: str, folder: Path) -> None:
-        self.driver, self._name = load_driver(name, folder, trust=scene.trusted), name
+    def __init__(self, scene: Scene, name: str, driver: _core.Driver) -> None:
+        self.driver, self._name = driver, name
         cap = self.driver.force_max or scene.stability.force_cap
         size = self.driver.workspace
         cap = min(cap, scene.stability.force_cap)
@@ -80,6 +80,10 @@ class NativeLoop(DeviceLoop):
         """Why the loop ended by itself, or that the driver hangs."""
         words = self._thread.fault()
         return f"driver {self._name}: {words}; the force was set to zero" if words else None
+
+    def notices(self) -> list[str]:
+        """What has happened to the device: cause; mend."""
+        return [f"driver {self._name}: {words}" for words in self.driver.notices]
 
     def timing(self) -> Timing:
         """Compute time, lateness, missed deadlines, stalls of the driver, scheduling."""

@@ -24,6 +24,7 @@ SHIPPED = {
     "mouse": "palpate.devices.evdev:Mouse",
     "keyboard": "palpate.devices.keyboard:Keyboard",
     "gamepad": "palpate.devices.evdev:Gamepad",
+    "haply": "palpate.devices.haply.driver:Haply",
     "force-dimension": "palpate.devices.force_dimension:ForceDimension",
 }
 """Drivers that ship with Palpate, by their names in a scene."""

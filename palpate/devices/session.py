@@ -12,8 +12,9 @@ import numpy as np
 from palpate import stop_signals
 from palpate.devices.driven import DrivenLoop
 from palpate.devices.driver import Driver
+from palpate.devices.haply.driver import Haply
 from palpate.devices.loop import WORDS, DeviceLoop
-from palpate.devices.native import NativeLoop, is_native
+from palpate.devices.native import NativeLoop, is_native, load_driver
 from palpate.devices.open import open_driver
 from palpate.errors import DeviceError
 from palpate.record.ticks import Ticks
@@ -86,7 +87,12 @@ class DrivenSession(DeviceSession):
 
     def _faults(self) -> list[str]:
         named = self._loop.named if isinstance(self._loop, DrivenLoop) else set()
-        return [*super()._faults(), *(f"driver: {WORDS[fault][0]}; mend: {WORDS[fault][1]}" for fault in named)]
+        notices = self._loop.notices() if isinstance(self._loop, NativeLoop) else []
+        return [
+            *super()._faults(),
+            *notices,
+            *(f"driver: {WORDS[fault][0]}; mend: {WORDS[fault][1]}" for fault in named),
+        ]
 
     @property
     def failed(self) -> bool:
@@ -128,5 +134,8 @@ def _driven_loop(scene: Scene, driver: Driver | None) -> DeviceLoop:
         what = "the scene names no driver"
         raise DeviceError(what, where=scene.where("arms", "leader"), mend="add driver: MODULE:CLASS")
     if is_native(name):
-        return NativeLoop(scene, name, folder)
-    return DrivenLoop(scene, open_driver(name, folder, trust=scene.trusted), name)
+        return NativeLoop(scene, name, load_driver(name, folder, trust=scene.trusted))
+    found = open_driver(name, folder, trust=scene.trusted)
+    if isinstance(found, Haply):
+        return NativeLoop(scene, name, found.native())
+    return DrivenLoop(scene, found, name)

@@ -71,6 +71,21 @@ class SimulatedDevice(Driver):
         """Simulated time [s]."""
         return self._t
 
+    @property
+    def position(self) -> Array:
+        """True position (3,) in the axes of the base [m]."""
+        return self._p.copy()
+
+    @property
+    def velocity(self) -> Array:
+        """True velocity (3,) in the axes of the base [m/s]."""
+        return self._v.copy()
+
+    def advance(self, F: Array, seconds: float) -> None:
+        """Let the force F (3,) [N] act for a time [s], without the delay of `read`."""
+        steps = max(1, math.ceil(seconds * _SUBSTEPS * self.rate))
+        self._advance(F, seconds / steps, steps)
+
     def open(self) -> None:
         """Start the clock."""
         self._clock = time.monotonic()

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
 from palpate import _core
 from palpate.arm import NAMES
+from palpate.scene.haply import HaplySection
 from palpate.scene.jaws import GripperSection
 from palpate.values import NotNegative, Number, Pose, Positive, Section
 
@@ -29,7 +30,7 @@ ArmName = Annotated[
     WithJsonSchema({"anyOf": [{"enum": list(NAMES)}, {"type": "string", "pattern": r"\.ya?ml$"}]}),
 ]
 #: Drivers that ship with Palpate; text after a colon is their argument. `loop`: a program that calls palpate.Haptics.
-DRIVERS = ("loop", "simulated", "shared-memory", "mouse", "keyboard", "gamepad", "force-dimension")
+DRIVERS = ("loop", "simulated", "shared-memory", "mouse", "keyboard", "gamepad", "haply", "force-dimension")
 FORCELESS = ("mouse", "keyboard", "gamepad")
 """Drivers of devices that cannot give a force."""
 _CLASS = re.compile(r"(?:[A-Za-z_][\w.]*|.+\.py):[A-Za-z_][\w.]*")
@@ -44,8 +45,36 @@ def _driver(name: str) -> str:
     )
 
 
-#: Driver of a device, as `palpate.devices.open_driver` reads it (docs/device.md).
-DriverName = Annotated[str, AfterValidator(_driver)]
+def _named(value: Any) -> Any:
+    """``{haply: {id: 04C3}}`` as the name of a driver with its argument, ``haply:id=04C3``."""
+    if not isinstance(value, dict):
+        return value
+    if list(value) != ["haply"]:
+        raise ValueError(
+            f"there are no options for {', '.join(map(str, value)) or 'no driver'} | write {{haply: {{id: 04C3}}}}"
+        )
+    return HaplySection.model_validate(value["haply"] or {}).to_text()
+
+
+#: Driver of a device, as `palpate.devices.open_driver` reads it (docs/device.md); {haply: {...}} gives its options.
+DriverName = Annotated[
+    str,
+    BeforeValidator(_named),
+    AfterValidator(_driver),
+    WithJsonSchema(
+        {
+            "anyOf": [
+                {"type": "string"},
+                {
+                    "type": "object",
+                    "properties": {"haply": HaplySection.model_json_schema()},
+                    "required": ["haply"],
+                    "additionalProperties": False,
+                },
+            ]
+        }
+    ),
+]
 Joints = Annotated[tuple[Number, ...], Field(min_length=1, max_length=7)]
 
 
@@ -56,7 +85,8 @@ class LeaderSection(Section):
     """arm model: a name, or the path of a model file relative to the scene file; ${VARIABLE}s are replaced"""
     driver: DriverName | None = None
     """instead of the simulated arm: your own device, MODULE:CLASS, FILE.py:CLASS, a shared object (my_device.so), or
-    a driver that ships with Palpate (docs/device.md); the keys below other than base and frame then have no effect"""
+    a driver that ships with Palpate (docs/device.md), {haply: {id: 04C3}} with options (docs/haply.md); the keys below
+    other than base and frame then have no effect"""
     pseudo_haptic: bool | None = None
     """true: the viewer draws the tool on the surface while the hand goes in, and the force as a halo; for devices
     without force; when left out, true for the drivers keyboard, mouse and gamepad"""

@@ -191,6 +191,20 @@ class Scene(Section):
             raise explain.scene_error(error, Scene, self._file or f"pair {name}", lines) from None
         return made.with_origin(self._file, lines, self._trusted)
 
+    def with_driver(self, name: str) -> Scene:
+        """The scene on a device: with this driver in place of its leader.
+
+        Raises:
+            SceneError: there is no such driver, or the scene cannot run on a device.
+        """
+        data = self.model_dump(mode="json", exclude_unset=True)
+        data.setdefault("arms", {}).setdefault("leader", {})["driver"] = name
+        try:
+            made = Scene._validated(data, Path(self._file).parent)
+        except ValidationError as error:
+            raise explain.scene_error(error, Scene, self._file or "scene", self._lines) from None
+        return made.with_file_of(self)
+
     def each_pair(self) -> dict[str, Scene]:
         """The scenes of all pairs by name; the scene itself under the empty name if it has no section `pairs`."""
         return {name: self.pair(name) for name in self.pairs} or {"": self}

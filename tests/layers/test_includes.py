@@ -18,7 +18,7 @@ LAYERS = (
     STAGES,
     ("plant",),
     ("loop", "dvrk"),
-    ("verify",),
+    ("haply", "verify"),
     ("bindings",),
 )
 """Lowest first. Folders of one layer do not include each other."""

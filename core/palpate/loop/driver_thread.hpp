@@ -8,41 +8,14 @@
 #include <thread>
 
 #include "palpate/loop/device_cycle.hpp"
-#include "palpate/loop/driver.h"
+#include "palpate/loop/driver.hpp"
 #include "palpate/loop/realtime.hpp"
 
 namespace palpate::loop {
 
-/// A loaded and opened driver.
-class Driver {
- public:
-  /// file: the shared object. Throws std::invalid_argument with the reason if it cannot be loaded or opened, or if its
-  /// facts are invalid.
-  Driver(const std::string& file, const std::string& argument);
-  ~Driver();
-  Driver(const Driver&) = delete;
-  Driver& operator=(const Driver&) = delete;
-
-  [[nodiscard]] const palpate_driver_info& info() const noexcept { return info_; }
-  /// Reads the device. Returns false if the driver reports a failure.
-  bool read(DeviceState& state) noexcept;
-  /// Commands a wrench. Returns false if the driver reports a failure.
-  bool write(const Wrench& F) noexcept;
-
- private:
-  void unload() noexcept;
-
-  void* library_ = nullptr;
-  void* device_ = nullptr;
-  palpate_driver_info info_{};
-  decltype(&palpate_driver_read) read_ = nullptr;
-  decltype(&palpate_driver_write) write_ = nullptr;
-  decltype(&palpate_driver_close) close_ = nullptr;
-};
-
-/// Reads, steps and writes at the rate of the device. A driver that reports a failure ends the loop with zero force. If
-/// a call does not return within kStall, a second thread commands zero force; the loop continues when the call
-/// returns, and the force then returns by a ramp after a pause.
+/// Reads, steps and writes at the rate of the device. A driver that reports a failure ends the loop with zero force.
+/// While it has no measurement the force is zero. If a call does not return within kStall, a second thread commands
+/// zero force. The loop continues after both, and the force returns by a ramp after a pause.
 class DriverThread {
  public:
   static constexpr std::int64_t kStall = 12'000'000;        ///< longest time of a call of the driver [ns]

@@ -1,3 +1,3 @@
-"""Devices: list the drivers, test a driver, and measure a device for its certificate. See docs/device.md."""
+"""Devices: list the drivers, test a driver, measure a device, stand in for one. See docs/device.md."""
 
-FIRST = ("list", "test", "bench")
+FIRST = ("list", "test", "bench", "wrist", "stand-in")

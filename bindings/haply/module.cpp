@@ -1,0 +1,143 @@
+// The extension `_haply`: the driver of Haply devices, and the WebSocket on which it talks.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+
+#include "palpate/haply/device.hpp"
+#include "palpate/loop/realtime.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+
+namespace palpate::bindings {
+namespace {
+
+using haply::Device;
+using haply::WebSocket;
+using OneWrench = nb::ndarray<const double, nb::shape<6>, nb::c_contig, nb::device::cpu>;
+using OnePose = nb::ndarray<double, nb::shape<4, 4>, nb::c_contig, nb::device::cpu>;
+using Times = nb::ndarray<double, nb::shape<-1>, nb::c_contig, nb::device::cpu>;
+
+std::int64_t nanoseconds(double seconds) { return static_cast<std::int64_t>(1e9 * seconds); }
+
+std::string receive(WebSocket& self, double seconds) {
+  switch (self.receive(nanoseconds(seconds))) {
+    case WebSocket::Got::message:
+      return std::string(self.message());
+    case WebSocket::Got::nothing:
+      throw std::runtime_error("no message within " + std::to_string(seconds) + " s");
+    case WebSocket::Got::closed:
+      throw std::runtime_error("the service closed the connection");
+    default:
+      throw std::runtime_error("what the service sent is no WebSocket message");
+  }
+}
+
+void send(WebSocket& self, const std::string& text) {
+  if (!self.send(text)) throw std::runtime_error("the connection to the service is broken");
+}
+
+/// Fills in the times of round trips that `go` makes [s]; false ends them early.
+template <class Go>
+std::size_t time_trips(Times& out, const Go& go) {
+  for (std::size_t i = 0; i < out.shape(0); ++i) {
+    const std::int64_t begin = loop::now_ns();
+    if (!go()) return i;
+    out.data()[i] = 1e-9 * static_cast<double>(loop::now_ns() - begin);
+  }
+  return out.shape(0);
+}
+
+void bind_connection(nb::module_& m) {
+  nb::class_<WebSocket>(m, "Connection", "The client's end of a WebSocket, after the handshake.")
+      .def(nb::init<int>(), "socket"_a, "Takes over the file descriptor of a connected socket.")
+      .def("send", &send, "text"_a, "Sends a text. Raises RuntimeError if the connection is broken.")
+      .def("receive", &receive, "seconds"_a, nb::call_guard<nb::gil_scoped_release>(),
+           "Waits for a message [s]. Raises RuntimeError without one.")
+      .def(
+          "round_trips",
+          [](WebSocket& self, const std::string& text, Times out) {
+            return time_trips(
+                out, [&] { return self.send(text) && self.receive(nanoseconds(1.0)) == WebSocket::Got::message; });
+          },
+          "text"_a, "out"_a, nb::call_guard<nb::gil_scoped_release>(),
+          "Sends a text and waits for the answer, as often as `out` (n,) is long; writes the times [s] to it. Returns "
+          "how many there were.");
+}
+
+void bind_device(nb::module_& m) {
+  nb::class_<Device, loop::Driver>(m, "Device", "A Haply device: a driver for the thread of the core.")
+      .def(
+          "__init__",
+          [](Device* self, std::shared_ptr<WebSocket> service, std::shared_ptr<WebSocket> events,
+             const std::string& device, const std::string& grip, const std::string& list, bool vector, double rate,
+             double force_max, double workspace) {
+            new (self)
+                Device({device, grip, list, vector, rate, force_max, workspace}, std::move(service), std::move(events));
+          },
+          "service"_a, "events"_a.none(), nb::kw_only(), "device"_a, "grip"_a, "list"_a, "vector"_a, "rate"_a,
+          "force_max"_a, "workspace"_a,
+          "service: the connection after its inventory; events: that of the events, or None. device, grip: their ids; "
+          "list: the list of the messages in which the grip is; vector: the service is 3.5 or later.")
+      .def(
+          "read",
+          [](Device& self, OnePose X) -> std::optional<std::tuple<int, double>> {
+            loop::DeviceState state;
+            const loop::Reading found = [&] {
+              const nb::gil_scoped_release released;
+              return self.read(state);
+            }();
+            switch (found) {
+              case loop::Reading::failed:
+                throw std::runtime_error(self.why());
+              case loop::Reading::missing:
+                return std::nullopt;
+              default:
+                std::copy(state.X_LH.begin(), state.X_LH.end(), X.data());
+                return std::tuple(state.clutch ? 1 : 0, state.gripper);
+            }
+          },
+          "X"_a,
+          "Writes the pose (4, 4) [m] to X. Returns the buttons and the angle of the gripper [rad], or None if there "
+          "is "
+          "no measurement. Raises RuntimeError if the device is lost.")
+      .def(
+          "write",
+          [](Device& self, const OneWrench& F) {
+            if (!self.write({{F.data()[0], F.data()[1], F.data()[2]}, Vec3::Zero()})) {
+              throw std::runtime_error(self.why());
+            }
+          },
+          "F"_a, "Commands the force of a wrench (6,) [N]. Raises RuntimeError if the device is lost.")
+      .def(
+          "round_trips",
+          [](Device& self, Times out) {
+            loop::DeviceState state;
+            return time_trips(out, [&] { return self.write({}) && self.read(state) != loop::Reading::failed; });
+          },
+          "out"_a, nb::call_guard<nb::gil_scoped_release>(),
+          "Commands zero force and reads the answer, as often as `out` (n,) is long; writes the times [s] to it.")
+      .def_prop_ro("exchanges", &Device::exchanges, "Number of answers of the service so far.");
+}
+
+}  // namespace
+}  // namespace palpate::bindings
+
+NB_MODULE(_haply, m) {
+  nb::set_leak_warnings(false);  // objects that live until the interpreter ends are not leaks
+  m.doc() = "Haply devices through the vendor's Inverse Service.";
+  nb::module_::import_("palpate._core");
+  palpate::bindings::bind_connection(m);
+  palpate::bindings::bind_device(m);
+}

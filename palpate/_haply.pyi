@@ -1,0 +1,69 @@
+# Generated from the bindings by `make stubs`; do not edit. An array type states its shape; ":" is any length.
+"""Haply devices through the vendor's Inverse Service."""
+
+from typing import Annotated
+
+import numpy
+from numpy.typing import NDArray
+
+import palpate._core
+
+
+class Connection:
+    """The client's end of a WebSocket, after the handshake."""
+
+    def __init__(self, socket: int) -> None:
+        """Takes over the file descriptor of a connected socket."""
+
+    def send(self, text: str) -> None:
+        """Sends a text. Raises RuntimeError if the connection is broken."""
+
+    def receive(self, seconds: float) -> str:
+        """Waits for a message [s]. Raises RuntimeError without one."""
+
+    def round_trips(self, text: str, out: Annotated[NDArray[numpy.float64], "(:,)"]) -> int:
+        """
+        Sends a text and waits for the answer, as often as `out` (n,) is long; writes the times [s] to it. Returns how
+        many there were.
+        """
+
+class Device(palpate._core.Driver):
+    """A Haply device: a driver for the thread of the core."""
+
+    def __init__(
+        self,
+        service: Connection,
+        events: Connection | None,
+        *,
+        device: str,
+        grip: str,
+        list: str,
+        vector: bool,
+        rate: float,
+        force_max: float,
+        workspace: float,
+    ) -> None:
+        """
+        service: the connection after its inventory; events: that of the events, or None. device, grip: their ids; list:
+        the list of the messages in which the grip is; vector: the service is 3.5 or later.
+        """
+
+    def read(self, X: Annotated[NDArray[numpy.float64], "(4, 4)"]) -> tuple[int, float] | None:
+        """
+        Writes the pose (4, 4) [m] to X. Returns the buttons and the angle of the gripper [rad], or None if there is no
+        measurement. Raises RuntimeError if the device is lost.
+        """
+
+    def write(self, F: Annotated[NDArray[numpy.float64], "(6,)"]) -> None:
+        """
+        Commands the force of a wrench (6,) [N]. Raises RuntimeError if the device is lost.
+        """
+
+    def round_trips(self, out: Annotated[NDArray[numpy.float64], "(:,)"]) -> int:
+        """
+        Commands zero force and reads the answer, as often as `out` (n,) is long; writes the times [s] to it.
+        """
+
+    @property
+    def exchanges(self) -> int:
+        """Number of answers of the service so far."""

@@ -1,0 +1,166 @@
+"""The vendor's Inverse Service as a client sees it before the cycle: version, inventory, settings, connections."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import os
+import socket
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+from urllib.error import HTTPError, URLError
+from urllib.parse import urlsplit
+from urllib.request import Request, urlopen
+
+from palpate.errors import DeviceError
+
+if TYPE_CHECKING:
+    from palpate import _haply
+
+Json = dict[str, Any]
+PORT, EVENTS_ABOVE = 10001, 19
+"""Port of HTTP and of the WebSocket; the events are this much above."""
+GRIPS = ("wireless_verse_grip", "custom_verse_grip", "verse_grip")
+"""Lists of grips in the messages, the preferred ones first."""
+_TIMEOUT = 2.0  # of each answer before the cycle begins [s]
+_MAGIC = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"  # RFC 6455, 1.3
+_START = "install and start Haply Hub or the Inverse Service, then the device; or: palpate device stand-in haply"
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where the service listens."""
+
+    host: str = "127.0.0.1"
+    port: int = PORT
+
+    @classmethod
+    def parse(cls, url: str) -> Address:
+        """``ws://HOST:PORT``, ``HOST:PORT`` or ``HOST``.
+
+        Raises:
+            DeviceError: it is none of them.
+        """
+        mend = f"write e.g. ws://127.0.0.1:{PORT}"
+        try:
+            parts = urlsplit(url if "//" in url else f"ws://{url}")
+            if parts.scheme != "ws" or not parts.hostname or parts.path not in ("", "/"):
+                raise DeviceError(f"{url!r} is no address of Haply's service", mend=mend)
+            return cls(parts.hostname, parts.port or PORT)
+        except ValueError as error:
+            raise DeviceError(f"{url!r} is no address of Haply's service", why=str(error), mend=mend) from None
+
+    def __str__(self) -> str:
+        return f"{self.host}:{self.port}"
+
+    def answers(self, timeout: float = 0.2) -> bool:
+        """True if something listens there."""
+        try:
+            with socket.create_connection((self.host, self.port), timeout):
+                return True
+        except OSError:
+            return False
+
+
+def version(at: Address) -> tuple[int, int]:
+    """Version of the service; its HTTP may be on the port below, as with the services before 3.5.
+
+    Raises:
+        DeviceError: there is no such service.
+    """
+    why = ""
+    for port in (at.port, at.port - 1):
+        for path in ("version", "3.1/version", "3.0/version"):
+            try:
+                told = request(Address(at.host, port), "GET", path)
+                major, minor = str(told["project_version"]).split(".")[:2]
+                return int(major), int(minor)
+            except DeviceError as error:
+                why = why or error.why or error.what
+            except (KeyError, TypeError, ValueError):
+                why = "it answers, but not with a version of that service"
+    raise DeviceError(f"no Haply Inverse Service answers on {at}", why=why, mend=_START)
+
+
+def request(at: Address, method: str, path: str, body: Any = None) -> Any:
+    """The JSON that an HTTP request brings, without its envelope {ok, data, error}.
+
+    Raises:
+        DeviceError: nobody answers, or the answer is an error or no JSON.
+    """
+    data = None if body is None else json.dumps(body).encode()
+    asked = Request(f"http://{at}/{path}", data, {"Content-Type": "application/json"}, method=method)
+    try:
+        with urlopen(asked, timeout=_TIMEOUT) as answer:
+            told = json.loads(answer.read())
+    except HTTPError as error:
+        raise DeviceError(f"{method} {path}: HTTP {error.code}", why=error.read(200).decode(errors="replace")) from None
+    except (URLError, OSError, ValueError) as error:
+        raise DeviceError(f"{method} {path} of {at} brought no answer", why=str(error)) from None
+    if isinstance(told, dict) and "ok" in told:
+        if told["ok"] is not True:
+            raise DeviceError(f"{method} {path} was refused", why=str(told.get("error")))
+        return told.get("data")
+    return told
+
+
+def websocket(at: Address) -> _haply.Connection:
+    """An open WebSocket, after the handshake of RFC 6455, without extensions.
+
+    Raises:
+        DeviceError: nobody listens, or the answer is no WebSocket.
+    """
+    from palpate import _haply
+
+    try:
+        wire = socket.create_connection((at.host, at.port), _TIMEOUT)
+    except OSError as error:
+        raise DeviceError(f"nobody listens on {at}", why=str(error), mend=_START) from None
+    key = base64.b64encode(os.urandom(16))
+    lines = (
+        "GET / HTTP/1.1", f"Host: {at}", "Upgrade: websocket", "Connection: Upgrade",
+        f"Sec-WebSocket-Key: {key.decode()}", "Sec-WebSocket-Version: 13", "", "",
+    )  # fmt: skip
+    head = b""
+    try:
+        wire.sendall("\r\n".join(lines).encode())
+        while not head.endswith(b"\r\n\r\n") and len(head) < 8192:
+            byte = wire.recv(1)  # one by one: what follows the head belongs to the connection
+            if not byte:
+                break
+            head += byte
+    except OSError as error:
+        wire.close()
+        raise DeviceError(f"{at} does not finish the handshake of a WebSocket", why=str(error), mend=_START) from None
+    accepted = base64.b64encode(hashlib.sha1(key + _MAGIC, usedforsecurity=False).digest())
+    status, _, rest = head.partition(b"\r\n")
+    fields = dict(line.lower().split(b":", 1) for line in rest.split(b"\r\n") if b":" in line)
+    if b" 101 " not in status + b" " or fields.get(b"sec-websocket-accept", b"").strip() != accepted.lower():
+        wire.close()
+        raise DeviceError(f"{at} is no WebSocket", why=status.decode(errors="replace")[:80], mend=_START)
+    wire.setblocking(True)
+    return _haply.Connection(wire.detach())
+
+
+def receive(connection: _haply.Connection, at: Address) -> Json:
+    """The next message of a connection, an object.
+
+    Raises:
+        DeviceError: there is none, or it is no JSON object.
+    """
+    try:
+        told = json.loads(connection.receive(_TIMEOUT))
+    except (RuntimeError, ValueError) as error:
+        raise DeviceError(f"the service on {at} gives no valid message", why=str(error), mend=_START) from None
+    if not isinstance(told, dict):
+        raise DeviceError(f"the service on {at} gives no valid message", why=f"{type(told).__name__}, not an object")
+    return told
+
+
+def entries(message: Json, kind: str) -> list[Json]:
+    """The devices of a list in a message; service 3.0 has an object with their ids as keys instead."""
+    given = message.get(kind)
+    if isinstance(given, dict):
+        return [{"device_id": id, **entry} for id, entry in given.items() if isinstance(entry, dict)]
+    return [entry for entry in given or [] if isinstance(entry, dict)] if isinstance(given, list) else []

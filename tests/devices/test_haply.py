@@ -1,0 +1,423 @@
+"""The driver of Haply devices beside the stand-in: forces, what it refuses, and zero force by name of each fault."""
+
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+from test_haptics import CAP, scene
+
+pytest.importorskip("websockets", reason="the stand-in needs the extra haply")
+
+from scipy.spatial.transform import Rotation
+
+from palpate.devices import DrivenSession
+from palpate.devices.haply.driver import Haply
+from palpate.devices.haply.messages import DIALECTS, Config, Grip
+from palpate.devices.haply.service import Address
+from palpate.devices.haply.stand_in import MIDDLE, Options, StandIn
+from palpate.errors import DeviceError
+from palpate.record.reader import Record
+from palpate.scene import Scene
+from palpate.scene.haply import HaplySection
+
+LONG = 5.0
+"""Silence after which the stand-in's motors are idle, here so long that the zero of the force is ours [s]."""
+
+
+@pytest.fixture
+def service(request):
+    with StandIn(0, options=Options(**{"idle_after": LONG, **getattr(request, "param", {})})) as made:
+        yield made
+
+
+def haply(service, **options):
+    return HaplySection(url=f"ws://127.0.0.1:{service.port}", rate=500.0, **options).to_text()
+
+
+def on(service, **options):
+    """A scene of a plane below the tool, on the device of the service."""
+    return scene(arms={"leader": {"driver": haply(service, **options)}}, mapping={"scale": 1.0})
+
+
+def press(session, service, most=6.0):
+    """Wait until the device is pushed with more than 0.4 N."""
+    end = time.monotonic() + most
+    while np.linalg.norm(service.force()) < 0.4:
+        assert time.monotonic() < end, session.state
+        time.sleep(0.002)
+
+
+@pytest.mark.parametrize("service", [{"dialect": d} for d in DIALECTS], ids=DIALECTS, indirect=True)
+def test_each_version_of_the_service_feels_the_plane_and_ends_with_zero(service, tmp_path):
+    session = DrivenSession(on(service), tmp_path)
+    summary = session.run(2.0)
+    forces = np.array([F for _, F in service.log])
+    assert 0.5 < np.linalg.norm(forces, axis=1).max() <= CAP * (1 + 1e-6)
+    assert forces[:, 2].min() >= -1e-6, "upwards, out of the plane"
+    assert not forces[-1].any()
+    assert not service.ignored, "no key that this version does not know"
+    key = b'"vector"' if service.options.dialect == "3.5" else b'"values"'
+    assert key in service.received[-1]
+    assert not session.failed
+    assert summary.peak_force_N == pytest.approx(np.linalg.norm(forces, axis=1).max(), rel=1e-4)
+    ticks = Record.open(summary.record).ticks
+    assert len(ticks) / summary.duration_s == pytest.approx(500.0, rel=0.2)
+
+
+def test_pose_comes_from_position_and_grip_and_a_force_keeps_its_axes(service):
+    turn = Rotation.from_euler("xyz", [20, -30, 40], degrees=True)
+    service.grip = Grip(orientation=tuple(turn.as_quat()), buttons={"a": True, "b": True, "c": False})
+    driver = Haply(haply(service).removeprefix("haply:"))
+    driver.open()
+    X, _, gripper, buttons = driver.read()
+    assert X[:3, :3] == pytest.approx(turn.as_matrix(), abs=1e-9)
+    assert X[:3, 3] == pytest.approx(MIDDLE, abs=0.04)
+    assert (gripper, buttons) == (0.0, 1)
+    driver.write(np.array([0.1, -0.2, 0.3, 0.0, 0.0, 0.0]))
+    driver.read()
+    assert service.log[-1][1] == pytest.approx([0.1, -0.2, 0.3])
+    driver.close()
+    time.sleep(0.05)
+    assert not service.log[-1][1].any(), "zero at the end"
+
+
+@pytest.mark.parametrize(
+    ("grip", "list"),
+    [(Grip(), "wireless_verse_grip"), (Grip(kind="verse_grip", id="61548"), "verse_grip"),
+     (Grip(kind="custom_verse_grip", id="1402"), "custom_verse_grip"), (Grip(doubled=True), "wireless_verse_grip"),
+     (Grip(awake=False), ""), (None, "")],
+    ids=["wireless", "wired", "ruko", "twice", "asleep", "none"],
+)  # fmt: skip
+def test_the_first_grip_that_is_awake_gives_the_orientation(grip, list):
+    with StandIn(0, options=Options(grip=grip)) as service:
+        driver = Haply(haply(service).removeprefix("haply:"))
+        driver.open()
+        assert driver.found.list == list
+        assert driver.found.grip == (grip.id if list else "")
+        driver.read()
+
+
+def test_settings_are_made_and_read_back(service):
+    driver = Haply(haply(service, gravity=0.5, damping=0.25, force_gate=0.1).removeprefix("haply:"))
+    driver.open()
+    assert service.config.gravity == {"enabled": True, "scaling_factor": 0.5}
+    assert (service.config.damping, service.config.force_gate) == (0.25, 0.1)
+    assert driver.found.settings["filters"] == {"damping": {"scalar": 0.25}, "force_gate": {"gain": 0.1}}
+    driver.close()
+
+
+REFUSED = [
+    ({}, lambda s: s.fail("uncalibrated"), {}, "is not calibrated.*mirrored"),
+    ({}, lambda s: s.fail("unplug"), {}, "knows no Inverse3"),
+    ({}, lambda s: None, {"id": "FFFF"}, "knows no device 'FFFF'.*one of 04C3"),
+    ({}, lambda s: None, {"grip": "77"}, "knows no grip '77'.*it knows 1102"),
+    ({}, lambda s: setattr(s.config, "mount", {"scale": {"x": 2.0, "y": 2.0, "z": 2.0}}), {}, "has a mount of"),
+    ({"dialect": "3.4"}, lambda s: setattr(s.config, "basis", "ZXY"), {}, "has the axes 'ZXY'"),
+    ({"dialect": "3.1"}, lambda s: None, {"force_gate": 0.1}, "services before 3.5 have no filters"),
+]
+
+
+@pytest.mark.parametrize(("like", "change", "options", "words"), REFUSED, ids=[words[:14] for *_, words in REFUSED])
+def test_a_device_that_would_give_wrong_forces_is_refused_with_words(like, change, options, words):
+    with StandIn(0, options=Options(**like)) as service:
+        change(service)
+        with pytest.raises(DeviceError) as error:
+            DrivenSession(on(service, **options))
+        import re
+
+        assert re.search(words, str(error.value), re.DOTALL)
+        assert not any(F.any() for _, F in service.log)
+
+
+def test_a_service_that_does_not_keep_a_setting_is_refused(service, monkeypatch):
+    monkeypatch.setattr(service, "_set", lambda key, value: True)
+    with pytest.raises(DeviceError, match=r"gravity compensation is .* after it was set to"):
+        DrivenSession(on(service, gravity=0.3))
+
+
+def test_no_service_is_told_with_the_mend():
+    with socket.socket() as wire:
+        wire.bind(("127.0.0.1", 0))
+        port = wire.getsockname()[1]
+    with pytest.raises(DeviceError, match="no Haply Inverse Service answers") as error:
+        Haply(f"url=ws://127.0.0.1:{port}").native()
+    assert "palpate device stand-in haply" in error.value.mend
+
+
+def silence(session, service, fault, value=0.02):
+    """Press, let the fault begin; time [s] until the rendered force, as recorded, and that on the motors are zero."""
+    press(session, service)
+    begin = time.monotonic()
+    service.fail(fault, value)
+    rendered = motors = None
+    while (rendered is None or motors is None) and time.monotonic() - begin < 1.0:
+        if rendered is None and session.state.force == 0.0:
+            rendered = time.monotonic() - begin
+        if motors is None and not service.force().any():
+            motors = time.monotonic() - begin
+        time.sleep(0.0005)
+    return rendered, motors
+
+
+FAULTS = [
+    ("late", "did not answer in time", True),
+    ("malformed", "no valid state", True),
+    ("ebrake", "emergency brake", True),
+    ("uncalibrated", "not calibrated", True),
+    ("stall", "motor stalled", True),
+    ("unplug", "vanished", False),
+    ("disconnect", "closed the connection|connection to the service is broken", False),
+]
+
+
+@pytest.mark.parametrize(("fault", "words", "stays"), FAULTS, ids=[f[0] for f in FAULTS])
+def test_each_fault_of_the_service_gives_zero_force_by_name(service, fault, words, stays):
+    import re
+
+    with DrivenSession(on(service)) as session:
+        session.start()
+        rendered, motors = silence(session, service, fault)
+        assert rendered is not None, "the session shows zero force"
+        assert motors is not None or not stays, "and sends it"
+        time.sleep(0.05)
+        assert (session._loop.fault() is None) == stays
+        service.mend(fault)
+        summary = session.close()
+    assert any(re.search(words, fault) for fault in summary.faults), summary.faults
+
+
+def test_a_hanging_service_gives_zero_force_at_once_and_ends_the_session_after_a_second(service):
+    with DrivenSession(on(service)) as session:
+        session.start()
+        rendered, _ = silence(session, service, "hang")
+        assert rendered is not None
+        begin = time.monotonic()
+        while session._loop.fault() is None and time.monotonic() - begin < 5.0:
+            time.sleep(0.01)
+        assert "gave no valid state for 1 s" in session._loop.fault()
+        service.mend("hang")
+        time.sleep(0.05)
+        assert not service.log[-1][1].any(), "the last command is zero"
+        summary = session.close()
+    assert any("did not answer in time" in fault for fault in summary.faults)
+
+
+def test_a_short_hang_is_survived_and_the_force_returns(service):
+    with DrivenSession(on(service)) as session:
+        session.start()
+        silence(session, service, "hang")
+        service.mend("hang")
+        press(session, service)
+        assert session._loop.fault() is None
+        session.close()
+
+
+def test_a_sleeping_grip_is_told_and_the_force_stays(service):
+    with DrivenSession(on(service)) as session:
+        session.start()
+        press(session, service)
+        service.fail("sleep")
+        service.fail("battery")
+        time.sleep(0.1)
+        press(session, service)
+        summary = session.close()
+    assert any("grip fell asleep" in fault for fault in summary.faults)
+    assert any("battery of the grip" in fault for fault in summary.faults)
+
+
+def test_a_killed_service_gives_zero_force_by_name(tmp_path):
+    command = [sys.executable, "-m", "palpate", "device", "stand-in", "haply", "--port", "0", "--idle-after", "5"]
+    service = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    try:
+        line = service.stdout.readline()
+        url = next(word.rstrip(",") for word in line.split() if word.startswith("ws://"))
+        driver = HaplySection(url=url, rate=500.0).to_text()
+        with DrivenSession(scene(arms={"leader": {"driver": driver}}), tmp_path) as session:
+            session.start()
+            end = time.monotonic() + 8.0
+            while session.state.force < 0.4 and time.monotonic() < end:
+                time.sleep(0.002)
+            os.kill(service.pid, signal.SIGKILL)
+            begin = time.monotonic()
+            while session._loop.fault() is None and time.monotonic() - begin < 2.0:
+                time.sleep(0.0005)
+            fault = session._loop.fault()
+            summary = session.close()
+    finally:
+        service.kill()
+        service.wait()
+    assert fault is not None
+    assert "the force was set to zero" in fault
+    ticks = Record.open(summary.record).ticks
+    assert not ticks["F_H_L"][-1].any()
+    assert np.linalg.norm(ticks["F_H_L"], axis=1).max() > 0.4
+
+
+def test_every_exit_ends_in_zero(service):
+    """A session that is left without a close, by an exception."""
+
+    def leave():
+        with DrivenSession(on(service)) as session:
+            session.start()
+            press(session, service)
+            raise KeyError
+
+    with pytest.raises(KeyError):
+        leave()
+    time.sleep(0.05)
+    assert not service.log[-1][1].any()
+
+
+def test_a_scene_names_the_driver_with_options_and_a_record_finds_it_again(tmp_path):
+    text = "objects: [{name: ball, sphere: {radius: 0.03}, stiffness: 400}]\narms: {leader: {driver: %s}}\n"
+    file = tmp_path / "scene.yaml"
+    file.write_text(text % "{haply: {id: 04C3, rate: 1000 Hz, grip: none}}")
+    found = Scene.load(file)
+    assert found.arms.leader.driver == "haply:id=04C3,grip=none,rate=1000.0"
+    assert Scene.parse(found.to_yaml()).arms.leader.driver == found.arms.leader.driver
+    file.write_text(text % "haply")
+    assert Scene.load(file).arms.leader.driver == "haply"
+    for wrong, words in (("{haply: {port: 3}}", "port"), ("{omega: {}}", "no options for omega")):
+        file.write_text(text % wrong)
+        with pytest.raises(Exception, match=words):
+            Scene.load(file)
+
+
+@pytest.mark.parametrize(("url", "address"), [("ws://a:5", "a:5"), ("b", "b:10001"), ("[::1]:7", "::1:7")])
+def test_addresses(url, address):
+    assert str(Address.parse(url)) == address
+
+
+@pytest.mark.parametrize("url", ["http://a:5", "ws://a:b", "ws://", "ws://a/b"])
+def test_addresses_that_are_none_are_refused(url):
+    with pytest.raises(DeviceError, match="no address"):
+        Address.parse(url)
+
+
+class Scripted:
+    """A server that shakes hands with one client and then sends bytes as they are."""
+
+    def __init__(self, *data: bytes):
+        self._wire = socket.create_server(("127.0.0.1", 0))
+        self.port, self.got = self._wire.getsockname()[1], b""
+        self._thread = threading.Thread(target=self._serve, args=(data,), daemon=True)
+        self._thread.start()
+
+    def _serve(self, data):
+        import base64
+        import hashlib
+
+        peer, _ = self._wire.accept()
+        with peer:
+            head = peer.recv(4096)
+            key = next(line.split(b": ")[1] for line in head.split(b"\r\n") if line.startswith(b"Sec-WebSocket-Key"))
+            accept = base64.b64encode(hashlib.sha1(key + b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11").digest())
+            peer.sendall(b"HTTP/1.1 101 Switching Protocols\r\nSec-WebSocket-Accept: " + accept + b"\r\n\r\n")
+            for part in data:
+                peer.sendall(part)
+                time.sleep(0.02)
+            peer.settimeout(1.0)
+            try:
+                while part := peer.recv(4096):
+                    self.got += part
+            except TimeoutError:
+                pass
+        self._wire.close()
+
+    def connection(self):
+        from palpate.devices.haply import service
+
+        return service.websocket(Address("127.0.0.1", self.port))
+
+
+def frame(payload=b"", opcode=1, fin=True, mask=False, length=None):
+    n = len(payload) if length is None else length
+    head = bytes([(0x80 if fin else 0) | opcode])
+    size = bytes([n]) if n < 126 else b"\x7e" + n.to_bytes(2, "big") if n < 65536 else b"\x7f" + n.to_bytes(8, "big")
+    return head + bytes([size[0] | (0x80 if mask else 0)]) + size[1:] + payload
+
+
+@pytest.mark.parametrize(
+    ("parts", "message"),
+    [((frame(b"one"),), "one"), ((frame(b"on", fin=False), frame(b"e", opcode=0)), "one"),
+     ((frame(b"on", fin=False) + frame(b"hi", opcode=9) + frame(b"e", opcode=0),), "one"),
+     ((frame(b"x" * 200)[:50], frame(b"x" * 200)[50:]), "x" * 200), ((frame(b"y" * 60_000),), "y" * 60_000),
+     ((frame(b"z" * 65_536),), "z" * 65_536), ((frame(b"", opcode=10) + frame(b""),), "")],
+    ids=["whole", "parts", "ping between", "slowly", "60 kB", "64 kB", "pong, empty"],
+)  # fmt: skip
+def test_frames_of_rfc_6455_become_messages(parts, message):
+    server = Scripted(*parts)
+    assert server.connection().receive(2.0) == message
+
+
+@pytest.mark.parametrize(
+    ("data", "words"),
+    [(frame(b"a", mask=True), "no WebSocket"), (b"\xc1\x01a", "no WebSocket"), (frame(b"a", opcode=3), "no WebSocket"),
+     (frame(b"a", opcode=0), "no WebSocket"), (frame(length=65_537), "no WebSocket"),
+     (frame(length=2**63), "no WebSocket"), (frame(b"a", opcode=9, fin=False), "no WebSocket"),
+     (frame(b"x" * 126, opcode=9), "no WebSocket"), (frame(b"a", fin=False) * 2, "no WebSocket"),
+     (frame(b"\x03\xe8", opcode=8), "closed"), (b"\x81", "no message within")],
+)  # fmt: skip
+def test_what_is_no_frame_ends_the_connection_by_name(data, words):
+    with pytest.raises(RuntimeError, match=words):
+        Scripted(data).connection().receive(0.3)
+
+
+def test_a_ping_is_answered_and_frames_of_the_client_are_masked():
+    server = Scripted(frame(b"beat", opcode=9), frame(b"one"))
+    connection = server.connection()
+    connection.receive(2.0)
+    connection.send("hello")
+    del connection
+    server._thread.join(3.0)
+    got, found = server.got, []
+    while got:
+        opcode, n, mask = got[0] & 15, got[1] & 127, got[2:6]
+        assert got[1] & 128, "a client masks"
+        found.append((opcode, bytes(b ^ mask[i % 4] for i, b in enumerate(got[6 : 6 + n]))))
+        got = got[6 + n :]
+    assert found == [(10, b"beat"), (1, b"hello"), (8, b"\x03\xe8")]
+
+
+def test_a_handshake_that_is_refused_is_told():
+    with StandIn(0) as service:
+        wire = socket.create_server(("127.0.0.1", 0))
+
+        def refuse():
+            peer, _ = wire.accept()
+            peer.recv(4096)
+            peer.sendall(b"HTTP/1.1 403 Forbidden\r\n\r\n")
+            peer.close()
+
+        threading.Thread(target=refuse, daemon=True).start()
+        from palpate.devices.haply.service import websocket
+
+        with pytest.raises(DeviceError, match=r"(?s)is no WebSocket.*403"):
+            websocket(Address("127.0.0.1", wire.getsockname()[1]))
+        assert service.exchanges == 0
+
+
+def test_state_of_service_is_read_where_keys_come_in_any_order():
+    """The id after the state, other devices before, unknown keys, integers for numbers."""
+    from palpate import _haply
+
+    state = {"cursor_velocity": {"z": 0, "y": 0, "x": 0}, "cursor_position": {"z": 3, "x": 1, "y": 2}, "news": [{}]}
+    other = {"state": {"cursor_position": {"x": 9, "y": 9, "z": 9}}, "device_id": "04BA", "config": Config().gravity}
+    ours = {"status": {"ready": True, "calibrated": True}, "state": state, "device_id": "04C3"}
+    text = json.dumps({"x": 1, "inverse3": [other, "no entry", ours]})
+    server = Scripted(frame(text.encode()))
+    device = _haply.Device(
+        server.connection(), None, device="04C3", grip="", list="", vector=True, rate=500.0, force_max=3.0,
+        workspace=0.1,
+    )  # fmt: skip
+    X = np.eye(4)
+    while device.read(X) is None:
+        pass
+    assert X[:3, 3].tolist() == [1.0, 2.0, 3.0]
