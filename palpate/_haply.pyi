@@ -21,6 +21,9 @@ class Connection:
     def receive(self, seconds: float) -> str:
         """Waits for a message [s]. Raises RuntimeError without one."""
 
+    def receive_bytes(self, seconds: float) -> bytes:
+        """As receive(), for messages that are no valid text."""
+
     def round_trips(self, text: str, out: Annotated[NDArray[numpy.float64], "(:,)"]) -> int:
         """
         Sends a text and waits for the answer, as often as `out` (n,) is long; writes the times [s] to it. Returns how
@@ -67,3 +70,17 @@ class Device(palpate._core.Driver):
     @property
     def exchanges(self) -> int:
         """Number of answers of the service so far."""
+
+class Reader:
+    """Reads the messages of the service, as the driver does in its cycle."""
+
+    def __init__(self, device: str, grip: str, list: str) -> None: ...
+
+    def read(self, text: bytes) -> tuple[list[float], list[float], list[float], bool, bool, bool] | None:
+        """
+        Position (3,) [m], velocity (3,) [m/s], orientation (4,) as x, y, z, w, calibrated, ready and button a of an
+        answer; None if it is no valid state of the device.
+        """
+
+    def read_event(self, text: bytes) -> int:
+        """Kind of an event; 0: it concerns no force of this device."""

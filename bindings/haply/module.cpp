@@ -1,12 +1,14 @@
 // The extension `_haply`: the driver of Haply devices, and the WebSocket on which it talks.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/optional.h>
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -32,7 +34,11 @@ using Times = nb::ndarray<double, nb::shape<-1>, nb::c_contig, nb::device::cpu>;
 std::int64_t nanoseconds(double seconds) { return static_cast<std::int64_t>(1e9 * seconds); }
 
 std::string receive(WebSocket& self, double seconds) {
-  switch (self.receive(nanoseconds(seconds))) {
+  const WebSocket::Got got = [&] {
+    const nb::gil_scoped_release released;
+    return self.receive(nanoseconds(seconds));
+  }();
+  switch (got) {
     case WebSocket::Got::message:
       return std::string(self.message());
     case WebSocket::Got::nothing:
@@ -63,8 +69,14 @@ void bind_connection(nb::module_& m) {
   nb::class_<WebSocket>(m, "Connection", "The client's end of a WebSocket, after the handshake.")
       .def(nb::init<int>(), "socket"_a, "Takes over the file descriptor of a connected socket.")
       .def("send", &send, "text"_a, "Sends a text. Raises RuntimeError if the connection is broken.")
-      .def("receive", &receive, "seconds"_a, nb::call_guard<nb::gil_scoped_release>(),
-           "Waits for a message [s]. Raises RuntimeError without one.")
+      .def("receive", &receive, "seconds"_a, "Waits for a message [s]. Raises RuntimeError without one.")
+      .def(
+          "receive_bytes",
+          [](WebSocket& self, double seconds) {
+            const std::string found = receive(self, seconds);
+            return nb::bytes(found.data(), found.size());
+          },
+          "seconds"_a, "As receive(), for messages that are no valid text.")
       .def(
           "round_trips",
           [](WebSocket& self, const std::string& text, Times out) {
@@ -131,6 +143,30 @@ void bind_device(nb::module_& m) {
       .def_prop_ro("exchanges", &Device::exchanges, "Number of answers of the service so far.");
 }
 
+/// Position, velocity, quaternion, and the flags of an answer; None if it is not accepted.
+using Answer = std::tuple<std::array<double, 3>, std::array<double, 3>, std::array<double, 4>, bool, bool, bool>;
+
+void bind_reader(nb::module_& m) {
+  nb::class_<haply::Reader>(m, "Reader", "Reads the messages of the service, as the driver does in its cycle.")
+      .def(nb::init<std::string, std::string, std::string>(), "device"_a, "grip"_a, "list"_a)
+      .def(
+          "read",
+          [](haply::Reader& self, const nb::bytes& text) -> std::optional<Answer> {
+            haply::Measured found;
+            if (self.read({text.c_str(), text.size()}, found) != haply::Parsed::good) return std::nullopt;
+            return Answer(found.p, found.v, found.q, found.calibrated, found.ready, found.a);
+          },
+          "text"_a,
+          "Position (3,) [m], velocity (3,) [m/s], orientation (4,) as x, y, z, w, calibrated, ready and button a of "
+          "an answer; None if it is no valid state of the device.")
+      .def(
+          "read_event",
+          [](haply::Reader& self, const nb::bytes& text) {
+            return static_cast<int>(self.read_event({text.c_str(), text.size()}));
+          },
+          "text"_a, "Kind of an event; 0: it concerns no force of this device.");
+}
+
 }  // namespace
 }  // namespace palpate::bindings
 
@@ -140,4 +176,5 @@ NB_MODULE(_haply, m) {
   nb::module_::import_("palpate._core");
   palpate::bindings::bind_connection(m);
   palpate::bindings::bind_device(m);
+  palpate::bindings::bind_reader(m);
 }

@@ -29,13 +29,15 @@ class Command:
     """
 
     target: Positional[
-        Literal["contact", "files", "grids", "loops", "models", "packets", "ports", "records", "scenes", "tables"]
+        Literal[
+            "contact", "files", "grids", "haply", "loops", "models", "packets", "ports", "records", "scenes", "tables"
+        ]
     ]
     """contact: random triangles and tool paths for every contact method; loops: closed loops of the hand in random
     scenes, which may hand out no energy; scenes: moving objects, fixtures and live edits; files: meshes; grids: .npz
     and .nrrd; models: arms, URDFs and gravity models; records: .mcap; tables: CSV of paths and of recordings; packets:
     OpenIGTLink; all damaged; ports: forged messages at the haptic node, the simulated robot, OpenIGTLink and the
-    viewer, 100 a run (docs/security.md)."""
+    viewer, 100 a run (docs/security.md); haply: messages of Haply's service, 100 a run."""
     kind: str = ""
     """loops: the only kind to draw, for example hard or stick (docs/verification.md); all when left out."""
     runs: int = 2000

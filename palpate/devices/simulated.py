@@ -59,6 +59,7 @@ class SimulatedDevice(Driver):
         self.hand = PRESETS["light"]
         self.held = argument != "free"
         self.lockstep = False  #: True: each reading takes one period
+        self.stroke, self.period = 0.03, 4.0  #: motion of the hand, down and up [m], in this time [s]
         self._rng = np.random.default_rng(self.truth.seed)
         self._p, self._v = np.zeros(3), np.zeros(3)
         self._wrench = np.zeros(6)
@@ -126,10 +127,10 @@ class SimulatedDevice(Driver):
             m, damping, stiffness = m + self.hand.mass, damping + self.hand.damping, self.hand.stiffness
         share = 1.0 / (1.0 + dt / m * (damping + dt * stiffness))
         p, v, force = self._p.tolist(), self._v.tolist(), F.tolist()
-        spring = self.truth.stiffness
+        spring, turn = self.truth.stiffness, 2.0 * math.pi / self.period
         for _ in range(steps):
             self._t += dt
-            aim = (0.0, 0.0, 0.015 * (math.cos(0.5 * math.pi * self._t) - 1.0))
+            aim = (0.0, 0.0, 0.5 * self.stroke * (math.cos(turn * self._t) - 1.0))
             for i in range(3):
                 u = share * (v[i] + dt / m * (force[i] - spring * p[i] - stiffness * (p[i] - aim[i])))
                 before, v[i] = v[i], math.copysign(max(abs(u) - dt / m * friction, 0.0), u)

@@ -46,7 +46,7 @@ def on(service, **options):
     return scene(arms={"leader": {"driver": haply(service, **options)}}, mapping={"scale": 1.0})
 
 
-def press(session, service, most=6.0):
+def press(session, service, most=20.0):
     """Wait until the device is pushed with more than 0.4 N."""
     end = time.monotonic() + most
     while np.linalg.norm(service.force()) < 0.4:
@@ -57,7 +57,7 @@ def press(session, service, most=6.0):
 @pytest.mark.parametrize("service", [{"dialect": d} for d in DIALECTS], ids=DIALECTS, indirect=True)
 def test_each_version_of_the_service_feels_the_plane_and_ends_with_zero(service, tmp_path):
     session = DrivenSession(on(service), tmp_path)
-    summary = session.run(2.0)
+    summary = session.run(4.0)
     forces = np.array([F for _, F in service.log])
     assert 0.5 < np.linalg.norm(forces, axis=1).max() <= CAP * (1 + 1e-6)
     assert forces[:, 2].min() >= -1e-6, "upwards, out of the plane"
@@ -78,7 +78,7 @@ def test_pose_comes_from_position_and_grip_and_a_force_keeps_its_axes(service):
     driver.open()
     X, _, gripper, buttons = driver.read()
     assert X[:3, :3] == pytest.approx(turn.as_matrix(), abs=1e-9)
-    assert X[:3, 3] == pytest.approx(MIDDLE, abs=0.04)
+    assert X[:3, 3] == pytest.approx(MIDDLE, abs=0.05)
     assert (gripper, buttons) == (0.0, 1)
     driver.write(np.array([0.1, -0.2, 0.3, 0.0, 0.0, 0.0]))
     driver.read()
@@ -241,7 +241,7 @@ def test_a_killed_service_gives_zero_force_by_name(tmp_path):
         driver = HaplySection(url=url, rate=500.0).to_text()
         with DrivenSession(scene(arms={"leader": {"driver": driver}}), tmp_path) as session:
             session.start()
-            end = time.monotonic() + 8.0
+            end = time.monotonic() + 20.0
             while session.state.force < 0.4 and time.monotonic() < end:
                 time.sleep(0.002)
             os.kill(service.pid, signal.SIGKILL)

@@ -21,6 +21,17 @@ def test_real_time_loop_allocates_nothing_while_scenes_are_replaced(watched, met
     assert any(found["last_gravity"]), "gravity stays compensated"
 
 
+def test_driver_of_a_haply_allocates_nothing_whatever_the_service_sends(watched):
+    pytest.importorskip("websockets")
+    found = watched("haply", "all", "0.5")
+    assert found["exchanges"] > 300
+    for fault, threads in found["calls"].items():
+        assert threads, "the driver's thread and its watchdog"
+        assert all(calls == [0, 0, 0] for calls in threads), (fault, threads)
+    assert len(found["notices"]) >= 4, "the faults were met"
+    assert min(found["control"]) > 0, "control: the guard counts"
+
+
 def test_soft_body_on_a_thread_of_its_own_allocates_nothing(watched):
     found = watched("beside", "proxy", "1000")
     assert found["contact_ticks"] > 100

@@ -3,6 +3,7 @@
 python watched.py realtime METHOD RATE SECONDS
     | lockstep METHOD [organ|solids|soft|live|cloud|LAW|ARM|identified|estimating|guided|executing] ...
     | planted METHOD RATE | robot [following|impedance|moving] ... | geometries all | crtk all | device all
+    | haply all SECONDS
 """
 
 import ctypes
@@ -483,6 +484,33 @@ def device() -> dict[str, object]:
     return {"calls": counted, "contact_ticks": contacts(drained), "control": (counts(me) - before).tolist()}
 
 
+def haply(seconds: float) -> dict[str, object]:
+    """Count calls of the threads of a Haply's session: sound answers, malformed and late ones, a service that hangs."""
+    from palpate.devices.haply.driver import Haply
+    from palpate.devices.haply.stand_in import Options, StandIn
+    from palpate.devices.native import NativeLoop
+
+    scene = Scene.parse("objects: [{name: one, plane: {}, stiffness: 400}]\narms: {leader: {driver: haply}}\n")
+    with StandIn(0, Options(idle_after=1.0)) as service:
+        loop = NativeLoop(scene, "haply", Haply(f"url=ws://127.0.0.1:{service.port},rate=500").native())
+        before = threads()
+        loop.start()
+        time.sleep(0.3)
+        new = sorted(threads() - before)
+        counted = {}
+        for fault in ("none", "malformed", "late", "sleep", "stall", "ebrake", "hang"):
+            if fault != "none":
+                service.fail(fault, 0.015)
+            begin = [counts(t) for t in new]
+            time.sleep(seconds if fault != "hang" else 0.3)
+            counted[fault] = [(counts(t) - b).tolist() for t, b in zip(new, begin, strict=True)]
+            service.mend(fault)
+            time.sleep(0.05)
+        answers, control = loop.driver.exchanges, counts(threading.get_native_id()).tolist()
+        loop.stop()
+    return {"calls": counted, "exchanges": answers, "control": control, "notices": loop.notices()}
+
+
 if __name__ == "__main__":
     mode, method, *rest = sys.argv[1:]
     if mode == "robot":
@@ -495,6 +523,8 @@ if __name__ == "__main__":
         found = crtk()
     elif mode == "device":
         found = device()
+    elif mode == "haply":
+        found = haply(float(rest[0]))
     elif mode == "geometries":
         found = geometries()
     else:

@@ -88,8 +88,10 @@ Reading Device::take_answer(loop::DeviceState& state) noexcept {
       return judge(found, state);
     case Parsed::gone:
       note(vanished);
-      return loop::now_ns() - valid_ > kUnplugged ? fail(gone) : Reading::missing;
+      if (vanished_ == 0) vanished_ = loop::now_ns();
+      return loop::now_ns() - vanished_ > kUnplugged ? fail(gone) : Reading::missing;
     case Parsed::malformed:
+      vanished_ = 0;
       note(malformed);
   }
   return loop::now_ns() - valid_ > kGone ? fail(never) : Reading::missing;
@@ -98,6 +100,7 @@ Reading Device::take_answer(loop::DeviceState& state) noexcept {
 // The state of the device, or that there is no force although there is a state.
 Reading Device::judge(const Measured& found, loop::DeviceState& state) noexcept {
   valid_ = loop::now_ns();
+  vanished_ = 0;
   if (!found.calibrated) note(uncalibrated);
   if (!found.ready) note(unready);
   if (!options_.grip.empty()) {

@@ -81,6 +81,7 @@ class Device final : public loop::Driver {
   bool waiting_ = false;                         ///< an answer is late: read() does not wait for it any more
   bool locked_ = false, dropped_ = false;        ///< the emergency brake is on; an event drops the force of this tick
   std::int64_t valid_;                           ///< time of the last valid state [ns]
+  std::int64_t vanished_ = 0;                    ///< time since which the device is not in the answers; 0: it is [ns]
   std::array<double, 4> q_{0.0, 0.0, 0.0, 1.0};  ///< last orientation of the grip
 };
 

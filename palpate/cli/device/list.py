@@ -28,6 +28,7 @@ class Command:
         from rich.markup import escape
         from rich.table import Table
 
+        from palpate.devices.libraries import libraries
         from palpate.devices.native import header_folder
         from palpate.devices.open import listed
 
@@ -37,11 +38,15 @@ class Command:
         table = Table(box=None, pad_edge=False)
         for column in ("driver", "device", "force", "here"):
             table.add_column(column)
-        for one in found:
-            here = "ready" if one.ready else one.needs
-            table.add_row(one.name, escape(one.device), "yes" if one.force else "no", escape(here))
+        for driver in found:
+            here = "ready" if driver.ready else driver.needs
+            table.add_row(driver.name, escape(driver.device), "yes" if driver.force else "no", escape(here))
         console.print(table)
+        vendors = libraries()
+        for one in vendors:
+            where = one.found or f"not found in {', '.join(one.places)}"
+            say(console, f"{one.file} of the {one.product}: {where}", f"{one.driver}:")
         say(console, "MODULE:CLASS or my_device.so (docs/device.md)", "your own:")
         say(console, str(header_folder() / "driver.h"), "header for C:")
-        write_json(self.json, {"drivers": found, "header": str(header_folder() / "driver.h")})
+        write_json(self.json, {"drivers": found, "libraries": vendors, "header": str(header_folder() / "driver.h")})
         return 0

@@ -22,7 +22,7 @@ class Command:
       palpate device stand-in haply --fault hang@10+1 --fault sleep@20
 
     It answers on 127.0.0.1 as Haply's Inverse Service does (docs/haply.md), until Ctrl-C. A simulated hand moves the
-    device down and up by 30 mm every 4 s.
+    device down and up by 130 mm every 8 s.
     """
 
     service: Positional[Literal["haply"]]

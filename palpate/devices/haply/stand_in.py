@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from palpate import _core
 from palpate.arrays import Array
 from palpate.devices.haply.messages import (
     DIALECTS,
@@ -36,6 +37,8 @@ from palpate.errors import DeviceError
 PORT, EVENTS = 10001, 10020
 MIDDLE = np.array([0.0, -0.12, 0.15])
 """Middle of the workspace in the axes of the base: x right, y away from the user, z up [m]."""
+STROKE, PERIOD = 0.13, 8.0
+"""The simulated hand moves down and up by this length [m] in this time [s]."""
 FAULTS = {
     "late": "each answer comes VALUE seconds late (0.02)",
     "hang": "the service reads and answers nothing",
@@ -97,7 +100,7 @@ class Options:
     minverse: bool = False
     handedness: str = "right"
     held: bool = True
-    """True: a simulated hand moves the device down and up by 30 mm; False: the commanded force alone moves it."""
+    """True: a simulated hand moves the device down and up by 130 mm; False: the commanded force alone moves it."""
     mass: float = 0.2
     """Moving mass of the device [kg]."""
     idle_after: float = 0.02
@@ -132,6 +135,7 @@ class StandIn:
         self.exchanges = 0  #: number of answers so far
         self.ignored: set[str] = set()  #: keys of commands that this version does not know
         self._device = SimulatedDevice("" if self.options.held else "free", Truth(mass=self.options.mass, delay=0))
+        self._device.stroke, self._device.period = STROKE, PERIOD
         self._force, self._commanded, self._moved = np.zeros(3), 0.0, 0.0
         self._idle = True  # the last message commanded no force
         self._sessions, self._lock = 0, threading.RLock()
@@ -217,6 +221,7 @@ class StandIn:
     # -- the two WebSocket channels ------------------------------------------------------------------------------------
 
     def _simulation(self, connection: Connection) -> None:
+        _core.schedule(True)  # as a service of the system: other programs delay its answers less
         with self._lock:
             self._sessions += 1
             session = self._sessions
@@ -349,6 +354,7 @@ class StandIn:
 
     def _device_entry(self, full: bool) -> Json:
         p, v = MIDDLE + self._device.position, self._device.velocity
+        p[2] += 0.5 * STROKE if self.options.held else 0.0  # the hand moves down from the start
         wrong = self.fails("uncalibrated")
         if wrong:
             p, v = p * [-1.0, 1.0, 1.0], v * [-1.0, 1.0, 1.0]
