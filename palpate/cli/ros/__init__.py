@@ -1,6 +1,6 @@
 """Run on ROS 2: a simulated dVRK, forces on a CRTK master, motion plans on an arm. `palpate ros` lists commands."""
 
-FIRST = ("setup", "sim", "haptics", "move", "camera", "topic", "graph", "rviz", "keystore")
+FIRST = ("setup", "sim", "haptics", "device", "move", "camera", "topic", "graph", "rviz", "keystore")
 
 
 def prepare() -> None:
