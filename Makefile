@@ -1,5 +1,5 @@
-# make demo | make test | make test-long | make lint | make mutants | make fuzz | make stubs | make wheel | make clean.   `palpate --help` lists all other commands.
-.PHONY: demo test test-long lint mutants fuzz stubs wheel clean setup constraints
+# make demo | make test | make test-long | make lint | make mutants | make fuzz | make night | make stubs | make wheel | make clean.   `palpate --help` lists all other commands.
+.PHONY: demo test test-long lint mutants fuzz night stubs wheel clean setup constraints
 ARGS ?=
 OUT ?= dist
 export UV_PYTHON_DOWNLOADS = never
@@ -71,6 +71,11 @@ mutants: setup
 # Coverage-guided fuzzing of scene, contact and message code in C++, with clang's sanitizers: make fuzz ARGS="--runs 1000000"
 fuzz: setup
 	@$(RUN) python tools/fuzz.py $(ARGS)
+
+# All judges that take hours, in slices, resumable; what ran and what it found is in docs/results/night.json. A part of it:
+# make night ARGS="--hours 8", make night ARGS="'soak ros' conformance". Left to run: make night ARGS=--list
+night: setup
+	@$(UV) run --no-sync --with 'cosmic-ray>=8.7,<9' python tools/night.py $(ARGS)
 
 # Generates palpate/_core.pyi and the stubs of the parts (_guidance.pyi, ...) from the compiled bindings.
 stubs: setup

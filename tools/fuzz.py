@@ -7,6 +7,7 @@ libFuzzer looks for bytes that reach new code. Inputs that found a fault stay in
 from __future__ import annotations
 
 import argparse
+import json
 import re
 import shutil
 import subprocess
@@ -23,19 +24,28 @@ SEEDS = 40  # random inputs with which each target begins
 
 def build(targets: list[str]) -> None:
     """Compile the core and the targets."""
-    if shutil.which("clang++") is None:
+    names = ("clang++", *(f"clang++-{version}" for version in range(29, 13, -1)))
+    compiler = next(filter(shutil.which, names), None)
+    if compiler is None:
         sys.exit("fuzz: no clang++ found. Mend: sudo apt install clang")
     import nanobind
 
-    options = ("-DCMAKE_BUILD_TYPE=Release", "-DCMAKE_CXX_COMPILER=clang++", "-DPALPATE_FUZZ=ON")
+    options = ("-DCMAKE_BUILD_TYPE=Release", f"-DCMAKE_CXX_COMPILER={compiler}", "-DPALPATE_FUZZ=ON")
     found = (f"-DPython_EXECUTABLE={sys.executable}", f"-Dnanobind_DIR={nanobind.cmake_dir()}")
     configure = ["cmake", "-S", ROOT, "-B", BUILD, "-G", "Ninja", *options, *found]
     subprocess.run(configure, check=True, stdout=subprocess.DEVNULL)
     subprocess.run(["cmake", "--build", BUILD, "--target", *(f"fuzz_{name}" for name in targets)], check=True)
 
 
-def run(target: str, runs: int, seed: int) -> tuple[int, bool]:
-    """Number of cases that a target has run, and whether none violated a condition."""
+def run(target: str, runs: int, seconds: int, seed: int) -> tuple[int, bool]:
+    """Number of cases that a target has run, and whether none violated a condition.
+
+    Args:
+        target: its name.
+        runs: number of cases; -1: no bound.
+        seconds: time after which it ends [s]; 0: no bound.
+        seed: of the first case.
+    """
     corpus, faults = BUILD / "corpus" / target, BUILD / "faults"
     corpus.mkdir(parents=True, exist_ok=True)
     random = Random(seed)
@@ -44,6 +54,7 @@ def run(target: str, runs: int, seed: int) -> tuple[int, bool]:
     faults.mkdir(exist_ok=True)
     options = (
         f"-runs={runs}",
+        f"-max_total_time={seconds}",
         f"-seed={seed}",
         "-max_len=1024",
         "-len_control=0",
@@ -64,17 +75,22 @@ def main() -> None:
     """Print the number of cases of each target."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("targets", nargs="*", default=list(TARGETS), help=f"targets: {', '.join(TARGETS)}")
-    parser.add_argument("--runs", type=int, default=400_000, help="cases per target")
+    parser.add_argument("--runs", type=int, help="cases per target; 400,000 when --seconds is left out, too")
+    parser.add_argument("--seconds", type=int, default=0, help="time per target")
     parser.add_argument("--seed", type=int, default=1, help="seed of the first case; the corpus of build/fuzz is kept")
+    parser.add_argument("--json", type=Path, help="file for the number of cases and the faults")
     options = parser.parse_args()
+    runs = options.runs or (-1 if options.seconds else 400_000)
     build(options.targets)
-    total, sound = 0, True
+    total, faults = 0, list[str]()
     for target in options.targets:
-        cases, fine = run(target, options.runs, options.seed)
-        total, sound = total + cases, sound and fine
+        cases, fine = run(target, runs, options.seconds, options.seed)
+        total, faults = total + cases, faults + ([] if fine else [f"{target}, seed {options.seed}: build/fuzz/faults"])
         print(f"{target}: {cases:,} cases, {'no fault' if fine else 'a fault: build/fuzz/faults'}", flush=True)
     print(f"{total:,} cases, seed {options.seed}")
-    sys.exit(0 if sound else 1)
+    if options.json:
+        options.json.write_text(json.dumps({"cases": total, "faults": faults}), encoding="utf-8")
+    sys.exit(1 if faults else 0)
 
 
 if __name__ == "__main__":

@@ -11,6 +11,7 @@ from __future__ import annotations
 import argparse
 import ast
 import contextlib
+import json
 import os
 import random
 import sys
@@ -122,6 +123,11 @@ def changed(mutant: Mutant) -> str:
     return next((new.strip() for old, new in both if old != new), "")
 
 
+def place_of(mutant: Mutant) -> str:
+    """File, line and change of a mutant."""
+    return f"{mutant.path.relative_to(ROOT)}:{mutant.line} {mutant.operator}: {changed(mutant)}"
+
+
 def load(names: tuple[str, ...]) -> None:
     """Import the modules."""
     for name in names:
@@ -153,8 +159,7 @@ def examine(group: str, sample: int, seed: int, every: bool) -> tuple[int, list[
         if suite.survives(mutant, None if every else lines)[0]:
             survived.append(mutant)
             unseen = "" if lines.tests_of(mutant) else " (no test executes it)"
-            place = f"{mutant.path.relative_to(ROOT)}:{mutant.line} {mutant.operator}"
-            print(f"  survived: {place}{unseen}: {changed(mutant)}", flush=True)
+            print(f"  survived: {place_of(mutant)}{unseen}", flush=True)
     print(f"{group}: {(cpu_time() - begin) / len(chosen):.1f} s of processor time a mutant", flush=True)
     return len(chosen), survived
 
@@ -166,17 +171,21 @@ def main() -> None:
     parser.add_argument("--sample", type=int, default=40, help="places per group")
     parser.add_argument("--seed", type=int, default=0, help="seed of the sample")
     parser.add_argument("--every-test", action="store_true", help="run all tests of a group on each mutant (slow)")
+    parser.add_argument("--json", type=Path, help="file for the number of mutants and the survivors")
     options = parser.parse_args()
     os.environ |= {"OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "1"}
     os.chdir(ROOT)
     sys.path[:0] = [str(ROOT), str(ROOT / "tests")]
     sys.dont_write_bytecode = True
     load(PRELOADED)
-    start, tried, killed = time.monotonic(), 0, 0
+    start, tried, alive = time.monotonic(), 0, list[str]()
     for group in sorted(options.groups, key=list(GROUPS).index):
         n, survived = examine(group, options.sample, options.seed, options.every_test)
-        tried, killed = tried + n, killed + n - len(survived)
+        tried, alive = tried + n, alive + [place_of(mutant) for mutant in survived]
         print(f"{group}: {n - len(survived)} of {n} killed, {(n - len(survived)) / n:.0%}", flush=True)
+    killed = tried - len(alive)
+    if options.json:
+        options.json.write_text(json.dumps({"tried": tried, "survived": alive}), encoding="utf-8")
     print(f"{killed} of {tried} killed, {killed / tried:.0%}; {time.monotonic() - start:.0f} s, seed {options.seed}")
 
 

@@ -33,6 +33,8 @@ class Command(SweepStudy):
     """Run the conformance suite of all roles, geometries, laws and policies instead, including --entry."""
     seeds: Annotated[int, arg(metavar="N")] = 0
     """With --conformance: examine a sample of about a thousand checks at other places, for each of N seeds."""
+    first_seed: Annotated[int, arg(metavar="SEED")] = 1
+    """With --seeds: the first of the N seeds; the others follow it."""
     entry: bool = False
     """Measure the penetration of hard and soft fixtures in the full simulation instead (about two minutes)."""
 
@@ -45,7 +47,7 @@ class Command(SweepStudy):
         from palpate.studies.guidance.conformance import conform, conformance_words, entered, entry_words
 
         if self.conformance:
-            judged = conform(self.sweeper(console), self.seeds)
+            judged = conform(self.sweeper(console), self.seeds, self.first_seed)
             return Findings({"conformance": judged}, lambda _: [], conformance_words(judged))
         if self.entry:
             penetration = entered(self.sweeper(console))
