@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
 
@@ -36,9 +36,10 @@ def came() -> bool:
     return _raised.is_set()
 
 
-def wait(event: threading.Event) -> None:
-    """Wait for an event. Raises KeyboardInterrupt if a signal ends the command before it."""
+def wait(event: threading.Event, look: Callable[[], None] = lambda: None) -> None:
+    """Wait for an event, and call `look` meanwhile. Raises KeyboardInterrupt if a signal ends the command before it."""
     while not event.wait(_PERIOD):
+        look()
         if came():
             raise KeyboardInterrupt
 

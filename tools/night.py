@@ -239,8 +239,10 @@ def table(found: Sequence[dict[str, Any]]) -> str:
     return "\n".join([*lines, f"{whole} of {len(found)} judges ran whole; not run: {none}; fail: {failed}"])
 
 
-def night(chosen: Sequence[Judge], hours: float, journal: Path, result: Path) -> list[dict[str, Any]]:
-    """Run slices until all judges have ended or the time is over; the rows of the result."""
+def night(
+    chosen: Sequence[Judge], hours: float, journal: Path, result: Path, known: Sequence[Judge] = ()
+) -> list[dict[str, Any]]:
+    """Run slices until the chosen judges have ended or the time is over; the rows of the known ones."""
     journal.parent.mkdir(parents=True, exist_ok=True)
     slices, broken, end = read_journal(journal), dict[str, str](), time.monotonic() + 3600.0 * hours
     while time.monotonic() < end and (judge := next_judge(chosen, slices, set(broken))):
@@ -254,8 +256,10 @@ def night(chosen: Sequence[Judge], hours: float, journal: Path, result: Path) ->
         last = slices[-1]
         print(f"{judge.name}: {last.done:g} {judge.unit} in {last.seconds:.0f} s, {len(last.faults)} faults;"
               f" {share(judge, slices):.1%} of it have run", flush=True)  # fmt: skip
-        write(result, document(rows(chosen, slices, broken)))
-    return rows(chosen, slices, broken)
+        write(result, document(rows(known or chosen, slices, broken)))
+    found = rows(known or chosen, slices, broken)
+    write(result, document(found))
+    return found
 
 
 def write(path: Path, text: str) -> None:
@@ -283,8 +287,7 @@ def main() -> None:
     if unknown := set(options.judges) - {one.name for one in known}:
         sys.exit(f"night: there is no judge {', '.join(unknown)}. Judges: {', '.join(one.name for one in known)}")
     chosen = [one for one in known if not options.judges or one.name in options.judges]
-    night(chosen, 0.0 if options.list else options.hours, JOURNAL, RESULT)
-    found = rows(known, read_journal(JOURNAL), {})
+    found = night(chosen, 0.0 if options.list else options.hours, JOURNAL, RESULT, known)
     print(table(found))
     sys.exit(any(row["fails"] for row in found))
 

@@ -30,7 +30,7 @@ class Command:
 
     examples:
       palpate run palpation
-      palpate run soft_liver --headless --duration 5 --json run.json
+      palpate run nodule --headless --duration 5 --json run.json
       palpate run my.yaml --realtime --seed 7 --out /data/runs
       palpate run palpation --leader haply
 

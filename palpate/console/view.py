@@ -171,8 +171,12 @@ def _run_shown(
             return summary
         if not shown.stopped.is_set():
             session.set_recording(buttons.record.value)
+            session.limit_record(1e9 * session.scene.record.limit_GB)
+            if session.recording:
+                most = f"{session.scene.record.limit_GB:g} GB at most (record.limit_GB)"
+                say(console, f"all motion goes into a record of its own, of {most}; the box record ends it")
             session.start()
-            _wait(shown, console)
+            _wait(session, shown, buttons, console)
             if session.recording:
                 summary = replace(report(close(session)), interrupted=False)
         if shown.stopped.is_set() and summary.report is not None:
@@ -183,9 +187,21 @@ def _run_shown(
         shown.close()
 
 
-def _wait(shown: LiveViewer | PairsViewer, console: Console) -> None:
+def _wait(
+    session: Session | PairsSession, shown: LiveViewer | PairsViewer, buttons: RunButtons, console: Console
+) -> None:
+    """Wait until the viewer is stopped; a record that ends at its limit is told, and its box unticked."""
+
+    from palpate.viewer.controls import set_value
+
+    def look() -> None:
+        if buttons.record.value and not session.recording:
+            set_value(buttons.record, False)
+            size = f"{session.scene.record.limit_GB:g} GB"
+            say(console, f"the record has {size} and ends; the box record begins another one")
+
     try:
-        stop_signals.wait(shown.stopped)
+        stop_signals.wait(shown.stopped, look)
     except KeyboardInterrupt:
         say(console, "viewer closed")
 

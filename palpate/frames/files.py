@@ -43,6 +43,8 @@ class _Result(Section):
     """predicted rms error at each target [m]"""
     trusted: bool | None = None
     """False if the registration judged itself as wrong or ambiguous"""
+    accepted: str = ""
+    """why somebody uses it although it is not trusted"""
 
     @property
     def origin(self) -> str:
@@ -87,12 +89,14 @@ def edge(section: FrameSection, file: Callable[[str], Path] = Path) -> Edge:
     """
     name = f"X_{section.parent}_{section.child}"
     path = None if section.file is None else file(section.file)
-    found = _Result(pose=section.pose) if path is None else _result(path)
+    found = _Result(pose=section.pose) if path is None else _result(path, section.accept)
     X = _pose(found, name)
     given = (_covariance(section), _covariance(found))
     covariance = next((C for C in given if C is not None), None)
     kind: Literal["live", "measured", "known"] = "known"
     source = section.source or found.origin or section.file or ""
+    if found.trusted is False:
+        source += f"; not trusted, accepted: {section.accept or found.accepted}"
     if section.tracker is not None:
         kind, source = "live", section.source or f"tracker {section.tracker}"
     elif path is not None or covariance is not None:
@@ -133,7 +137,7 @@ def _covariance(given: FrameSection | _Result) -> Array | None:
     return isotropic(1e-3 * (given.sigma_mm or 0.0), float(np.radians(given.sigma_deg or 0.0)))
 
 
-def _result(path: Path) -> _Result:
+def _result(path: Path, accept: str = "") -> _Result:
     data = _content(path)
     try:
         found = _Result.model_validate(data)
@@ -146,9 +150,11 @@ def _result(path: Path) -> _Result:
     if (found.X is None) == (found.pose is None):
         what = "it holds neither X nor pose" if found.X is None else "it holds both X and pose"
         raise FrameError(what, where=str(path), mend="X: four rows of four numbers [m]; or pose with its unit")
-    if found.trusted is False:
+    if found.trusted is False and not (accept or found.accepted):
         what = "the registration marks its own result as not trusted"
-        raise FrameError(what, where=str(path), mend="register again; palpate register says what is missing")
+        raise FrameError(
+            what, where=str(path), mend="register again, or accept it by a reason: accept: REASON in the frame's entry"
+        )
     return found
 
 

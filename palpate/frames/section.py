@@ -82,6 +82,8 @@ class FrameSection(Section):
     """time of the measurement: 2026-11-22T10:15:00Z, or seconds since 1970"""
     source: str = ""
     """origin of the pose; the file's name when left out"""
+    accept: str = ""
+    """why a registration is used although its file marks it as not trusted; told wherever the frame's source is"""
     check: bool = False
     """true: a second path to child, compared with the first; it places nothing"""
     tracker: str | None = None

@@ -98,6 +98,11 @@ class Recorder:
             ) from error
         self._guard(lambda: self._begin(scene_yaml, seed, rate))
 
+    @property
+    def size(self) -> int:
+        """Size of the file so far [bytes]."""
+        return self.path.stat().st_size if self.path.exists() else 0
+
     def append(self, rows: NDArray[Any], snapshots: Sequence[Snapshot] = ()) -> None:
         """Record ticks: (n, TICK_DOUBLES) float64 or (n,) `TICK`, in order of time. Ignored after a failure.
 

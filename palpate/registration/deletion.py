@@ -19,6 +19,7 @@ class Linearised:
 
     residuals: Array  #: (N, d)
     J: Array  #: (N, d, p) derivatives of the prediction with respect to the p fitted parameters
+    uneven: bool = False  #: the errors may be larger along some axes than stated, and smaller along others
 
     def probabilities(self, known: bool) -> Array:
         """Probability (N,) of a residual at least as large as the one found, for each measurement, if it is right.
@@ -26,19 +27,38 @@ class Linearised:
         Leaving measurement i out, its squared Mahalanobis distance from the prediction by the others is
         ``d = r' (I - H)^-1 r`` with its diagonal block H of the hat matrix, and the others' sum of squares falls by d
         (Cook and Weisberg, Residuals and Influence in Regression, 1982). d follows chi-square, or F if s is unknown.
+        Uneven errors count as equal ones in fewer dimensions, by the second moment of d (Satterthwaite 1946).
         """
         from scipy.special import chdtrc, fdtrc
 
         n, size, parameters = self.J.shape
         information = np.einsum("nip,niq->pq", self.J, self.J)
-        H = self.J @ np.linalg.pinv(information) @ np.swapaxes(self.J, 1, 2)
-        free = np.eye(size) - H + 1e-12 * np.eye(size)
-        d = np.einsum("ni,nij,nj->n", self.residuals, np.linalg.inv(free), self.residuals)
+        gain = np.linalg.pinv(information) @ np.swapaxes(self.J, 1, 2)  # (N, p, d)
+        free = np.eye(size) - self.J @ gain + 1e-12 * np.eye(size)
+        without = np.linalg.solve(free, self.residuals[..., None])[..., 0]  # residual from the fit to the others
+        d = np.einsum("ni,ni->n", self.residuals, without)
+        k = self._dimensions(gain, without) if self.uneven else np.full(n, float(size))
         if known:
-            return np.asarray(chdtrc(size, d))
+            return np.asarray(chdtrc(k, d * k / size))
         freedom = (n - 1) * size - parameters
         rest = np.maximum(np.square(self.residuals).sum() - d, freedom * _ROUNDING**2)
-        return np.asarray(fdtrc(size, freedom, d / size / (rest / freedom)))
+        return np.asarray(fdtrc(k, freedom * k / size, d / size / (rest / freedom)))
+
+    def _dimensions(self, gain: Array, without: Array) -> Array:
+        """Number (N,) of dimensions, 1 to d, in which equal errors vary as much as those of the other measurements.
+
+        It is tr(S)^2 / tr(S^2) of their covariance S. Few residuals make it too small, hence the test careful; fewer
+        than three times d do not show their axes at all.
+        """
+        n, size, parameters = self.J.shape
+        if (n - 1) * size - parameters < 3 * size:
+            return np.full(n, float(size))
+        shifts = np.einsum("npd,nd->np", gain, without)  # of the parameters, when a measurement is left out
+        others = self.residuals[None] + np.einsum("jdp,ip->ijd", self.J, shifts)  # of j, when i is left out
+        others[np.arange(n), np.arange(n)] = 0.0
+        C = np.einsum("ijd,ije->ide", others, others)
+        trace = np.trace(C, axis1=1, axis2=2)
+        return np.clip(trace**2 / np.maximum(np.square(C).sum(axis=(1, 2)), 1e-300), 1.0, size)
 
 
 def deletions(

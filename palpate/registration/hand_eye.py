@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -174,20 +175,29 @@ def _check_together(X_BE: Array, X_CK: Array, mount: Mount) -> None:
     misfit = _misfit(X_BE, X_CK, mount)
     if misfit < _MISFIT:
         return
-    kinds = {
+    kinds: dict[str, Callable[[Array], Array]] = {
         "": lambda X: X,
         "have quaternions in the other order": reordered,
         "are inverted": inverse,
         "are in millimetres, a ratio of 1000 to metres": _from_mm,
     }
-    for (arm, read_arm), (camera, read_camera) in itertools.product(kinds.items(), kinds.items()):
-        if _misfit(read_arm(X_BE), read_camera(X_CK), mount) < min(_MISFIT, 0.2 * misfit):
-            faults = [f"the poses of the {name} {fault}" for name, fault in (("arm", arm), ("camera", camera)) if fault]
-            raise RegistrationError(
-                " and ".join(faults),
-                why="as given, no camera pose explains the views; read the other way, one does",
-                mend="name the quaternion's columns after their values; give tool in base and board in camera",
-            )
+    causes: dict[int, list[str]] = {}  # by number of misreadings
+    for (arm, read_arm), (board, read_board) in itertools.product(kinds.items(), kinds.items()):
+        if _misfit(read_arm(X_BE), read_board(X_CK), mount) < min(_MISFIT, 0.2 * misfit):
+            read = (("of the arm (tool in base)", arm), ("of the board (board in camera)", board))
+            faults = [f"the poses {name} {fault}" for name, fault in read if fault]
+            causes.setdefault(len(faults), []).append(" and ".join(faults))
+    other: Mount = "beside" if mount == "arm" else "arm"
+    if causes and _misfit(X_BE, X_CK, other) < _MISFIT:
+        causes.setdefault(1, []).append(
+            f"the camera is {'on' if other == 'arm' else 'beside'} the arm (--mount {other})"
+        )
+    if causes:
+        raise RegistrationError(
+            ", or ".join(causes[min(causes)]),
+            why="as given, no camera pose explains the views; read the other way, one does",
+            mend="name the quaternion's columns after their values; give tool in base and board in camera",
+        )
     raise RegistrationError(
         f"no camera pose explains the views: the median residual is {misfit:.0f} times that of a usual camera",
         why="the rows are not of the same instants, the mount is another, or the lengths are in another unit",

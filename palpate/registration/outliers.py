@@ -63,6 +63,6 @@ def find(pairs: Matched, known: bool, false_alarm: float = FALSE_ALARM) -> list[
         X = part.solve()
         L = np.linalg.inv(np.linalg.cholesky(part.S(X)))
         residuals = part.fixed - transform(X, part.moving)
-        return Linearised((L @ residuals[..., None])[..., 0], L @ jacobians(X, part.moving))
+        return Linearised((L @ residuals[..., None])[..., 0], L @ jacobians(X, part.moving), uneven=True)
 
     return deletions(len(pairs), 3, linearised, known, false_alarm)

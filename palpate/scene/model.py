@@ -248,6 +248,8 @@ class RecordSection(Section):
     """record every n-th tick: another way to say `rate`"""
     signals: tuple[str, ...] | None = None
     """names of the signals to record, such as F_H_L, besides the time; all of them when left out"""
+    limit_GB: Positive = 1.0
+    """size at which the record of the open viewer, which takes all motion after the run, ends [GB]"""
     frames: bool = True
     """true: the record also holds frames, arms and meshes, which Foxglove's 3-D panel shows"""
     report: bool = True

@@ -246,6 +246,11 @@ class PairsSession:
         """False: no new records are begun."""
         return next(iter(self.pairs.values())).recording
 
+    def limit_record(self, size: float) -> None:
+        """End the record of each pair at its share of a size, and begin no further one [bytes]."""
+        for session in self.pairs.values():
+            session.limit_record(size / len(self.pairs))
+
     def set_recording(self, on: bool) -> None:
         """End the present records, also while the pairs run; True begins new ones with the next tick."""
         for session in self.pairs.values():

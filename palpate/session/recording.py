@@ -42,6 +42,7 @@ class RecordedLoop:
         self._dropped = 0
         self._taken = 0  # ticks of all records
         self._lock = threading.RLock()  # only one thread at a time writes to the recorder
+        self._limit = float("inf")  # size at which a record ends [bytes]
         self.recording = self._out is not None  #: False: no new record is begun after the present one
         self.record: Path | None = None  #: file of the newest record
         me = weakref.proxy(self)  # what the session holds must not hold the session: it ends when it is collected
@@ -71,6 +72,10 @@ class RecordedLoop:
     def timing(self) -> Timing:
         """Compute time, lateness, slack and missed ticks of the loop (`Simulation.timing`)."""
         return self._loop.timing()
+
+    def limit_record(self, size: float) -> None:
+        """End each further record at a size, and begin no other one then [bytes]."""
+        self._limit = size
 
     def set_recording(self, on: bool) -> None:
         """End the present record, also while the session runs; True begins a new one with the next tick."""
@@ -105,6 +110,8 @@ class RecordedLoop:
                 self._recorder.append(ticks, self._snapshots.collect())
                 if self._recorder.failure and self._recorder.failure not in self.notes:
                     self.notes.append(self._recorder.failure)
+                if self._recorder.size > self._limit:
+                    self.set_recording(False)
 
     def _begin(self, realtime: bool) -> None:
         with self._lock:

@@ -146,3 +146,22 @@ def test_mistakes_in_a_file_of_poses_are_explained(palpate, arm, tmp_path, text,
     done = palpate("register", "pivot", "arm.csv")
     assert done.code == 2
     assert message in done.err
+
+
+def test_a_surface_that_is_not_trusted_is_written_by_a_reason_alone(palpate, tmp_path):
+    """A patch of a plane slides on the plane; whoever takes its pose all the same signs for it."""
+    rng = np.random.default_rng(2)
+    plane = np.column_stack([rng.uniform(-0.1, 0.1, (6000, 2)), np.zeros(6000)])
+    np.save(tmp_path / "plane.npy", plane)
+    np.save(tmp_path / "patch.npy", plane[np.abs(plane[:, :2]).max(axis=1) < 0.04] + rng.normal(scale=1e-4, size=3))
+    command = ("register", "surface", "patch.npy", "plane.npy", "--start-identity", "--out", "X.yaml")
+    refused = palpate(*command)
+    assert refused.code == 1
+    assert "not trusted" in refused.out
+    assert not (tmp_path / "X.yaml").exists()
+    taken = palpate(*command, "--accept", "a test of the plane, A. M.")
+    assert taken.code == 0, taken.err
+    assert "in spite of this: a test of the plane, A. M." in " ".join(taken.out.split())
+    kept = yaml.safe_load((tmp_path / "X.yaml").read_text())
+    assert (kept["trusted"], kept["accepted"]) == (False, "a test of the plane, A. M.")
+    assert kept["doubts"]

@@ -152,6 +152,17 @@ def test_a_wrong_result_file_is_refused_by_name(tmp_path, content, message):
     assert str(path) in str(error.value)
 
 
+@pytest.mark.parametrize(
+    ("section", "content"),
+    [({"accept": "a phantom, A. M."}, {}), ({}, {"accepted": "a phantom, A. M."})],
+)
+def test_a_result_that_is_not_trusted_is_used_by_a_written_reason_which_is_told(tmp_path, section, content):
+    path = write(tmp_path / "r.yaml", {"X": X.tolist(), "trusted": False, "method": "surface", **content})
+    edge = files.edge(FrameSection(child="a", file=str(path), **section))
+    assert pytest.approx(X) == edge.X
+    assert edge.source == "surface; not trusted, accepted: a phantom, A. M."
+
+
 def test_a_missing_result_file_is_refused():
     with pytest.raises(FrameError, match="not found"):
         files.edge(FrameSection(child="a", file="nowhere.yaml"))

@@ -104,16 +104,30 @@ def parallel(X):
     return X
 
 
+#: Three causes give the same views: no figure tells them apart, so that all are named.
+INVERTED = (
+    r"poses of the board \(board in camera\) are inverted, or the poses of the arm \(tool in base\) are inverted, "
+    r"or the camera is beside the arm \(--mount beside\)"
+)
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         (lambda A, C: (A[:2], C[:2]), "at least 4"),
         (lambda A, C: (A, C[:-1]), "one view per pose"),
         (lambda A, C: (parallel(A), C), r"add two poses turned by 30 deg or more about \("),
-        (lambda A, C: (A, np.linalg.inv(C)), "poses of the camera are inverted"),
-        (lambda A, C: (A, reordered(reordered(reordered(C)))), "camera have quaternions in the other order"),
-        (lambda A, C: (A, in_mm(C)), "camera are in millimetres"),
-        (lambda A, C: (in_mm(A), in_mm(C)), "arm are in millimetres.* and the poses of the camera are in millimetres"),
+        (lambda A, C: (A, np.linalg.inv(C)), INVERTED),
+        (lambda A, C: (np.linalg.inv(A), C), INVERTED),
+        (
+            lambda A, C: (A, reordered(reordered(reordered(C)))),
+            r"of the board \(board in camera\) have quaternions in the other order",
+        ),
+        (lambda A, C: (A, in_mm(C)), r"board \(board in camera\) are in millimetres"),
+        (
+            lambda A, C: (in_mm(A), in_mm(C)),
+            r"arm \(tool in base\) are in millimetres.* and the poses of the board .* are in millimetres",
+        ),
         (lambda A, C: (A, C[::-1]), "not of the same instants"),
         (lambda A, C: (A, C * [1, 1, -1, 1]), "left-handed"),
         (lambda A, C: (1.1 * A, C), "not rigid"),
@@ -123,6 +137,15 @@ def test_bad_views_are_refused(change, message):
     X_BE, X_CK, *_ = views(np.random.default_rng(3), "arm")
     with pytest.raises(RegistrationError, match=message):
         registration.handeye(*change(X_BE, X_CK))
+
+
+def test_a_camera_that_is_mounted_the_other_way_is_one_of_three_causes():
+    X_BE, X_CK, *_ = views(np.random.default_rng(3), "beside")
+    with pytest.raises(RegistrationError, match=r"or the camera is beside the arm \(--mount beside\)"):
+        registration.handeye(X_BE, X_CK, "arm")
+    X_BE, X_CK, *_ = views(np.random.default_rng(3), "arm")
+    with pytest.raises(RegistrationError, match=r"or the camera is on the arm \(--mount arm\)"):
+        registration.handeye(X_BE, X_CK, "beside")
 
 
 def test_other_mount_is_refused():

@@ -259,3 +259,24 @@ def test_running_session_stops_at_the_end_of_python(tmp_path):
     done = subprocess.run([sys.executable, "-c", AT_EXIT, path], capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
     assert done.stdout.split() == ["False", "False", "True"]
+
+
+def test_a_record_ends_at_its_limit_complete_and_the_next_begins_by_request(tmp_path):
+    """What an open viewer records has a limit."""
+    session = palpate.Session(scene(), out=tmp_path)
+    session.step(1)
+    first = session.record
+    assert first is not None
+    session.limit_record(1e6)
+    steps = 0
+    while session.recording and steps < 100:
+        session.step(100)
+        steps += 1
+    assert not session.recording
+    assert 1e6 < first.stat().st_size < 2e6
+    assert len(Record.open(first).ticks) == 1 + 100 * steps
+    session.step(100)
+    assert session.record is None
+    session.set_recording(True)
+    session.step(1)
+    assert session.record not in (None, first)

@@ -75,7 +75,7 @@ class Register:
         write_json(self.json, values)
 
 
-_KEPT = ("X", "p_TQ", "covariance", "fre", "fle", "tre", "targets", "outliers", "trusted")
+_KEPT = ("X", "p_TQ", "covariance", "fre", "fle", "tre", "targets", "outliers", "trusted", "doubts", "accepted")
 
 
 def values_of(method: str, result: object, names: Sequence[str] = ()) -> dict[str, Any]:

@@ -19,8 +19,10 @@ class Command(_common.Register):
     examples:
       palpate register surface camera.pcd liver.stl --fixed-unit mm --out X_OC.yaml
       palpate register surface second.pcd first.pcd --voxel 0.02 --overlap 0.6 --start-identity
+      palpate register surface phantom.pcd phantom.stl --out X.yaml --accept "training on a phantom, A. Meyer"
 
-    Clouds: .csv, .npy, .pcd; surfaces also .stl, .ply, .obj. Returns 1 and writes no pose if the answer is not trusted.
+    Clouds: .csv, .npy, .pcd; surfaces also .stl, .ply, .obj. Returns 1 and writes no pose if the answer is not trusted
+    and not accepted by a reason.
     """
 
     moving: Positional[Path]
@@ -39,6 +41,8 @@ class Command(_common.Register):
     """Standard deviation of distances along the normal [m]; default: estimated from the clouds."""
     voxel: float | None = None
     """Average both clouds over cells of this size first [m]."""
+    accept: Annotated[str, arg(metavar="REASON")] = ""
+    """Write the pose although it is not trusted; the reason is kept in its file with the doubts."""
     fixed_unit: Literal["m", "mm"] | None = None
     """Unit of the surface; default: --unit."""
 
@@ -65,9 +69,13 @@ class Command(_common.Register):
             f"{100 * found.explained:.0f} % of {len(clouds[0])} points lie on the surface, {1e3 * found.fre:.2f} mm rms"
             f"; noise of the clouds {1e3 * found.fle:.2f} mm",
         ]  # fmt: skip
-        if not found.trusted:
+        if self.accept and not found.trusted:
+            values["accepted"] = self.accept
+        elif not found.trusted:
             self.out = None
         self.finish(console, lines, values, (self.moving, self.fixed))
         for doubt in found.doubts:
             say(console, doubt, "not trusted:", "red")
-        return int(not found.trusted)
+        if "accepted" in values:
+            say(console, f"in spite of this: {self.accept}", "accepted:", "yellow")
+        return int(not found.trusted and "accepted" not in values)
