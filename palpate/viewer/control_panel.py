@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -71,13 +72,16 @@ class ControlPanel:
         X_WL = self._stage.leader.X_WA
         self.ball.position = X_WL[:3, :3] @ tick["p_hand_L"] + X_WL[:3, 3]
 
-    def resize_ball(self, server: viser.ViserServer) -> None:
-        """Keeps the ball at least `BALL_PIXELS` wide in every browser."""
+    def resize_ball(self, server: viser.ViserServer, scale: Callable[[int], float] = lambda _: 1.0) -> None:
+        """Keeps the ball at least `BALL_PIXELS` wide in every browser.
+
+        scale: pixels drawn for a pixel of the window, by the number of a client.
+        """
         radius = BALL
-        for client in server.get_clients().values():
+        for number, client in server.get_clients().items():
             camera = client.camera
             away = float(np.linalg.norm(np.asarray(camera.position) - self.ball.position))
-            metres_per_pixel = 2.0 * away * np.tan(0.5 * camera.fov) / max(camera.image_height, 1)
+            metres_per_pixel = 2.0 * away * np.tan(0.5 * camera.fov) / max(camera.image_height / scale(number), 1.0)
             radius = max(radius, 0.5 * BALL_PIXELS * metres_per_pixel)
         if abs(radius - self.ball.radius) > 0.05 * self.ball.radius:
             self.ball.radius = min(radius, 4.0 * BALL)

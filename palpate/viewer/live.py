@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from functools import partial
 
 import numpy as np
 import viser
@@ -29,10 +30,8 @@ from palpate.viewer.surgeon import SurgeonView
 
 FRAME_RATE = 30.0
 """Update rate of poses and arrows [Hz]."""
-NARROW = 1000
+NARROW = 1500
 """Width of a window below which the panels are narrow [pixels]."""
-PANELS, NARROW_PANELS = 600, 390
-"""Width of both panels [pixels]."""
 FRAMES_PER_READOUT, FRAMES_PER_PLOT = 3, 6
 """Frames between two updates of the read-outs (10 Hz) and of the plots (5 Hz)."""
 LIGHT_SLOWER = 2
@@ -68,7 +67,7 @@ class LiveViewer:
         """
         self._source, self._stage = source, stage
         self._server = open_server(host, port, stage.title) if server is None else server
-        views.start_with(self._server, views.overview(stage))
+        views.Framing(self._server, partial(views.overview, stage))
         self.url = url(self._server)
         self.picture = Picture(self._server)
         self._drawing = Drawing(self.picture.scene, stage)
@@ -119,7 +118,6 @@ class LiveViewer:
         wide = client.camera.image_width > NARROW
         self._gauges.panel.set_width(320 if wide else 195)
         self._server.gui.main_panel.set_width(280 if wide else 195)
-        views.look(client, views.overview(self._stage, views.picture(client, PANELS if wide else NARROW_PANELS)))
 
     def _run(self) -> None:
         due = time.perf_counter()
@@ -142,7 +140,7 @@ class LiveViewer:
             if self._clouds is not None:
                 self._clouds.show(float(tick["t"]))
             self.control_panel.show(tick)
-            self.control_panel.resize_ball(self._server)
+            self.control_panel.resize_ball(self._server, self.picture.scale)
             self._gauges.add(tick)
             slower = LIGHT_SLOWER if self.picture.light else 1
             if frame % (slower * FRAMES_PER_READOUT) == 0:

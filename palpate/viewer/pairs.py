@@ -133,7 +133,7 @@ class PairsViewer:
         first = next(iter(stages.values()))
         every = [stage.seen if len(stage.seen) else stage.focus[None] for stage in stages.values()]
         self._seen = np.concatenate(every)
-        views.start_with(self._server, self._view(0.8))
+        views.Framing(self._server, partial(views.overview_of, self._seen))
         colors = dict(zip(stages, COLORS, strict=False))
         self.picture = Picture(self._server)
         self.drawings = {
@@ -162,7 +162,6 @@ class PairsViewer:
             self.run.pause.on_update(lambda _: self._pause())
         gui.main_panel.dock_right()
         gui.main_panel.set_width(240)
-        self._server.on_client_connect(self._look)
         self.stopped = self.run.stopped
         self.frames = 0  #: number of updates sent
         self._stop = threading.Event()
@@ -183,12 +182,6 @@ class PairsViewer:
 
     def _ticks(self) -> list[Ticks]:
         return [source.latest() for source in self._sources.values()]
-
-    def _view(self, aspect: float) -> views.View:
-        return views.overview_of(self._seen, aspect)
-
-    def _look(self, client: viser.ClientHandle) -> None:
-        views.look(client, self._view(views.picture(client, 560)))
 
     def _run(self) -> None:
         due = time.perf_counter()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Mapping
+from functools import partial
 from typing import Any, cast
 
 import numpy as np
@@ -47,10 +48,8 @@ class PairsReplayViewer:
         colors = dict(zip(stages, COLORS, strict=False))
         self._server = open_server(host, port, title)
         self.url = url(self._server)
-        views.start_with(
-            self._server,
-            views.overview_of(np.concatenate([s.seen if len(s.seen) else s.focus[None] for s in stages.values()]), 0.8),
-        )
+        seen = np.concatenate([s.seen if len(s.seen) else s.focus[None] for s in stages.values()])
+        views.Framing(self._server, partial(views.overview_of, seen))
         first = next(iter(stages))
         self.picture = Picture(self._server)
         self.drawings = {

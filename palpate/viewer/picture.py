@@ -40,6 +40,7 @@ class Browser:
     fps: float = 0.0  # frames drawn per second while something moves
     width: int = 0  # of the drawn picture [pixels]
     height: int = 0
+    scale: float = 1.0  # pixels drawn for a pixel of the window
 
 
 def read(report: str) -> Browser | None:
@@ -49,6 +50,7 @@ def read(report: str) -> Browser | None:
         return Browser(
             str(found["renderer"]), bool(found["software"]), bool(found["slow"]),
             float(found["fps"]), int(found["width"]), int(found["height"]),
+            min(max(float(found.get("scale", 1.0)), 0.1), 10.0),
         )  # fmt: skip
     except (ValueError, KeyError, TypeError, OverflowError):
         return None
@@ -94,6 +96,10 @@ class Picture:
         self._t, self._same = t, self._same + 1 if t == self._t else 0
         if self.still != before:
             self._follow()
+
+    def scale(self, client: int) -> float:
+        """Pixels that a browser draws for a pixel of its window; 1 before it has reported."""
+        return self.browsers.get(client, Browser()).scale
 
     @property
     def still(self) -> bool:

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import threading
 import time
+from functools import partial
 
 import numpy as np
-import viser
 
 from palpate.record.ticks import Ticks
 from palpate.viewer import views
@@ -21,8 +21,6 @@ from palpate.viewer.stage import Stage
 from palpate.viewer.surgeon import SurgeonView
 from palpate.viewer.words import end_of_run
 
-PANELS = 620
-"""Width of the panels beside the picture [pixels]."""
 FRAME_RATE = 30.0
 """Update rate of the view [Hz]."""
 SPEEDS = {"x 0.1": 0.1, "x 0.25": 0.25, "x 1": 1.0, "x 2": 2.0}
@@ -35,8 +33,7 @@ class ReplayViewer:
         """Opens the server and starts playing. ticks: (n,), n >= 1. Raises PortError when the port cannot be used."""
         self._ticks, self._times = ticks, np.asarray(ticks["t"])
         self._server = open_server(host, port, stage.title)
-        views.start_with(self._server, views.overview(stage))
-        self._server.on_client_connect(lambda client: views.look(client, views.overview(stage, self._aspect(client))))
+        views.Framing(self._server, partial(views.overview, stage))
         self.url = url(self._server)
         self.picture = Picture(self._server)
         self._drawing = Drawing(self.picture.scene, stage)
@@ -76,11 +73,6 @@ class ReplayViewer:
             self.surgeon.close()
         self._thread.join(timeout=2.0)
         close_server(self._server)
-
-    @staticmethod
-    def _aspect(client: viser.ClientHandle) -> float:
-        """Width over height of the picture beside the panel."""
-        return views.picture(client, PANELS)
 
     def _dragged(self, event: object) -> None:
         """Stops playing when a user moves the slider; the player's own updates carry no client."""

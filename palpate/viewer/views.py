@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import viser
 
@@ -19,12 +21,14 @@ GLASS = 0.5
 FIELD_OF_VIEW = np.radians(42.0)
 _FILLED = 0.86
 """Share of the picture that the overview fills [-]; the rest is a margin."""
+_FIRST = 0.8  # width over height of a picture before a browser tells it
+_SAME_SHAPE, _UNMOVED = 0.02, 1e-3  # share of width over height; motion of a camera that nobody moved [m]
 _CORNERS = np.array([[x, y, z] for x in (-1, 1) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
 FROM_ABOVE_IN_FRONT = np.array([-0.10, -1.15, 0.50])
 """Direction of the camera from the middle: on the surgeon's side."""
 
 
-def overview(stage: Stage, aspect: float = 0.8) -> View:
+def overview(stage: Stage, aspect: float = _FIRST) -> View:
     """View that is filled by the objects, the instrument's tip and the ball to drag.
 
     aspect: width over height of the picture between the panels.
@@ -47,16 +51,55 @@ def overview_of(p: Array, aspect: float) -> View:
     return look_at + away * back, look_at
 
 
-def picture(client: viser.ClientHandle, panels: float) -> float:
-    """Width over height of a browser's picture beside panels of a width [pixels]."""
-    camera = client.camera
-    return max(camera.image_width - panels, 200.0) / max(camera.image_height, 1)
+def picture(client: viser.ClientHandle) -> float:
+    """Width over height of a browser's picture, which lies between the panels."""
+    return max(client.camera.image_width, 1) / max(client.camera.image_height, 1)
 
 
 def look(client: viser.ClientHandle, view: View) -> None:
     """Moves the camera of a browser."""
     with client.atomic():
         client.camera.position, client.camera.look_at = view
+
+
+class Framing:
+    """Fills the picture of each browser with the overview, until its user moves the camera.
+
+    A browser states the size of its picture when it connects, and another one when the panels have taken their place
+    beside it.
+
+    Args:
+        server: the server of the page.
+        view: the overview for a width over height of the picture.
+    """
+
+    def __init__(self, server: viser.ViserServer, view: Callable[[float], View]) -> None:
+        self._view = view
+        self._given: dict[int, tuple[float, Array]] = {}  # of each browser: width over height, position of the camera
+        start_with(server, view(_FIRST))
+        server.on_client_connect(self._begin)
+        server.on_client_disconnect(lambda client: self._given.pop(client.client_id, None))
+        for client in server.get_clients().values():
+            self._begin(client)
+
+    def _begin(self, client: viser.ClientHandle) -> None:
+        self._look(client)
+        client.camera.on_update(lambda _: self.follow(client))
+
+    def _look(self, client: viser.ClientHandle) -> None:
+        aspect = picture(client)
+        view = self._view(aspect)
+        self._given[client.client_id] = aspect, view[0]
+        look(client, view)
+
+    def follow(self, client: viser.ClientHandle) -> None:
+        """Fit the overview again if the picture has another shape now and the user has left the camera as it was."""
+        aspect, given = self._given.get(client.client_id, (0.0, np.zeros(3)))
+        if not aspect or abs(picture(client) / aspect - 1.0) < _SAME_SHAPE:
+            return
+        at = np.asarray(client.camera.position)
+        if min(float(np.linalg.norm(at - p)) for p in (given, self._view(_FIRST)[0])) < _UNMOVED:
+            self._look(client)
 
 
 def close_up(p_WT: Array) -> View:
@@ -99,7 +142,7 @@ def add_buttons(server: viser.ViserServer, stage: Stage, drawing: Drawing) -> In
     @buttons.on_click
     def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
         near = event.target.value == "tool tip"
-        aspect = 0.8 if event.client is None else picture(event.client, 0.0)
+        aspect = _FIRST if event.client is None else picture(event.client)
         view = close_up(drawing.p_WT) if near else overview(stage, aspect)
         set_value(glass, GLASS if near or inside else 0.0)
         drawing.see_through(glass.value)

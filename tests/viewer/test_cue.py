@@ -1,6 +1,8 @@
 """The cue of force for devices without force, the placement of names, and the view that shows everything."""
 
+import contextlib
 from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 from unittest.mock import MagicMock
 
@@ -10,11 +12,11 @@ from fake_session import FakeSession, stage
 from viser.transforms import SO3
 
 from palpate.scene import Scene
-from palpate.viewer.control_panel import BALL, ControlPanel
+from palpate.viewer.control_panel import BALL, BALL_PIXELS, ControlPanel
 from palpate.viewer.cue import LARGEST, ForceCue
 from palpate.viewer.drawing import Drawing
 from palpate.viewer.labels import Eye, arrange
-from palpate.viewer.views import FIELD_OF_VIEW, overview
+from palpate.viewer.views import FIELD_OF_VIEW, Framing, overview
 
 
 def pressed_tick():
@@ -120,3 +122,53 @@ def test_ball_is_at_least_60_pixels_wide_in_the_overview():
         panel.resize_ball(MagicMock(**{"get_clients.return_value": {0: SimpleNamespace(camera=camera)}}))
         away = np.linalg.norm(eye - panel.ball.position)
         assert height * panel.ball.radius / (away * np.tan(0.5 * FIELD_OF_VIEW)) >= 60.0
+
+
+def test_ball_is_as_wide_in_the_window_where_the_browser_draws_fewer_pixels():
+    """A browser that draws half of the pixels showed the ball twice as wide, over handle and arrows."""
+    panel = ControlPanel.__new__(ControlPanel)
+    radii = []
+    for scale in (1.0, 0.5):
+        camera = MagicMock(position=np.array([0.0, -1.0, 0.0]), fov=FIELD_OF_VIEW, image_height=800 * scale)
+        panel.ball = SimpleNamespace(position=np.zeros(3), radius=BALL)
+        server = MagicMock(**{"get_clients.return_value": {3: SimpleNamespace(camera=camera)}})
+        panel.resize_ball(server, {3: scale}.__getitem__)
+        radii.append(panel.ball.radius)
+    assert radii[0] == pytest.approx(radii[1])
+    assert 800 * radii[0] / np.tan(0.5 * FIELD_OF_VIEW) == pytest.approx(BALL_PIXELS)
+
+
+class Window:
+    """A browser whose picture has a size and a camera."""
+
+    def __init__(self, size, position):
+        self.client_id, self.atomic = 5, contextlib.nullcontext
+        self.camera = SimpleNamespace(image_width=size[0], image_height=size[1], position=position, look_at=None)
+        self.camera.on_update = lambda call: setattr(self, "updated", call)
+
+    def become(self, *size):
+        self.camera.image_width, self.camera.image_height = size
+        self.updated(None)
+
+
+def test_overview_fills_the_picture_that_the_panels_leave_until_the_user_moves_the_camera():
+    scene = stage()
+    server = MagicMock(**{"get_clients.return_value": {}})
+    Framing(server, partial(overview, scene))
+    first = overview(scene)[0]
+    np.testing.assert_allclose(server.initial_camera.position, first)
+    window = Window((640, 400), first)
+    server.on_client_connect.call_args[0][0](window)
+    np.testing.assert_allclose(window.camera.position, overview(scene, 1.6)[0])
+    window.become(441, 400)  # the panels are in their places
+    np.testing.assert_allclose(window.camera.position, overview(scene, 441 / 400)[0])
+    window.become(882, 800)  # the same shape, drawn sharp
+    np.testing.assert_allclose(window.camera.position, overview(scene, 441 / 400)[0])
+    mine = window.camera.position = np.array([1.0, 2.0, 3.0])
+    window.become(400, 800)
+    np.testing.assert_array_equal(window.camera.position, mine)
+    late = Window((640, 400), first)
+    server.on_client_connect.call_args[0][0](late)
+    late.camera.position = first  # its first message left before ours arrived
+    late.become(441, 400)
+    np.testing.assert_allclose(late.camera.position, overview(scene, 441 / 400)[0])
