@@ -35,7 +35,8 @@ class Linearised:
         information = np.einsum("nip,niq->pq", self.J, self.J)
         gain = np.linalg.pinv(information) @ np.swapaxes(self.J, 1, 2)  # (N, p, d)
         free = np.eye(size) - self.J @ gain + 1e-12 * np.eye(size)
-        without = np.linalg.solve(free, self.residuals[..., None])[..., 0]  # residual from the fit to the others
+        solved = np.linalg.solve(free, self.residuals[..., None])[..., 0]
+        without = np.asarray(solved, dtype=np.float64)  # residuals from the fit to the others
         d = np.einsum("ni,ni->n", self.residuals, without)
         k = self._dimensions(gain, without) if self.uneven else np.full(n, float(size))
         if known:
@@ -58,7 +59,8 @@ class Linearised:
         others[np.arange(n), np.arange(n)] = 0.0
         C = np.einsum("ijd,ije->ide", others, others)
         trace = np.trace(C, axis1=1, axis2=2)
-        return np.clip(trace**2 / np.maximum(np.square(C).sum(axis=(1, 2)), 1e-300), 1.0, size)
+        dimensions: Array = np.clip(trace**2 / np.maximum(np.square(C).sum(axis=(1, 2)), 1e-300), 1.0, size)
+        return dimensions
 
 
 def deletions(

@@ -78,13 +78,16 @@ class Framing:
         self._given: dict[int, tuple[float, Array]] = {}  # of each browser: width over height, position of the camera
         start_with(server, view(_FIRST))
         server.on_client_connect(self._begin)
-        server.on_client_disconnect(lambda client: self._given.pop(client.client_id, None))
+        server.on_client_disconnect(self._left)
         for client in server.get_clients().values():
             self._begin(client)
 
     def _begin(self, client: viser.ClientHandle) -> None:
         self._look(client)
         client.camera.on_update(lambda _: self.follow(client))
+
+    def _left(self, client: viser.ClientHandle) -> None:
+        self._given.pop(client.client_id, None)
 
     def _look(self, client: viser.ClientHandle) -> None:
         aspect = picture(client)
