@@ -148,6 +148,22 @@ class Scene(Section):
         return cls.parse(text.read(file), str(file), trust)
 
     @classmethod
+    def of(cls, given: Scene | dict[str, Any] | str | os.PathLike[str]) -> Scene:
+        """The scene that is given as itself, as its values, as its file, or as the name of a shipped scene.
+
+        Raises:
+            SceneError: it is neither, or an invalid one.
+        """
+        if isinstance(given, Scene):
+            return given
+        if isinstance(given, dict):
+            return cls.model_validate(given)
+        if isinstance(given, (str, os.PathLike)):
+            return cls.load(given)
+        what = f"{given!r} is no scene"
+        raise SceneError(what, mend="give palpate.Scene.load(FILE), the path of a file, or a dictionary of its values")
+
+    @classmethod
     def parse(cls, source: str, name: str = "scene.yaml", trust: bool = False) -> Scene:
         """Parse YAML text. ``name`` is the path of the file; relative paths in the scene start at its folder.
 

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -53,7 +54,13 @@ class PairsSession:
         SceneError, MeshError: the scene cannot run. OutputError: `out` cannot be written.
     """
 
-    def __init__(self, scene: Scene, out: str | os.PathLike[str] | None = None, seed: int | None = None) -> None:
+    def __init__(
+        self,
+        scene: Scene | dict[str, Any] | str | os.PathLike[str],
+        out: str | os.PathLike[str] | None = None,
+        seed: int | None = None,
+    ) -> None:
+        scene = Scene.of(scene)
         self.scene, self.seed = scene, scene.seed if seed is None else seed
         self._out = None if out is None else Path(out)
         if self._out is not None:

@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +34,7 @@ class Session(LiveSession):
         summary = session.run(10.0)
 
     Args:
-        scene: the scene to run.
+        scene: the scene to run; its values as a dictionary, the path of its file, or the name of a shipped one.
         out: folder for records, in which each run gets its own folder; None: nothing is recorded.
         seed: seed of all random numbers; the scene's when left out.
         clouds: sources of the objects that are clouds of a sensor, by name: a ``CloudSource``, or an iterable of
@@ -46,12 +47,13 @@ class Session(LiveSession):
 
     def __init__(
         self,
-        scene: Scene,
+        scene: Scene | dict[str, Any] | str | os.PathLike[str],
         out: str | os.PathLike[str] | None = None,
         seed: int | None = None,
         clouds: Clouds | None = None,
         rig: Rig | None = None,
     ) -> None:
+        scene = Scene.of(scene)
         if scene.arms.leader.driver is not None:
             raise PalpateError(
                 f"this scene is felt on a device: driver {scene.arms.leader.driver}",

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import palpate
-from palpate.errors import OutputError, PalpateError
+from palpate.errors import OutputError, PalpateError, SceneError
 from palpate.record import Record
 from palpate.scene import Scene
 from palpate.session.recorded import recorded_scene
@@ -280,3 +280,16 @@ def test_a_record_ends_at_its_limit_complete_and_the_next_begins_by_request(tmp_
     session.set_recording(True)
     session.step(1)
     assert session.record not in (None, first)
+
+
+def test_a_session_takes_a_scene_its_values_its_file_or_its_name(tmp_path):
+    values = {"objects": [{"shape": "organ", "triangles": 3000, "stiffness": 400}]}
+    (tmp_path / "mine.yaml").write_text(SOFT)
+    ticks = [palpate.Session(given).step(20).tick for given in (Scene.model_validate(values), values)]
+    np.testing.assert_array_equal(ticks[0]["q"], ticks[1]["q"])
+    assert palpate.Session(tmp_path / "mine.yaml").scene.objects[0].shape == "organ"
+    assert palpate.Session("palpation").scene.title == "palpation"
+    with pytest.raises(SceneError, match=r"an? int is no scene.*palpate\.Scene\.load"):
+        palpate.Session(3)
+    with pytest.raises(SceneError, match="stiffness"):
+        palpate.Session({"objects": [{"shape": "organ", "stiffness": -1}]})
