@@ -51,6 +51,17 @@ bool positive(const Mat6& P) noexcept {
   return true;
 }
 
+/// The second derivative P^T M P of the distance, for a goal that some rows may only turn: it is the nearest one among
+/// all orientations at its position, and among all positions, but not among all poses.
+Mat6 second_order_by_parts(const Mat6& P, const Mat6& M) noexcept {
+  Mat6 S = Mat6::Zero();
+  for (const int k : {0, 3}) {
+    const Mat3 part = P.block<3, 3>(k, k);
+    S.block<3, 3>(k, k) = part.transpose() * M.block<3, 3>(k, k) * part;
+  }
+  return S;
+}
+
 Wrench physical(const Vec6& row) noexcept { return {row.head<3>(), kLength * row.tail<3>()}; }
 
 }  // namespace
@@ -84,8 +95,10 @@ bool CorrectionMap::try_solve(const Vec6& y, bool curved) noexcept {
   const int n = 6 + rows_;
   Eigen::Matrix<double, kUnknowns, kUnknowns> A = Eigen::Matrix<double, kUnknowns, kUnknowns>::Zero();
   Eigen::Matrix<double, kUnknowns, 6> B = Eigen::Matrix<double, kUnknowns, 6>::Zero();
+  bool turns_only = false;  // a row with a target that depends on the position, which it does not change
   for (int r = 0; r < rows_; ++r) {
     const ActiveRow& row = row_[to_index(r)];
+    turns_only |= curved && row.a.head<3>().isZero(0.0) && !row.g.head<3>().isZero(0.0);
     if (curved) M -= row.lambda * row.H;
     A.block<6, 1>(0, 6 + r) = -row.a;
     A.block<1, 6>(6 + r, 0) = (curved ? row.g : row.a).transpose();
@@ -95,7 +108,8 @@ bool CorrectionMap::try_solve(const Vec6& y, bool curved) noexcept {
   B.topRows<6>() = N;
   if (!eliminate(A, B, n)) return false;
   const Mat6 P = B.topRows<6>();
-  if (!P.allFinite() || !(P.norm() < kMostGain) || !positive(P.transpose() * M * P)) return false;
+  if (!P.allFinite() || !(P.norm() < kMostGain)) return false;
+  if (!positive(turns_only ? second_order_by_parts(P, M) : Mat6(P.transpose() * M * P))) return false;
   P_ = P;
   dl_.setZero();
   dl_.topRows(rows_) = B.middleRows(6, rows_);

@@ -98,8 +98,17 @@ def swings(found: Result) -> list[str]:
     ]  # fmt: skip
 
 
+def loops(found: Result) -> list[str]:
+    """The campaign of random loops: its size, and the kinds that fail."""
+    counts = found["counts"]
+    failed = {kind.removesuffix(": failed"): n for kind, n in counts.items() if kind.endswith(": failed")}
+    size = f"In {found['runs']:,} scenes {counts['loops']:,} loops were run"
+    return [size, f"{sum(failed.values()):,} failed", *(f"| `{k}` | {n} of {counts[k]:,} |" for k, n in failed.items())]
+
+
 TIES = [
     Tie("oscillation.md", "swings", (swings,)),
+    Tie("verification.md", "loops", (loops,)),
     Tie("stability-study.md", "extract", (extracted,)),
     Tie("certificate.md", "certificate", (certificate_devices, certificate_arms)),
     Tie("stability-study.md", "passivity", (passivity_rows, passivity_text, passivity_changes, passivity_delays)),
