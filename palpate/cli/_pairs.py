@@ -65,12 +65,15 @@ def run_pairs(command: Options, scene: Scene, viewer: bool) -> int:
 
 def _session(command: Options, scene: Scene, say_progress: Callable[[str], None]) -> PairsSession:
     from palpate.certificate.scene import warn_outside
+    from palpate.scene import doubts
     from palpate.session import PairsSession
 
     say_progress("reading surfaces, placing arms and planning the paths")
     session = PairsSession(scene, out=command.out or Path(scene.record.folder), seed=command.seed)
     say_progress("computing the stability certificates")
-    for rig in session.rigs.values():
+    for k, rig in enumerate(session.rigs.values()):
+        if k == 0:  # the pairs share the objects
+            doubts.warn_of_coarse_meshes(rig.scene, rig.surfaces)
         warn_outside(rig)
     return session
 

@@ -123,6 +123,7 @@ class Command:
 
     def _session(self, scene: Scene, say: Callable[[str], None] = lambda line: None) -> Session:
         from palpate.certificate.scene import warn_outside
+        from palpate.scene import doubts
         from palpate.session import Session
 
         if any(s.topic is not None and s.replay is None for s in scene.sensors.values()):
@@ -141,6 +142,7 @@ class Command:
             from palpate.session.places import PlaceRecorder
 
             PlaceRecorder(session, self.record_places)
+        doubts.warn_of_coarse_meshes(session.scene, session.rig.surfaces)
         say("computing the stability certificate")
         warn_outside(session.rig)
         return session

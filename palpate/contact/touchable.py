@@ -6,6 +6,7 @@ The rules are fitted to measurements: the radius rules to ``palpate study radius
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,6 +16,7 @@ from palpate import _core
 from palpate.arrays import Array
 from palpate.arrays.checks import finite_or_none
 from palpate.arrays.plain import Content, plain
+from palpate.errors import PalpateWarning
 from palpate.mesh.flips import thickness
 from palpate.renamed import RenamedMethod
 
@@ -110,6 +112,23 @@ def fineness(mesh: _core.Mesh, stiffness: float) -> Fineness:
         stepping_share=_stepping_share(mesh, e),
         triangles_needed=int(np.ceil(n * max(more, 1.0))) if more > 1 else n,
     )
+
+
+def warn_of_facets(fine: Fineness, where: str) -> None:
+    """Warn of facets that the hand would feel."""
+    if not fine.coarse:
+        return
+    what = (
+        f"coarse mesh: neighbouring facets turn by {fine.turn_deg:.0f} deg; the force may be off by about "
+        f"{fine.direction_error_deg:.1f} deg and {fine.force_error_mN:.0f} mN"
+    )
+    if fine.doubtful_share > 0.05:
+        what = (
+            f"coarse mesh, or an object of many edges: {fine.doubtful_share:.0%} of the surface lies next to edges of "
+            f"30 to {DOUBTFUL_DEG:.0f} deg, which are felt as edges"
+        )
+    mend = f"about {_rounded(fine.triangles_needed):,} triangles of the same object would do"
+    warnings.warn(PalpateWarning(what, where=where, mend=mend), stacklevel=2)
 
 
 def _stepping_share(mesh: _core.Mesh, e: _Edges) -> float:
@@ -243,3 +262,9 @@ def _quantile(values: Array, weights: Array, q: float) -> float:
 
 def _two_digits(x: float) -> float:
     return float(f"{x:.2g}")
+
+
+def _rounded(n: int) -> int:
+    """Rounded up to two significant digits."""
+    step = int(10 ** max(len(str(n)) - 2, 0))
+    return -(-n // step) * step

@@ -10,6 +10,7 @@ import yaml
 from rich.table import Table
 
 from palpate.arrays.yaml_loader import load
+from palpate.record.lag import WORDS as FILTERS
 from palpate.record.withheld import LASTING, SHIFT, WORDS
 from palpate.session.summary import Summary, Totals
 
@@ -63,6 +64,11 @@ def rows(summary: Summary) -> list[tuple[str, str, str]]:
         ("force capped", f"{s.capped_s:.2f} s", "time in which the safety stage limited the force"),
         ("passivity", f"{s.passivity_s:.2f} s", "time in which passivity control limited the returned energy"),
         *withheld_rows(s),
+        (
+            "filter lag",
+            filter_lag(s),
+            "delay that each filter of the force adds, mean and largest (negative: it leads)",
+        ),
         ("energy", energy(s.energy_J), "taken from the hand" if s.energy_J >= 0 else given(s)),
     ]
     lines.append(("top speed", f"{s.peak_speed_m_s:.3f} m/s", "peak speed of the handle"))
@@ -90,6 +96,12 @@ def withheld_rows(s: Summary) -> list[tuple[str, str, str]]:
     if s.shift_m >= SHIFT:
         found.append(("shift", f"{1e3 * s.shift_m:.1f} mm", "of the tool against the hand, by pauses after faults"))
     return found
+
+
+def filter_lag(s: Summary) -> str:
+    """The lags of the filters in words; ``none`` if no filter delayed the force."""
+    words = (f"{FILTERS[name]} {one['mean_ms']:.2g}, {one['max_ms']:.2g} ms" for name, one in s.lag_ms.items())
+    return "; ".join(words) or "none"
 
 
 def given(s: Summary) -> str:

@@ -8,7 +8,9 @@ import warnings
 import numpy as np
 
 from palpate.arrays import Array
+from palpate.contact import touchable
 from palpate.errors import FrameError, PalpateWarning, SceneError
+from palpate.mesh import Mesh
 from palpate.scene import placing
 from palpate.scene.scene import Scene
 from palpate.scene.sensors import SensorSection
@@ -39,6 +41,13 @@ def check_objects(scene: Scene, placed: list[PlacedSurface]) -> None:
         if wide > _WIDEST:
             raise SceneError(what, where=where, why=why, mend=mend)
         _warn(what, where, f"{mend}, if millimetres are meant")
+
+
+def warn_of_coarse_meshes(scene: Scene, placed: list[PlacedSurface]) -> None:
+    """Warn of meshes whose facets the hand would feel (the paper's section 4)."""
+    for obj, one in zip(scene.objects, placed, strict=True):
+        if isinstance(one.body, Mesh):
+            touchable.warn_of_facets(touchable.fineness(one.body.core, max(obj.stiffness)), f"object {obj.name!r}")
 
 
 def check_press(scene: Scene, index: int, depth: float, wide: float) -> None:

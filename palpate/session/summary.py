@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from palpate.arrays.peaks import SustainedPeak
+from palpate.record.lag import Lags
 from palpate.record.ticks import STATUS, Ticks
 from palpate.record.withheld import Withheld
 from palpate.renamed import RenamedMethod
@@ -47,6 +48,7 @@ class Summary:
     cycle_p999_us: float
     cycle_max_us: float
     missed_ticks: int
+    lag_ms: dict[str, dict[str, float]] = field(default_factory=dict)  # by filter: mean_ms, max_ms of its delay
     instrument: str = ""  # model of the follower with its instrument
     scheduler: str = ""  # scheduling granted to the real-time thread, in words; empty in lockstep
     faults: tuple[str, ...] = ()  # messages
@@ -66,12 +68,13 @@ class Totals:
     SIGNALS = (
         *("F_H_L", "contacts", "F_touch_W", "status", "depth", "energy_port", "energy_lent", "v_LH", "cycle_us"),
         *Withheld.SIGNALS,
+        *Lags.SIGNALS,
     )
     """Signals that the ticks must have."""
 
     def __init__(self, rate: float) -> None:
         self._dt = 1.0 / rate
-        self._withheld = Withheld(self._dt)
+        self._withheld, self._lags = Withheld(self._dt), Lags()
         self._held = SustainedPeak(self._dt)
         self._ticks = self._touching = self._capped = self._passivity = self._fast = 0
         self._peak = self._sum = self._depth = self._energy = self._lowest = self._lent = self._speed = 0.0
@@ -98,6 +101,7 @@ class Totals:
         self._lowest = min(self._lowest, float(ticks["energy_port"].min()))
         self._speed = max(self._speed, float(np.linalg.norm(ticks["v_LH"], axis=1).max()))
         self._withheld.add(ticks)
+        self._lags.add(ticks)
         self._cycle_us.add(ticks["cycle_us"])
 
     @property
@@ -128,6 +132,7 @@ class Totals:
             capped_s=round(self._capped * self._dt, 9),
             passivity_s=round(self._passivity * self._dt, 9),
             withheld=self._withheld.figures(),
+            lag_ms=self._lags.figures(),
             shift_m=self._withheld.shift,
             peak_speed_m_s=self._speed,
             fast_s=round(self._fast * self._dt, 9),

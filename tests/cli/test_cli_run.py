@@ -225,3 +225,12 @@ def test_closed_output_pipe_gives_no_traceback(spawn, scene):
     process.stdout = None
     _, err = process.communicate(timeout=60)
     assert "Traceback" not in err
+
+
+def test_run_warns_of_a_coarse_mesh_as_check_does(palpate, scene, tmp_path):
+    done = palpate("run", scene, "--headless", "--duration", 0.1, "--out", tmp_path / "o")
+    assert done.code == 0, done.err
+    assert "object 'organ': coarse mesh" in done.err
+    assert "triangles of the same object would do" in done.err
+    scene.write_text(scene.read_text().replace("triangles: 3000", "triangles: 20000"))
+    assert "coarse mesh" not in palpate("run", scene, "--headless", "--duration", 0.1, "--out", tmp_path / "o").err

@@ -88,3 +88,14 @@ def test_the_end_of_a_run_is_called_so():
     words = in_words(ticks[-1], 3.0, over=True)
     assert words[0] == "the run has ended"
     assert not any("not following" in word for word in words)
+
+
+def test_viewer_shows_the_lag_of_each_filter():
+    ticks = record_of(1.0)
+    ticks["lag_ms"] = [0.0, 1.144, 0.0, 0.0]
+    viewer = ReplayViewer(ticks, stage(), port=0)
+    try:
+        viewer.show_at(0.5)
+        settled(lambda: 'id="palpate-lag">low-pass 1.1 ms<' in viewer._gauges._figures.content, True, 0)
+    finally:
+        viewer.close()

@@ -102,27 +102,10 @@ def inspect(path: Path, unit: Unit | None, part: Selection, touch: Touch, consol
     for name, value in (*_rows(mesh.core, mesh.report, mesh.unit), *_touch_rows(fine, suits, touch)):
         table.add_row(name, value)
     console.print(table)
-    warn_of_facets(fine, str(path))
+    touchable.warn_of_facets(fine, str(path))
     _warn_of_radius(suits, str(path))
     repaired = _repair(mesh, touch.repair, mesh.unit, touch, console) if touch.repair is not None else None
     return Findings(mesh.report, fine, suits.figures(), repaired)
-
-
-def warn_of_facets(fine: touchable.Fineness, where: str) -> None:
-    """Warn of facets that the hand would feel."""
-    if not fine.coarse:
-        return
-    what = (
-        f"coarse mesh: neighbouring facets turn by {fine.turn_deg:.0f} deg; the force may be off by about "
-        f"{fine.direction_error_deg:.1f} deg and {fine.force_error_mN:.0f} mN"
-    )
-    if fine.doubtful_share > 0.05:
-        what = (
-            f"coarse mesh, or an object of many edges: {fine.doubtful_share:.0%} of the surface lies next to edges of "
-            f"30 to {touchable.DOUBTFUL_DEG:.0f} deg, which are felt as edges"
-        )
-    mend = f"about {_rounded(fine.triangles_needed):,} triangles of the same object would do"
-    warnings.warn(PalpateWarning(what, where=where, mend=mend), stacklevel=2)
 
 
 def _warn_of_radius(suits: touchable.Radius, where: str) -> None:
@@ -250,9 +233,3 @@ def _comparison(before: Mesh, after: Mesh) -> Table:
     for name, values in rows.items():
         table.add_row(name, *values)
     return table
-
-
-def _rounded(n: int) -> int:
-    """Rounded up to two significant digits."""
-    step = int(10 ** max(len(str(n)) - 2, 0))
-    return -(-n // step) * step

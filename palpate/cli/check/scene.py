@@ -15,13 +15,11 @@ from rich.table import Table
 from palpate.arrays import Array
 from palpate.arrays.checks import finite_or_none
 from palpate.certificate.scene import warn_outside
-from palpate.cli.check.mesh import warn_of_facets
 from palpate.cli.check.tissue import TissueFindings, inspect_tissue, tissue_words, warn_of_tissue
 from palpate.console.output import say
-from palpate.contact import touchable
 from palpate.mesh import Mesh
 from palpate.mesh.check import MeshReport
-from palpate.scene import Scene
+from palpate.scene import Scene, doubts
 from palpate.scene.gains import felt_stiffness, touched_stiffness
 from palpate.scene.guidance import LIVE
 from palpate.scene.rig import Rig, build
@@ -144,9 +142,8 @@ def _objects(rig: Rig, console: Console) -> list[ObjectFindings]:
         K, B = (K, B) if soft is None else (f"up to {touched_stiffness(rig.scene, i):.0f}", "tissue")
         table.add_row(obj.name, kind, extents, K, f"{felt:g}", B, f"{obj.friction:g}")
         found.append(ObjectFindings(obj.name, felt, kind if mesh else str(body), mesh.report if mesh else None, soft))
-        if mesh:
-            warn_of_facets(touchable.fineness(mesh.core, max(obj.stiffness)), f"object {obj.name!r}")
     console.print(table)
+    doubts.warn_of_coarse_meshes(rig.scene, rig.surfaces)
     for obj, surface in zip(rig.scene.objects, rig.surfaces, strict=True):
         if isinstance(surface.body, PointSurface):
             say(console, f"{obj.name}: {surface.body}; the scene's radius is {1e3 * rig.scene.contact.radius:g} mm")
