@@ -60,6 +60,7 @@ _TIMES = ("p50_us", "p99_us", "load_s", "memory_MB")
 
 RUNS: dict[str, Run] = {
     "wall": Run("study wall --hands 1000", (), lambda row: row.get("kd") not in (2.5, 7.5, 30.0)),
+    "paper": Run(f"reproduce all --out {OUT}/paper"),
     "wall_fit": Run("study wall --hands 2 --fit", ("curve", "sensitivity", "other_rates", "passive_rows", "rows")),
     "certificate": Run("study certificate --devices 500", ("devices",)),
     "swings": Run("study certificate --swings 500"),

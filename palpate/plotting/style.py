@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import base64
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from io import BytesIO
@@ -115,6 +115,12 @@ def _data_uri(figure: Figure) -> str:
     canvas = FigureCanvasSVG(figure)
     canvas.print_svg(stream, metadata={"Date": None, "Creator": None})  # type: ignore[no-untyped-call]
     return "data:image/svg+xml;base64," + base64.b64encode(stream.getvalue()).decode()
+
+
+def plain_ticks(axes: Axes, values: Sequence[float]) -> None:
+    """Marks these values on a logarithmic x axis, as plain numbers."""
+    axes.set_xticks(list(values), [f"{x:g}" for x in values])
+    axes.xaxis.minorticks_off()
 
 
 def curve(axes: Axes, t: NDArray[Any], y: NDArray[Any], points: int, **style: Any) -> None:

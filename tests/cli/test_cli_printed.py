@@ -3,13 +3,10 @@ take the printed values. (`tests/ros/test_printed_commands.py` runs those of ROS
 
 import re
 import shlex
-from importlib import import_module
 from pathlib import Path
 
 import pytest
-
-import palpate.cli
-from palpate.cli._folder import _with_typing_unions, entries
+from cli_words import parse
 
 ROOT = Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"^( *)```bash\n(.*?)^\1```", re.MULTILINE | re.DOTALL)
@@ -41,24 +38,6 @@ def variants(line):
         k = next((k for k, word in enumerate(words) if re.fullmatch(r"[a-z]+(\|[a-z]+)+", word)), None)
         for choice in words[k].split("|") if k is not None else [None]:
             yield words if k is None else [*words[:k], choice, *words[k + 1 :]]
-
-
-def parse(words):
-    """Parse as `palpate.cli` does; raises SystemExit with its message on the standard error."""
-    import tyro
-    from tyro.conf import FlagCreatePairsOff
-
-    group, left = palpate.cli, words[1:]
-    while left and left[0] not in ("-h", "--help", "--version"):
-        members = entries(getattr(group, "MEMBERS", group.__name__), getattr(group, "FIRST", ()))
-        assert left[0] in members, f"no command {left[0]!r}"
-        group, left = import_module(members[left[0]].module), left[1:]
-        if hasattr(group, "Command"):
-            if not {"-h", "--help"} & set(left):
-                tyro.cli(_with_typing_unions(group.Command), args=left, config=(FlagCreatePairsOff,))
-            return
-        if hasattr(group, "prepare"):
-            group.prepare()
 
 
 @pytest.mark.parametrize(

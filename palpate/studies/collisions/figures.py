@@ -22,16 +22,17 @@ _POSES = 5
 def draw(folder: Path, robot: Robot, world: World, found: list[Contact], steps: int) -> list[Path]:
     """Write the picture; returns its file."""
     file = folder / "collisions.png"
-    png(lambda canvas: _figure(canvas, robot, world, found, steps), file)
+    png(lambda canvas: figure(canvas, robot, world, found, steps), file)
     return [file]
 
 
-def _figure(canvas: Canvas, robot: Robot, world: World, found: list[Contact], steps: int) -> Figure:
-    figure = Figure(figsize=(canvas.width, 0.45 * canvas.width), layout="constrained")
+def figure(canvas: Canvas, robot: Robot, world: World, found: list[Contact], steps: int) -> Figure:
+    """Both views of the moving instrument, with its contact points."""
+    drawn = Figure(figsize=(canvas.width, 0.45 * canvas.width), layout="constrained")
     touching = sorted({c.step for c in found}) or [0]
     picks = [touching[int(k)] for k in np.linspace(0, len(touching) - 1, _POSES)]
     rows = motion(robot, steps)[picks]
-    for axes, (pair, title) in zip(figure.subplots(1, 2), _VIEWS, strict=True):
+    for axes, (pair, title) in zip(drawn.subplots(1, 2), _VIEWS, strict=True):
         for obstacle, colour in zip(world.obstacles, (SURFACE, _BONE), strict=True):
             v = np.asarray(obstacle.solid.coal.vertices()) @ obstacle.X_WO[:3, :3].T + obstacle.X_WO[:3, 3]
             axes.plot(*(1e3 * v[:: max(1, len(v) // 9000)][:, pair].T), ".", ms=1.0, color=colour, label=obstacle.name)
@@ -41,7 +42,7 @@ def _figure(canvas: Canvas, robot: Robot, world: World, found: list[Contact], st
         axes.set(aspect="equal", title=title, xlabel=f"{'xyz'[pair[0]]} [mm]", ylabel=f"{'xyz'[pair[1]]} [mm]",
                  xlim=(-150, 150), ylim=(-120, 120))  # fmt: skip
         axes.legend(loc="upper right", fontsize=6.5, markerscale=3)
-    return figure
+    return drawn
 
 
 def _instruments(axes: Axes, robot: Robot, rows: Array, pair: list[int]) -> None:

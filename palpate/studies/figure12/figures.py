@@ -23,7 +23,11 @@ REACH = 0.07  # half width of a view of the instrument [m]
 ARM_REACH = 0.17  # half width of a view of the master arm [m]
 NEWTON = 0.06  # length of a force arrow [m/N]
 DEFLECTION = 6.0  # magnification of the deflection arrow [-]
+_LETTERS = "ABCDEFGH"
+_SHORTEST = 5e-4  # shorter arrows would be all head [m]
 _LIGHT = np.array([-0.4, 0.5, 0.77])
+FROM_THE_SIDE = np.array([0.5, -0.75, 0.42])
+"""Direction from which the instrument is seen."""
 
 
 def save(moments: list[DeepestTick], folder: Path) -> list[Path]:
@@ -38,9 +42,11 @@ def draw(moments: list[DeepestTick], canvas: Canvas) -> Figure:
     rows = -(-len(moments) // 2)
     figure = Figure(figsize=(canvas.width, 2.75 * rows + 0.3), layout="constrained")
     panels = np.atleast_2d(figure.subplots(rows, 4))
-    for moment, (left, right) in zip(moments, panels.reshape(-1, 2), strict=False):
-        _instrument(moment, left)
+    for i, (moment, (left, right)) in enumerate(zip(moments, panels.reshape(-1, 2), strict=False)):
+        instrument(moment, left)
         _master(moment, right)
+        for axes, letter in ((left, _LETTERS[2 * i]), (right, _LETTERS[2 * i + 1])):
+            axes.set_title(f"{letter}  {axes.get_title(loc='left')}", loc="left", fontsize=8.5, color=INK)
     right.plot([], [], color=GREEN, lw=2.5, label="force on the hand in the master's base axes (spatial)")
     right.plot(
         [],
@@ -53,7 +59,8 @@ def draw(moments: list[DeepestTick], canvas: Canvas) -> Figure:
     return figure
 
 
-def _instrument(moment: DeepestTick, axes: Axes) -> None:
+def instrument(moment: DeepestTick, axes: Axes, eye: Array = FROM_THE_SIDE) -> None:
+    """Draw the instrument, its sphere and the deflection arrow at a tick, seen from the direction ``eye`` (3,)."""
     tick, setup = moment.tick, moment.setup
     p_WT = tick["p_WT"]
     solids = [(s.body.vertices @ s.X_WO[:3, :3].T + s.X_WO[:3, 3])[s.body.triangles] for s in setup.surfaces]
@@ -62,7 +69,7 @@ def _instrument(moment: DeepestTick, axes: Axes) -> None:
     r, g, b = (int(SURFACE[i : i + 2], 16) / 255 for i in (1, 3, 5))
     shown: list[Solid] = [(s, (r, g, b, 1.0)) for s in solids]
     shown += _arm(setup.arms.follower, setup.arms.X_WB, tick["q_follower"], float(tick["jaw"]))
-    R = _view(np.array([0.5, -0.75, 0.42]))
+    R = _view(eye)
     _paint(axes, shown, p_WT, R, REACH)
     _paint(axes, [(ball, (0.12, 0.44, 0.55, 0.28))], p_WT, R, REACH)
     _arrow(axes, np.zeros(3), DEFLECTION * (tick["p_WP"] - p_WT), R, RED)
@@ -124,5 +131,7 @@ def _paint(axes: Axes, solids: list[Solid], centre: Array, R: Array, reach: floa
 
 def _arrow(axes: Axes, start: Array, vector: Array, R: Array, color: str) -> None:
     a, b = (R @ start)[:2], (R @ (start + vector))[:2]
+    if np.linalg.norm(b - a) < _SHORTEST:
+        return
     style = {"arrowstyle": "-|>,head_width=0.28,head_length=0.5", "color": color, "lw": 2.5, "shrinkA": 0, "shrinkB": 0}
     axes.annotate("", tuple(b), tuple(a), arrowprops=style, zorder=5)

@@ -85,6 +85,8 @@ class Setting:
     """Value of `stability.passivity` in the scene."""
     coulomb_scale: float = 1.0
     """Scale of the arm's dry friction [-]."""
+    velocity_cutoff: float | None = None
+    """Cutoff of the low-pass of the arm's velocity, 0: none [Hz]; None: as in the scene."""
 
 
 @dataclass(frozen=True)
@@ -129,7 +131,10 @@ def _rig(setting: Setting) -> Rig:
     wall = scene.objects[0].model_copy(update={"stiffness": (setting.kp,) * 3, "damping": (setting.kd,) * 3})
     stability = scene.stability.model_copy(update={"passivity": setting.passivity})
     rates = scene.rates.model_copy(update={"haptic": setting.rate})
-    leader = scene.arms.leader.model_copy(update={"coulomb_scale": setting.coulomb_scale})
+    imperfections: dict[str, float] = {"coulomb_scale": setting.coulomb_scale}
+    if setting.velocity_cutoff is not None:
+        imperfections["velocity_cutoff"] = setting.velocity_cutoff
+    leader = scene.arms.leader.model_copy(update=imperfections)
     arms = scene.arms.model_copy(update={"leader": leader})
     changed = {"objects": (wall,), "stability": stability, "rates": rates, "arms": arms}
     with warnings.catch_warnings():
@@ -137,8 +142,11 @@ def _rig(setting: Setting) -> Rig:
         return build(scene.model_copy(update=changed))
 
 
-def press(setting: Setting, hand: WallPress, seconds: float = SECONDS) -> Trace:
-    """Simulate a hand that moves the handle into the wall and continues to push."""
+def press(setting: Setting, hand: WallPress, seconds: float = SECONDS, *, follow: bool = True) -> Trace:
+    """Simulate a hand that moves the handle into the wall and continues to push.
+
+    follow: a handle that still moves at the end is followed for `LONGER`, to judge whether it oscillates.
+    """
     rig = _rig(setting)
     o = rig.options()
     held = o.hand
@@ -152,7 +160,7 @@ def press(setting: Setting, hand: WallPress, seconds: float = SECONDS) -> Trace:
     simulation = _core.Simulation(o, arms.leader, arms.leader, arms.follower, rig.snapshot, path)
     ticks = as_ticks(simulation.run(round(seconds * setting.rate)))
     trace = Trace(ticks["t"], -ticks["p_LH"][:, 1], ticks["F_cell_L"][:, 1], ticks["energy_port"])
-    if _swing(trace) <= OSCILLATES:
+    if not follow or swing(trace) <= OSCILLATES:
         return trace
     more = as_ticks(simulation.run(round(LONGER * setting.rate)))
     y = np.concatenate([trace.y, -more["p_LH"][:, 1]])[round((_START + hand.approach_s) * setting.rate) :]
@@ -160,7 +168,8 @@ def press(setting: Setting, hand: WallPress, seconds: float = SECONDS) -> Trace:
     return replace(trace, swing=_verify.judge_swing(y.tolist(), 1.0 / setting.rate, slowest, 0.5 * OSCILLATES).swing)
 
 
-def _swing(trace: Trace) -> float:
+def swing(trace: Trace) -> float:
+    """Peak-to-peak motion of the handle in the last `END` of a run [m]."""
     return float(np.ptp(trace.y[trace.t > trace.t[-1] - END]))
 
 
@@ -168,16 +177,16 @@ def judge(trace: Trace) -> Outcome:
     """Compute the row of Table 1 from a run."""
     t, depth = trace.t, trace.y - WALL
     inside, last = np.flatnonzero(depth > 0.0), t > t[-1] - END
-    swing, rest, peak = _swing(trace), float(depth[last].mean()), float(depth.max())
+    moves, rest, peak = swing(trace), float(depth[last].mean()), float(depth.max())
     away = np.flatnonzero(np.abs(depth - rest) > SETTLED * peak)
-    rests = swing <= OSCILLATES and len(inside) > 0 and rest > 0.0
+    rests = moves <= OSCILLATES and len(inside) > 0 and rest > 0.0
     settled = t[min(int(away[-1]) + 1, len(t) - 1)] - t[inside[0]] if rests and len(away) else 0.0
     return Outcome(
         overshoot_percent=100.0 * max(peak, 0.0) / WALL,
         settling_s=float(settled) if rests else None,
-        steady_state_m=rest if rests else 0.5 * swing,
-        limit_cycle=swing > OSCILLATES and trace.swing not in ("rests", "decays"),
-        swing_m=swing,
+        steady_state_m=rest if rests else 0.5 * moves,
+        limit_cycle=moves > OSCILLATES and trace.swing not in ("rests", "decays"),
+        swing_m=moves,
         energy_J=float(trace.energy[-1]),
         rigidity_N_per_m=float(trace.F_cell[last].mean()) / rest if rests else None,
         rebound=_rebound(trace, int(inside[0])) if len(inside) else 0.0,

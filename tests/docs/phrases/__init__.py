@@ -8,6 +8,7 @@ from phrases import (
     guidance,
     interfaces,
     organs,
+    paper,
     planning,
     registration,
     stability,
@@ -16,6 +17,6 @@ from phrases import (
 )
 
 TIES = [
-    *(wall.TIES + stability.TIES + guidance.TIES + planning.TIES + registration.TIES),
+    *(paper.TIES + wall.TIES + stability.TIES + guidance.TIES + planning.TIES + registration.TIES),
     *(coverage.TIES + contact.TIES + organs.TIES + arms.TIES + clouds.TIES + tissue.TIES + interfaces.TIES),
 ]
