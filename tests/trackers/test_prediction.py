@@ -185,18 +185,18 @@ def test_the_velocity_that_contact_is_given_is_that_of_the_block(breath):
     ("rate", "delay", "noise"), [(20, 0.03, 1e-4), (30, 0.05, 1e-4), (60, 0.03, 1.5e-4), (60, 0.1, 1e-4)]
 )
 def test_trackers_of_many_kinds(rate, delay, noise):
-    """Breathing within 0.08 N; a stop with a smaller error, within 5 % as large over a second; no motion at rest."""
+    """Breathing within 0.08 N; a stop with a smaller error, at most and over a second; no motion at rest."""
     marker = Marker(breathing, rate, delay, noise)
     t, z = follow(marker, 10.0)
     assert K * rms((z - breathing(t))[t > 4.0]) < 0.08
     new, old = [], []
-    for seed in range(3):
+    for seed in range(5):
         marker = Marker(stop, rate, delay, noise, seed=seed)
         t, z = follow(marker, 5.0)
         new.append(K * (z - stop(t))[t > 4.0])
         old.append(K * (before(marker, t) - stop(t))[t > 4.0])
     assert np.abs(new).max() < 0.8 * np.abs(old).max()
-    assert rms(new) < 1.05 * rms(old)
+    assert rms(new) < rms(old)
     marker = Marker(rest, rate, delay, noise)
     t, z = follow(marker, 5.0)
     assert np.ptp(z) == 0.0
