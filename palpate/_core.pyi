@@ -2950,7 +2950,7 @@ class Pace:
     def value(self) -> float:
         """The present pace, 1: as planned [-]."""
 
-STOP_TIME: float = 0.02
+STOP_TIME: float = 0.012
 
 class RealTimeOptions:
     """What the real-time thread may request from the operating system."""
