@@ -152,8 +152,9 @@ def test_a_surface_that_is_not_trusted_is_written_by_a_reason_alone(palpate, tmp
     """A patch of a plane slides on the plane; whoever takes its pose all the same signs for it."""
     rng = np.random.default_rng(2)
     plane = np.column_stack([rng.uniform(-0.1, 0.1, (6000, 2)), np.zeros(6000)])
-    np.save(tmp_path / "plane.npy", plane)
-    np.save(tmp_path / "patch.npy", plane[np.abs(plane[:, :2]).max(axis=1) < 0.04] + rng.normal(scale=1e-4, size=3))
+    np.save(tmp_path / "plane.npy", plane + rng.normal(scale=3e-4, size=plane.shape))
+    patch = np.column_stack([rng.uniform(-0.04, 0.04, (900, 2)), np.zeros(900)])
+    np.save(tmp_path / "patch.npy", patch + rng.normal(scale=3e-4, size=patch.shape))
     command = ("register", "surface", "patch.npy", "plane.npy", "--start-identity", "--out", "X.yaml")
     refused = palpate(*command)
     assert refused.code == 1

@@ -36,7 +36,7 @@ def test_dragging_the_hand_down_presses_the_organ(running):
         step = 0
         while number(page, "force") < 0.3:
             assert time.monotonic() < end, f"no force; the hand is at {session.controls.p_hand_offset_W}"
-            step = min(step + 1, 30)
+            step = min(step + 1, 60)
             page.mouse.move(x, y + 3 * step)
             time.sleep(0.1)
         page.mouse.up()
