@@ -187,6 +187,7 @@ def measured(name: str, folder: Path) -> dict[str, Any]:
         "commit": commit(),
         "control_numpy_import_s": control(),
     }
+    (ROOT / "runs").mkdir(exist_ok=True)  # journals of runs that continue
     file, start = folder / "result.json", time.monotonic()
     places = {"OUT": str(folder), "PALPATE_DATA": os.environ.get("PALPATE_DATA", str(ROOT.parent / "shared" / "data"))}
     arguments = [Template(word).substitute(places) for word in run.command.split()]

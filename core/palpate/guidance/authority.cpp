@@ -36,28 +36,31 @@ double target(const Fixture& f, FixtureState& now, bool has_place, const Input& 
   now.engaged = engaged;
   double share = engaged ? f.policy.authority : 0.0;
   for (const Ramp& ramp : f.policy.ramps) {
-    share *= factor(ramp, measured(ramp, f, now, in));
+    share *= std::clamp((measured(ramp, f, now, in) - ramp.from) / (ramp.to - ramp.from), 0.0, 1.0);
   }
   return std::isfinite(share) ? share : 0.0;
 }
 
 }  // namespace
 
-unsigned Authority::step(FixtureStates& states, int i, const Input& in) const noexcept {
-  const Fixture& f = states.fixture(i);
-  FixtureState& now = states[i];
-  now.rise = 0.0;
-  if (!f.on && !now.active()) return kOk;
-  now.constraint = states.evaluate(i, in.goal.X_WT_goal, in);
-  now.policy_gap = now.constraint.gap;
-  const bool has_place = placed(f);
-  const double wanted = target(f, now, has_place, in);
-  now.needs_slack |= std::any_of(f.frames.begin(), f.frames.end(), [](const auto& frame) { return frame->jumped(); });
-  if (now.authority == 0.0 && wanted > 0.0) now.needs_slack = true;
-  const double before = now.authority;
-  now.authority = std::clamp(wanted, before - dt_ / f.policy.fall, before + dt_ / f.policy.rise);
-  now.rise = std::max(now.authority - before, 0.0);
-  return f.on && !has_place ? kFrameLost : kOk;
+unsigned Authority::step(FixtureStates& states, const Input& in) const noexcept {
+  unsigned status = kOk;
+  for (int i = 0; i < states.size(); ++i) {
+    const Fixture& f = states.fixture(i);
+    FixtureState& now = states[i];
+    now.rise = 0.0;
+    if (!f.on && !now.active()) continue;
+    now.constraint = states.evaluate(i, in.goal.X_WT_goal, in);
+    const bool has_place = placed(f);
+    if (f.on && !has_place) status |= kFrameLost;
+    const double wanted = target(f, now, has_place, in);
+    now.needs_slack |= std::any_of(f.frames.begin(), f.frames.end(), [](const auto& frame) { return frame->jumped(); });
+    if (now.authority == 0.0 && wanted > 0.0) now.needs_slack = true;
+    const double before = now.authority;
+    now.authority = std::clamp(wanted, before - dt_ / f.policy.fall, before + dt_ / f.policy.rise);
+    now.rise = std::max(now.authority - before, 0.0);
+  }
+  return status;
 }
 
 }  // namespace palpate::guidance

@@ -10,8 +10,8 @@ class Authority {
  public:
   /// dt: period of the cycle [s].
   explicit Authority(double dt) : dt_(dt) {}
-  /// Evaluates the constraint of fixture i at the goal of `in`, and updates its authority. Returns bits of Status.
-  unsigned step(FixtureStates& states, int i, const Input& in) const noexcept;
+  /// Evaluates every constraint at the mapped goal and updates the authorities. Returns bits of Status.
+  unsigned step(FixtureStates& states, const Input& in) const noexcept;
 
  private:
   double dt_;

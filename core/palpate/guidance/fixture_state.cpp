@@ -14,30 +14,9 @@ bool finite(const Constraint& c) noexcept {
          std::isfinite(c.gap_rate_of_fixture) && c.free.allFinite();
 }
 
-constexpr double kFarGap = 1e3;  // [m, rad] for a gap that is infinite
-
-/// The product of all ramps by distance at a gap [0-1].
-double share_of_distance(const Policy& policy, double gap) noexcept {
-  double share = 1.0;
-  for (const Ramp& ramp : policy.ramps) {
-    if (ramp.by == Ramp::By::distance) share *= factor(ramp, std::min(std::abs(gap), kFarGap));
-  }
-  return share;
-}
-
 }  // namespace
 
 double FixtureState::allowed() const noexcept { return std::max(slack, (1.0 - authority) * constraint.violation()); }
-
-double factor(const Ramp& ramp, double measured) noexcept {
-  return std::clamp((measured - ramp.from) / (ramp.to - ramp.from), 0.0, 1.0);
-}
-
-double FixtureStates::authority_at(int i, double gap) const noexcept {
-  const FixtureState& now = (*this)[i];
-  const double here = share_of_distance(fixture(i).policy, now.policy_gap);
-  return here > 0.0 ? now.authority / here * share_of_distance(fixture(i).policy, gap) : now.authority;
-}
 
 void FixtureStates::take(const FixtureList& fixtures) noexcept {
   const int before = size();

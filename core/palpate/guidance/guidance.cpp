@@ -3,7 +3,6 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <optional>
 
 #include "palpate/types/status.hpp"
 #include "palpate/types/virtual_work.hpp"
@@ -45,10 +44,7 @@ const Output& Guidance::step(const Input& in) noexcept {
   }
   states_.begin(in);
   follower_.observe(in.tool.X_WT.p, before_.X_WT_goal);
-  out_.status = kOk;
-  for (int i = 0; i < states_.size(); ++i) {
-    if (states_.fixture(i).policy.hard) out_.status |= authority_.step(states_, i, in);
-  }
+  out_.status = authority_.step(states_, in);
   correct(in);
   act(in);
   report(in);
@@ -83,14 +79,19 @@ void Guidance::act(const Input& in) noexcept {
   at_tool.goal.V_WT = carried(out_.J_goal, in.goal.V_WT);
   if (!same(out_.X_WT_goal, in.goal.X_WT_goal)) {
     for (int i = 0; i < states_.size(); ++i) {
-      const bool at_hand = hard_.map().share(i).size > 0.0;
-      if (states_.fixture(i).policy.hard && states_[i].active() && !at_hand)
-        states_[i].constraint = states_.evaluate(i, out_.X_WT_goal, in);
+      const bool at_hand = states_.fixture(i).policy.hard && hard_.map().share(i).size > 0.0;
+      if (states_[i].active() && !at_hand) states_[i].constraint = states_.evaluate(i, out_.X_WT_goal, in);
     }
   }
-  out_.energy = {};
-  const Wrench soft = act_softly(at_tool);
-  apply_hard_laws(states_, hard_, follower_, {in, at_tool, J_before_}, soft, out_.energy);
+  const bool joint = joint_.needed(states_);
+  if (joint) {
+    if (!joint_started_) joint_.start_at(out_.X_WT_goal);
+    joint_.step(states_, at_tool);
+    joint_.linearise(states_, at_tool, false);
+  }
+  joint_started_ = joint;
+  out_.energy = apply_laws(states_, hard_, joint_, follower_, {in, at_tool, J_before_});
+  priorities_.apply(states_, in.handle.renders_damping);
   out_.on_tool = blend_.step(states_, in, before_, out_.J_goal);
   for (int i = 0; i < states_.size(); ++i) {  // every wrench is reported as the hand feels it
     FixtureState& now = states_[i];
@@ -98,79 +99,10 @@ void Guidance::act(const Input& in) noexcept {
   }
 }
 
-// Lets the soft fixtures act in the order of their priority, each at the goal that the higher ones leave. Returns the
-// sum of their wrenches at the corrected goal.
-Wrench Guidance::act_softly(const Input& at_tool) noexcept {
-  Wrench sum;
-  priorities_.begin(at_tool.goal.X_WT_goal);
-  const auto next = [this](const int* above) -> const int* {  // the highest priority below `above`
-    const int* found = nullptr;
-    for (int i = 0; i < states_.size(); ++i) {
-      const Policy& policy = states_.fixture(i).policy;
-      if (policy.hard || (above != nullptr && policy.priority >= *above)) continue;
-      if (found == nullptr || policy.priority > *found) found = &policy.priority;
-    }
-    return found;
-  };
-  for (const int* now = next(nullptr); now != nullptr;) {
-    Input at = at_tool;
-    at.goal.X_WT_goal = priorities_.X_WT();
-    at.goal.V_WT = carried(priorities_.jacobian(), at_tool.goal.V_WT);
-    act_at(*now, at);
-    const int* after = next(now);
-    for (int i = 0; i < states_.size(); ++i) {
-      const Policy& policy = states_.fixture(i).policy;
-      if (policy.hard || policy.priority != *now) continue;
-      sum = sum + states_[i].force.F;
-      if (after != nullptr && states_[i].active()) priorities_.add(states_, i, at_tool);
-    }
-    priorities_.solve();
-    now = after;
-  }
-  return sum;
-}
-
-// Lets the soft fixtures of one priority act at the goal that the higher ones leave. Their wrenches are then those at
-// the corrected goal.
-void Guidance::act_at(int priority, const Input& at) noexcept {
-  const auto acts = [&](int i) {
-    return !states_.fixture(i).policy.hard && states_.fixture(i).policy.priority == priority;
-  };
-  int first = -1;
-  for (int i = 0; i < states_.size(); ++i) {
-    if (!acts(i)) continue;
-    if (first < 0) first = i;
-    out_.status |= authority_.step(states_, i, at);
-  }
-  joint_.choose(priority);
-  std::optional<Pose>& X_joint = joint_X_WT_[to_index(first)];
-  if (joint_.needed(states_)) {
-    joint_.start_at(X_joint.value_or(at.goal.X_WT_goal));
-    joint_.step(states_, at);
-    joint_.linearise(states_, at, false);
-    X_joint = joint_.X_WT();
-  } else {
-    X_joint.reset();
-  }
-  const Mat6& J = priorities_.jacobian();
-  const Mat3 J_p = J.topLeftCorner<3, 3>();
-  for (int i = 0; i < states_.size(); ++i) {
-    if (!acts(i)) continue;
-    apply_soft_law(states_, i, joint_, at.goal.V_WT, out_.energy);
-    ConstraintForce& force = states_[i].force;
-    states_[i].turned = {};
-    if (!priorities_.moves()) continue;
-    states_[i].turned = {force.F.f.norm(), force.F.t.norm()};
-    force.F = carried_back(J, force.F);
-    force.F_of_B = carried_back(J, force.F_of_B);
-    force.B = J_p.transpose() * force.B * J_p;
-  }
-}
-
-// True if a soft fixture may exert a wrench on the tool.
+// True if a fixture that does not correct the goal may exert a wrench on the tool.
 bool Guidance::soft_acts() const noexcept {
   for (int i = 0; i < states_.size(); ++i) {
-    if ((states_.fixture(i).on || states_[i].active()) && !states_.fixture(i).policy.hard) return true;
+    if (states_[i].active() && !states_.fixture(i).policy.hard) return true;
   }
   return false;
 }
