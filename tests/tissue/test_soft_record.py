@@ -8,6 +8,7 @@ import palpate
 from palpate.record import Record
 from palpate.record.snapshots import QUANTUM, RATE, Track, joints_message, joints_of, shape_message, shape_of, topic_of
 from palpate.report.rates import rates_of
+from palpate.report.run import Run
 
 SCENE = (
     CUBE
@@ -91,7 +92,7 @@ def test_replay_draws_the_shape_and_the_report_names_its_rate(run):
         assert viewer._drawing._organs[0]._coloured._parts[0].mesh is not None
     finally:
         viewer.close()
-    (row,) = [row for row in rates_of(record) if "soft_cube" in row.name]
+    (row,) = [row for row in rates_of(Run(record)) if "soft_cube" in row.name]
     assert row.measured_Hz == pytest.approx(RATE, rel=0.05)
 
 
