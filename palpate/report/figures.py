@@ -17,6 +17,9 @@ from palpate.report.run import Run
 from palpate.report.soft import soft_law
 from palpate.tissue import indentation
 
+SHADED = 80
+"""Phases of a run up to which they are shaded; more would be narrower than the lines."""
+
 
 def story(run: Run, canvas: Canvas) -> Figure:
     """Force on the hand, penetration and neglected inertia force over time, with the phases of the touch."""
@@ -260,7 +263,7 @@ def _figure(canvas: Canvas, wide: float, narrow: float) -> Figure:
 def _shade(run: Run, panels: tuple[Axes, ...], canvas: Canvas, names: bool = True) -> None:
     """Shade the phases, and name them on the first panel where there is room."""
     whole = max(1e-9, float(run.t[-1] - run.t[0]))
-    for phase in run.phases:
+    for phase in run.phases if len(run.phases) <= SHADED else ():
         for axes in panels:
             axes.axvspan(phase.start, phase.end, color=PHASES[phase.name], lw=0, zorder=0)
         room = (phase.end - phase.start) / whole * canvas.width

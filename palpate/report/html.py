@@ -157,10 +157,14 @@ _FRAMES = (
 def _story_words(run: Run) -> str:
     if not run.touches:
         return "Nothing was touched in this run."
+    from palpate.report.figures import SHADED
+
     touches = len(run.touches)
+    phases = "The background shows the phases press, slide and leave, found from the motion. "
     return (
-        f"{'One touch' if touches == 1 else f'{touches} touches'}. The background shows the phases press, slide and "
-        "leave, found from the motion. The load cell differs from the rendered force by the arm's friction and inertia."
+        f"{'One touch' if touches == 1 else f'{touches} touches'}. "
+        f"{phases if len(run.phases) <= SHADED else ''}"
+        "The load cell differs from the rendered force by the arm's friction and inertia."
     )
 
 
