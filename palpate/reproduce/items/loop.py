@@ -12,7 +12,7 @@ from matplotlib.patches import FancyBboxPatch
 
 from palpate.arrays import Array
 from palpate.plotting.style import CAP, FORCE, INK, MUTED, TOOL, Canvas
-from palpate.record.channels import topic
+from palpate.record.layout import topic
 from palpate.record.ticks import SIGNALS as RECORDED
 from palpate.reproduce.item import Drawing, Item, Outcome, Work
 from palpate.reproduce.items.palpation import Palpation, palpation
