@@ -65,10 +65,12 @@ class Totals:
     The percentiles of the compute time are those of `palpate.session.samples.Samples`.
     """
 
-    SIGNALS = (
-        *("F_H_L", "contacts", "F_touch_W", "status", "depth", "energy_port", "energy_lent", "v_LH", "cycle_us"),
-        *Withheld.SIGNALS,
-        *Lags.SIGNALS,
+    SIGNALS = tuple(
+        dict.fromkeys(  # each once
+            ("F_H_L", "contacts", "F_touch_W", "status", "depth", "energy_port", "energy_lent", "v_LH", "cycle_us")
+            + Withheld.SIGNALS
+            + Lags.SIGNALS
+        )
     )
     """Signals that the ticks must have."""
 
