@@ -67,9 +67,21 @@ class Totals:
 
     SIGNALS = tuple(
         dict.fromkeys(  # each once
-            ("F_H_L", "contacts", "F_touch_W", "status", "depth", "energy_port", "energy_lent", "v_LH", "cycle_us")
-            + Withheld.SIGNALS
-            + Lags.SIGNALS
+            [
+                *(
+                    "F_H_L",
+                    "contacts",
+                    "F_touch_W",
+                    "status",
+                    "depth",
+                    "energy_port",
+                    "energy_lent",
+                    "v_LH",
+                    "cycle_us",
+                ),
+                *Withheld.SIGNALS,
+                *Lags.SIGNALS,
+            ]
         )
     )
     """Signals that the ticks must have."""
