@@ -161,6 +161,8 @@ def _typed(index: Index, described: dict[str, Signal]) -> list[Group]:
     layouts, wholes = _layouts(index)
     if not layouts:
         return []
+    for _, group in wholes.values():
+        layouts.setdefault(group, {})  # a file that is cut in its first block lacks the later groups: it has no ticks
     first = _first_ticks(index, wholes)
     rows: dict[int, Rows] = {}
     signals: dict[str, dict[str, Signal]] = {}

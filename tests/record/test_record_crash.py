@@ -111,3 +111,19 @@ def test_lost_end_of_the_file(written, tmp_path, moment, tail):
         return
     assert len(record) >= whole
     require_same(record)
+
+
+def test_a_file_cut_in_its_first_block_has_no_ticks_rather_than_half_of_their_signals(written, tmp_path):
+    data, lengths = written
+    path = tmp_path / "lost.mcap"
+    refused = 0
+    for at in range(0, lengths[0][0] + 1, 499):
+        path.write_bytes(data[:at])
+        try:
+            record = Record.open(path)
+        except RecordError:
+            refused += 1
+            continue
+        assert len(record) == 250
+        require_same(record)
+    assert refused > 20
