@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 
 ASKED = 0.93, 0.97
 """Asked share of intervals that hold the truth, in the right form."""
-_TOLD = 0.9  # asked share of wrong forms that are told, if they bias by more than one stated standard deviation
+TOLD = 0.9
+"""Asked share of wrong forms that are told, if they bias by more than one stated standard deviation."""
 
 
 class Estimate(Protocol):
@@ -130,7 +131,7 @@ def _row(
     if form == RIGHT:
         met = interval is not None and interval[0] <= ASKED[1] and interval[1] >= ASKED[0]
     else:
-        met = bias is None or bias <= 1.0 or proportion(share, len(told))[1] >= _TOLD
+        met = bias is None or bias <= 1.0 or proportion(share, len(told))[1] >= TOLD
     return Row(name, command, form, description, len(told), cover, interval, bias, share, met)
 
 

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 from palpate.arrays.intervals import proportion
-from phrases.values import Result, Tie
+from palpate.verify.coverage.run import ASKED, TOLD
+from palpate.verify.coverage.trial import RIGHT
+from phrases.values import Result, Tie, kept
 
 
 def share(found: float, ends: tuple[float, float]) -> str:
@@ -27,4 +31,30 @@ def coverage_sum(found: Result) -> list[str]:
     return [f"Of {len(rows)} rows {sum(r['met'] for r in rows)} meet what is asked"]
 
 
-TIES = [Tie("coverage.md", "coverage", (coverage_rows, coverage_sum))]
+def coverage_proof(found: Result) -> list[str]:
+    """Which rows prove what is asked, by their intervals, and which have fewer trials."""
+    right = [r for r in found["rows"] if r["form"] == RIGHT]
+    inside = [r for r in right if ASKED[0] <= r["cover_95"][0] and r["cover_95"][1] <= ASKED[1]]
+    wrong = [r for r in found["rows"] if r["form"] != RIGHT and r["bias"] is not None and r["bias"] > 1.0]
+    short = [r for r in wrong if proportion(r["told"], r["trials"])[0] < TOLD]
+    assert not inside
+    fewer: dict[str, list[str]] = {}
+    for r in found["rows"]:
+        if r["trials"] < found["trials"]:
+            sizes = fewer.setdefault(r["command"], [])
+            sizes.extend({str(r["trials"])} - set(sizes))
+    shortest = ", ".join(f"`{command}` ({' and '.join(sizes)})" for command, sizes in fewer.items())
+    names = ", ".join(f"{n} of `{command}`" for command, n in Counter(r["command"] for r in short).items())
+    return [
+        f"None of the {len(right)} right forms proves 93 to 97 %",
+        f"{len(wrong) - len(short)} of the {len(wrong)} biased wrong forms prove 90 % told; not: {names}",
+        f"Fewer than {found['trials']} trials: {shortest}",
+    ]
+
+
+def coverage_versions(_: Result) -> list[str]:
+    first, last = kept("coverage")["merged_commits"]
+    return [f"of versions between {first[:8]} and {last[:8]}"]
+
+
+TIES = [Tie("coverage.md", "coverage", (coverage_rows, coverage_sum, coverage_proof, coverage_versions))]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from phrases.values import Result, Tie, percent, rows_by
+from phrases.values import Result, Tie, least, percent, rows_by
 
 TASKS = ("ring", "tracing", "palpation", "insertion")
 PATHS = ("ring", "tracing", "insertion")
@@ -162,9 +162,11 @@ def rejected(found: Result) -> list[str]:
 def ten_seeds(found: Result) -> list[str]:
     judged = found["conformance"]
     assert judged["passed"] == judged["combinations"]
+    n = len(judged["seeds"])
     return [
         f"# {judged['checks']:,} checks, about",
         f"Each of the {judged['checks']:,} checks finds a place and passes",
+        f"For one combination {n} of {n} is at least {least(n, n)}",
     ]
 
 

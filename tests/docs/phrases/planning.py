@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from phrases.values import Result, Tie, control
+from phrases.values import Result, Tie, control, least, most
 
 ASSISTANCE = {
     "none": "none",
@@ -17,8 +17,9 @@ def planning_rows(found: Result) -> list[str]:
     rows = found["rows"]
     ways = [(r["straight"], r["retracted"], r["queries"] - r["straight"] - r["retracted"]) for r in rows]
     return [
-        f"| {name} | {100 * r['success_rate']:.0f} % | {r['median_s']:.2f} and {r['p95_s']:.2f} s | "
-        f"{way[0]}, {way[1]}, {way[2]} | {r['violations']} of {r['checked_samples']:,} |"
+        f"| {name} | {round(r['success_rate'] * r['queries'])} of {r['queries']} | "
+        f"{r['median_s']:.2f} and {r['p95_s']:.2f} s | {way[0]}, {way[1]}, {way[2]} | "
+        f"{r['violations']} of {r['checked_samples']:,} |"
         for name, r, way in zip(SCENES, rows, ways, strict=True)
     ]
 
@@ -29,6 +30,15 @@ def planning_again(found: Result) -> list[str]:
         f"{round(r['replan_success_rate'] * r['replans'])} of {r['replans']} |"
         for name, r in zip(SCENES, found["rows"], strict=True)
     ]
+
+
+def planning_limits(found: Result) -> list[str]:
+    """What the numbers of plans prove."""
+    rows = found["rows"]
+    (n,) = {r["queries"] for r in rows}
+    assert all(r["success_rate"] == 1.0 for r in rows)
+    counts = {(round(r["replan_success_rate"] * r["replans"]), r["replans"]) for r in rows} - {(n, n)}
+    return [f"{k} of {m} is at least {least(k, m)}" for k, m in ((n, n), *counts)]
 
 
 def execution_rows(found: Result) -> list[str]:
@@ -54,7 +64,9 @@ def planners(found: Result) -> list[str]:
     rows = {row["planner"]: row for row in found["rows"]}
     best = min(rows.values(), key=lambda row: (-row["success_rate"], row["median_s"]))
     assert best["planner"] == "RRTConnect", "the default"
+    (n,) = {row["queries"] for row in rows.values()}
     return [
+        f"{n} of {n} is at least {least(n, n)}",
         *(
             f"| {name} | {round(row['success_rate'] * row['queries'])} of {row['queries']} | {row['median_s']:.2f} s |"
             for name, row in rows.items()
@@ -67,7 +79,10 @@ def collisions(found: Result) -> list[str]:
     judged = found["brute_force"]
     assert judged["disagreements"] == 0
     assert judged["worst_distance_error_m"] < 1e-9, "less than a nanometre"
-    return [f"On {judged['poses']:,} random poses of a capsule at an organ, Coal and brute force never disagreed"]
+    return [
+        f"On {judged['poses']:,} random poses of a capsule at an organ, Coal and brute force never disagreed (at most "
+        f"{most(0, judged['poses'], 2)})"
+    ]
 
 
 def execution_settles(found: Result) -> list[str]:
@@ -126,7 +141,7 @@ def stiffness_rows(found: Result) -> list[str]:
 TIES = [
     Tie("planning-study.md", "planning_study", (study_rows, study_text)),
     Tie("planning-study.md", "planning_stiffness", (stiffness_rows,)),
-    Tie("planning.md", "planning", (planning_rows, planning_again, planning_checks)),
+    Tie("planning.md", "planning", (planning_rows, planning_again, planning_checks, planning_limits)),
     Tie("planning.md", "planning_study", (planning_answer,)),
     Tie("planning.md", "planning_hooks", (planners,)),
     Tie("planning.md", "collisions", (collisions,)),

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 
-from phrases.values import Result, Tie, control
+from palpate.arrays.intervals import proportion
+from phrases.values import Result, Tie, control, least, most
 
 
 def of(rows: list[Result], key: str) -> str:
@@ -23,22 +24,39 @@ def registration_markers(found: Result) -> list[str]:
     ]
 
 
-def least(text: str) -> str:
-    """Lower 95 % limit of "k of n" by Clopper and Pearson."""
-    from palpate.verify.coverage.run import proportion
-
+def count(text: str) -> tuple[int, int]:
+    """The numbers of "k of n"."""
     k, n = (int(word) for word in text.split(" of "))
-    return f"{100 * proportion(k / n, n)[0]:.1f} %"
+    return k, n
 
 
 def registration_limits(found: Result) -> list[str]:
     wrong = sum(one["wrong"] for one in found["surface"].values())
     rough, none = (found["surface"][k] for k in ("rough", "none"))
+    marker = found["wrong_marker"]
+    assert count(of([marker["estimated"]], "found")) == count(of([marker["stated"]], "found"))
+    required = {
+        "correspondence": (count(of(list(found["unknown"].values()), "right")), 0.99),
+        "wrong marker": (count(of([marker["stated"]], "found")), 0.99),
+        "liver": (count(of([rough], "converged")), 0.95),
+        "told as wrong": ((wrong, wrong), 0.99),
+    }
+    proved = [name for name, ((k, n), share) in required.items() if proportion(k / n, n)[0] >= share]
+    alarms = [(round(one["false_alarms"] * one["trials"]), one["trials"]) for one in marker.values()]
+    assert proved == ["correspondence"]
+    assert min(proportion(k / n, n)[1] for k, n in alarms) > 0.01
+    felt, places = (
+        round(found["chain"]["felt_within_1mm"] * 20 * found["chain"]["trials"]),
+        20 * found["chain"]["trials"],
+    )
+    assert felt < places
     return [
-        f"correspondence {least(of(list(found['unknown'].values()), 'right'))}, "
-        f"wrong marker {least(of([found['wrong_marker']['stated']], 'found'))}, "
-        f"liver {least(of([rough], 'converged'))}, without a start {least(of([none], 'converged'))}, "
-        f"told as wrong {least(f'{wrong} of {wrong}')}, trusted {least(trusted(found))}"
+        *(f"{name} {least(*trials)}" for name, (trials, _) in required.items()),
+        f"without a start {least(*count(of([none], 'converged')))}",
+        f"trusted {least(*count(trusted(found)))}",
+        f"Of the required shares {len(proved)} is proved, {proved[0]}",
+        f"{wrong} of {wrong} is not 99 %",
+        f"False alarms are at most {most(*alarms[0])} and {most(*alarms[1])} ({alarms[0][1]} sets each)",
     ]
 
 
@@ -107,25 +125,38 @@ def sessions(found: Result) -> list[str]:
     right, wrong = session["right"], {kind: one for kind, one in session.items() if kind != "right"}
     (trials,) = {one["trials"] for one in wrong.values()}
 
-    def count(key: str) -> str:
+    def told(key: str) -> str:
         return f"{round(right[key] * right['trials'])} of {right['trials']}"
 
     met = round((1.0 - right["told"]) * right["trials"])
     assert all(one["told"] == 1.0 for one in wrong.values())
     return [
         f"with the accuracy of 1 mm met | {met} of {right['trials']} |",
-        f"every target within the error stated with 95 % | {count('right')}",
+        f"every target within the error stated with 95 % | {told('right')}",
         f"rms | {1e3 * right['error_m']:.2f} mm, predicted {1e3 * right['predicted_m']:.2f} mm |",
         f"simulated time of the hand, means | {right['touches']:.1f}; {right['seconds']:.0f} s |",
         f"organ moved by 5 mm after three touches | {trials} of {trials} |",
         f"mirrored targets; scan of another organ | {trials} of {trials} each |",
-        f"right registrations passed | {count('check_passed')} |",
-        f"the same moved by 3 mm failed | {count('off_failed')} |",
+        f"right registrations passed | {told('check_passed')} |",
+        f"the same moved by 3 mm failed | {told('off_failed')} |",
+    ]
+
+
+def session_limits(found: Result) -> list[str]:
+    session = found["session"]
+    n = session["right"]["trials"]
+    (few,) = {one["trials"] for kind, one in session.items() if kind != "right"}
+    held = round(session["right"]["right"] * n)
+    assert proportion(held / n, n)[0] < 0.95
+    return [
+        f"{held} of {n} is at least {least(held, n)}, which does not prove 95 %",
+        f"{n} of {n} at least {least(n, n)}",
+        f"{few} of {few} at least {least(few, few)}",
     ]
 
 
 TIES = [
-    Tie("registration-session.md", "registration", (sessions,)),
+    Tie("registration-session.md", "registration", (sessions, session_limits)),
     Tie("registration-session.md", "session", (session_time,)),
     Tie("registration.md", "registration", (registration_markers, registration_surfaces, registration_chain)),
     Tie("registration.md", "registration", (registration_limits,)),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from phrases.values import Result, Tie, mj, percent
+from phrases.values import Result, Tie, least, mj, most, percent
 
 
 def certificate_devices(found: Result) -> list[str]:
@@ -13,6 +13,17 @@ def certificate_devices(found: Result) -> list[str]:
         f"largest {100 * found['largest_error']:.1f} %, {share} within 5 %; "
         f"the linear part alone: median {100 * found['linear_median_error']:.1f} %",
         f"of {found['certified_gains']} certified pairs {broken} oscillates",
+    ]
+
+
+def certificate_limits(found: Result) -> list[str]:
+    """What the counts prove; the certified pairs of one device are not independent of each other."""
+    n, arms = found["count"], len(found["arms"])
+    assert found["share_within"] == 1.0
+    assert found["certified_broken"] == 0
+    return [
+        f"{n} of {n} devices is at least {least(n, n)}, none of {n} that oscillates at most {most(0, n)}, "
+        f"{arms} of {arms} at least {least(arms, arms)}"
     ]
 
 
@@ -64,6 +75,10 @@ def passivity_answer(found: Result) -> list[str]:
     ]
 
 
+def passivity_limits(found: Result) -> list[str]:
+    return [f"0 of {found['runs']:,} is at most {most(0, found['runs'], 2)} of such runs"]
+
+
 def passivity_changes(found: Result) -> list[str]:
     rows = {row["of"]: row for row in found["changes"]}
     every = [f"{row['runs']:,}" if row["runs"] >= 10_000 else str(row["runs"]) for row in rows.values()]
@@ -89,9 +104,13 @@ def extracted(found: Result) -> list[str]:
 
 
 def swings(found: Result) -> list[str]:
+    n, sure = (sum(found["runs"][0][key] for key in keys) for keys in
+               (("growing", "decaying"), ("growing_called", "decaying")))  # fmt: skip
+    assert found["runs"][0]["decaying_called"] == found["runs"][0]["decaying_undecided"] == 0
     names = {"needed": "as long as the judge needs", "short": "2 s, whatever the mode"}
     return [
         f"For {found['loops']} random ones",
+        f"{sure} of {n} is an agreement of at least {least(sure, n)}",
         *(f"| {names[r['run']]} | {r['growing_called']}, {r['growing'] - r['growing_called']} "
           f"({r['growing_undecided']}) | {r['decaying_called']}, {r['decaying'] - r['decaying_called']} "
           f"({r['decaying_undecided']}) | {100 * r['agreement']:.1f} % |" for r in found["runs"]),
@@ -110,7 +129,7 @@ TIES = [
     Tie("oscillation.md", "swings", (swings,)),
     Tie("verification.md", "loops", (loops,)),
     Tie("stability-study.md", "extract", (extracted,)),
-    Tie("certificate.md", "certificate", (certificate_devices, certificate_arms)),
+    Tie("certificate.md", "certificate", (certificate_devices, certificate_arms, certificate_limits)),
     Tie("stability-study.md", "passivity", (passivity_rows, passivity_text, passivity_changes, passivity_delays)),
-    Tie("stability-study.md", "passivity", (passivity_answer,)),
+    Tie("stability-study.md", "passivity", (passivity_answer, passivity_limits)),
 ]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from palpate.arrays.intervals import proportion
 from palpate.verify.bench.tissue.ticks import CONTROL_MS
-from phrases.values import Result, Tie, control
+from phrases.values import Result, Tie, control, least, most
 
 
 def tissue_ticks(found: Result) -> list[str]:
@@ -22,6 +23,27 @@ def tissue_rows(found: Result) -> list[str]:
 def tissue_text(found: Result) -> list[str]:
     m = found["mujoco"]
     return [f"errs by {100 * m['layer_error']:+.1f} %, Palpate by {100 * m['own_layer_error']:+.1f} %"]
+
+
+def tissue_finding(found: Result) -> list[str]:
+    """What the few operators prove, and the hardest of their lumps."""
+    rows = found["finding"]
+    n = len(rows)
+    k, shallow, wrong = (sum(row[key] for row in rows) for key in ("found", "shallow_found", "control_found"))
+    assert k == shallow == n
+    assert proportion(k / n, n)[0] < 0.75
+    assert proportion(wrong / n, n)[1] > 0.25
+    least_contrast = min(row["contrast"] for row in rows)
+    return [
+        f"{n} operators a row prove neither 75 nor 25 %: {k} of {n} is at least {least(k, n)}, "
+        f"{wrong} of {n} at most {most(wrong, n)}",
+        f"felt the deep lump as {100 * least_contrast:.1f} % stiffer",
+    ]
+
+
+def soak_limits(found: Result) -> list[str]:
+    n = found["actions"]
+    return [f"0 of {n:,} is at most {most(0, n)} of the actions"]
 
 
 def tissue_loops(found: Result) -> list[str]:
@@ -89,9 +111,9 @@ def soak(found: Result) -> list[str]:
 
 
 TIES = [
-    Tie("grasping.md", "soak_tissue", (soak,)),
+    Tie("grasping.md", "soak_tissue", (soak, soak_limits)),
     Tie("soft-thread.md", "tissue", (thread_rows,)),
-    Tie("tissue-figures.md", "tissue", (tissue_rows, tissue_text)),
+    Tie("tissue-figures.md", "tissue", (tissue_rows, tissue_text, tissue_finding)),
     Tie("tissue-figures.md", "tissue_times", (tissue_ticks, tissue_mujoco, tissue_controls)),
     Tie("tissue-figures.md", "tissue_loops", (tissue_loops,)),
     Tie("tissue-theories.md", "theories", (theories,)),

@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from palpate.arrays.intervals import proportion
+
 RESULTS = Path(__file__).resolve().parents[3] / "docs" / "results"
 Result = dict[str, Any]
 Maker = Callable[[Result], list[str]]
@@ -40,6 +42,16 @@ def mj(joules: float) -> str:
 def percent(share: float, sign: str = "") -> str:
     """A share in whole percent, without the sign of zero."""
     return f"{round(100.0 * share) + 0:{sign}d}"
+
+
+def least(k: int, n: int) -> str:
+    """Lower 95 % limit of k of n (Clopper and Pearson)."""
+    return f"{100.0 * proportion(k / n, n)[0]:.1f} %"
+
+
+def most(k: int, n: int, digits: int = 1) -> str:
+    """Upper 95 % limit of k of n (Clopper and Pearson)."""
+    return f"{100.0 * proportion(k / n, n)[1]:.{digits}f} %"
 
 
 def rows_by(rows: Iterable[Result], *keys: str) -> dict[Any, Result]:
