@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from phrases.values import Result, Tie, least, percent, rows_by
+from phrases.values import Result, Tie, least, most, percent, rows_by
 
 TASKS = ("ring", "tracing", "palpation", "insertion")
 PATHS = ("ring", "tracing", "insertion")
@@ -115,6 +115,7 @@ def hard_entry(found: Result) -> list[str]:
     line = next(name for name in by if name.endswith("around a line"))
     deepest = max(row["entry_mm"] for row in by.values())
     assert found["entry"]["entry_passed"]
+    everyone = sum(row["hands"] for row in by.values())
     return [
         row("floor", "floor"),
         row("floor that breathes by 3 mm", "floor that breathes"),
@@ -123,6 +124,7 @@ def hard_entry(found: Result) -> list[str]:
         row("in a sphere of 2 cm", next(name for name in by if name.startswith("inside of a sphere"))),
         row(joined(list(SHAPES)), *SHAPES),
         f"the forbidden region by at most {deepest:.3f} mm",
+        f"at most {most(0, everyone)} enter deeper (0 of {everyone};",
     ]
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from phrases.values import Result, Tie, rows_by
+from phrases.values import Result, Tie, most, rows_by
 
 
 def peak_mm(row: Result) -> str:
@@ -78,7 +78,8 @@ def wall_hands(found: Result) -> list[str]:
         share = round(100.0 * row["hands"]["limit_cycle_share"])
         phrases.append(f"| {row['kd']:g} | {middle} % | {low} to {high} % | {f'{share} %' if share else 'none'} |")
     (people,) = {row["hands"]["people"] for row in found["rows"]}
-    return [*phrases, f"Left: {people} other hands"]
+    assert found["rows"][-1]["hands"]["limit_cycle_share"] == 0.0
+    return [*phrases, f"Left: {people} other hands", f"none of {people} is at most {most(0, people)}"]
 
 
 def wall_unmet(found: Result) -> list[str]:
