@@ -83,7 +83,8 @@ def _run(command: Options, console: Console, session: PairsSession, realtime: bo
 
     duration = session.scene.duration if command.duration is None else command.duration
     mode = "real time" if realtime else "lockstep, as fast as possible"
-    with PairsProgress(console, duration, mode) as progress, pedals(command.pedals, session.console, realtime):
+    near = {name: pair.nearest for name, pair in session.pairs.items()}
+    with PairsProgress(console, duration, mode, near) as progress, pedals(command.pedals, session.console, realtime):
         return session.run(duration, realtime=realtime, on_progress=progress)
 
 

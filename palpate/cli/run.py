@@ -154,7 +154,7 @@ class Command:
         duration = session.scene.duration if self.duration is None else self.duration
         mode = "real time" if realtime else "lockstep, as fast as possible"
         with (
-            Progress(console, duration, mode) as progress,
+            Progress(console, duration, mode, session.nearest) as progress,
             self._sender(session),
             pedals(self.pedals, session.console, realtime),
         ):
@@ -178,7 +178,7 @@ class Command:
         session = DrivenSession(scene, self.out or Path(scene.record.folder))
         say(console, f"{session.scene.arms.leader.driver} feels {scene.title}: at most "
             f"{session.scene.stability.force_cap:g} N, {session.rate:g} Hz; Ctrl-C ends it")  # fmt: skip
-        with DeviceLine(console, session.rig) as line, pedals(self.pedals, session.console, True):
+        with DeviceLine(console, session.nearest) as line, pedals(self.pedals, session.console, True):
             summary = session.run(self.duration, on_progress=line)
         failed = session.failed
         summary = outcome.with_report(summary, scene)

@@ -2,16 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+
+from rich.console import Console
 from rich.table import Table
 
 from palpate.console.live_line import RunLine
+from palpate.record.ticks import Ticks
 from palpate.report.summary import rows
 from palpate.session.pairs import States
 from palpate.session.pairs_summary import PairsSummary
 
 
 class PairsProgress(RunLine):
-    """Shows the time, and phase and force of each pair, while a run goes on."""
+    """Shows the time, and of each pair phase, force, and what is nearest in the air, while a run goes on.
+
+    Args:
+        console, duration, mode: as those of `RunLine`.
+        near: says for each pair what is nearest to a tool that touches nothing (`LiveSession.nearest`).
+    """
+
+    def __init__(
+        self, console: Console, duration: float, mode: str, near: Mapping[str, Callable[[Ticks], str]]
+    ) -> None:
+        super().__init__(console, duration, mode)
+        self._near = near
 
     def __call__(self, states: States) -> None:
         """Show the newest states."""
@@ -19,6 +34,8 @@ class PairsProgress(RunLine):
         for name, state in states.items():
             words += [(f"  {name} ", "dim"), f"{state.phase or 'run':<8} "]
             words.append((f"{state.force:5.2f} N", "red" if state.contacts else ""))
+            free = self._near[name](state.tick)
+            words.append((f"  {free}" if free else "", "green"))
         self.show(max(state.t for state in states.values()), *words)
 
 

@@ -17,7 +17,6 @@ from palpate.devices.session import DeviceSession
 from palpate.errors import DeviceError
 from palpate.scene.scene import Scene
 from palpate.sensing.source import Clouds
-from palpate.session import nearest
 from palpate.session.summary import Summary
 
 
@@ -131,7 +130,7 @@ class Haptics:
         device's axes the hand must move.
         """
         words = explain(self._fault, self._loop.cycle.status)
-        free = nearest.in_words(self._loop.rig, self.session.latest()) if words == "ok" else ""
+        free = self.session.nearest(self.session.latest()) if words == "ok" else ""
         return f"no force: the tool touches nothing; {free}" if free else words
 
     def close(self) -> Summary:

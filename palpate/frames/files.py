@@ -19,7 +19,7 @@ from palpate.frames.edge import Edge, isotropic
 from palpate.frames.graph import FrameGraph
 from palpate.frames.section import EdgePose, FrameSection, Row, seconds_of
 from palpate.values import NotNegative, Number, Section
-from palpate.wording import describe, place_in_file
+from palpate.values.wording import describe, place_in_file
 
 
 class _Result(Section):
@@ -66,7 +66,7 @@ def load(path: str | os.PathLike[str]) -> FrameGraph:
     """
     data = _content(Path(path))
     try:
-        sections = [FrameSection.model_validate(entry) for entry in data.get("frames", ())]
+        sections = [FrameSection.validated(entry) for entry in data.get("frames", ())]
     except ValidationError as error:
         raise _refusal(Path(path), error, FrameSection) from None
     return FrameGraph(edges(sections, lambda name: Path(path).parent / name))
@@ -140,7 +140,7 @@ def _covariance(given: FrameSection | _Result) -> Array | None:
 def _result(path: Path, accept: str = "") -> _Result:
     data = _content(path)
     try:
-        found = _Result.model_validate(data)
+        found = _Result.validated(data)
         seconds_of(found.date)
     except ValidationError as error:
         raise _refusal(path, error, _Result) from None

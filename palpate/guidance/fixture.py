@@ -11,7 +11,7 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
 from palpate import _core
-from palpate.errors import GuidanceError
+from palpate.errors import GuidanceError, InvalidSceneError
 from palpate.guidance import one_line, yaml_text
 from palpate.guidance.combine import Geometry
 from palpate.guidance.context import FixtureContext
@@ -77,10 +77,12 @@ class Fixture(Section):
 
     def __init__(self, geometry: Shape | Geometry | str | None = None, /, **values: Any) -> None:
         if isinstance(geometry, str):
-            values = {**one_line.expand(geometry), **values}
+            values = {**_expanded(geometry), **values}
         elif geometry is not None:
             values["geometry"] = geometry
         super().__init__(**values)
+
+    setattr(__init__, "__pydantic_base_init__", True)  # noqa: B010 - as in `Section`
 
     @model_validator(mode="before")
     @classmethod
@@ -225,3 +227,12 @@ class Fixture(Section):
         if len(found) != 1:
             raise GuidanceError(f"{len(found)} fixtures where one is expected", mend="guidance.from_yaml reads lists")
         return found[0]
+
+
+def _expanded(line: str) -> Any:
+    """The values of a fixture in one line of text; an invalid line is refused as values are."""
+    try:
+        return one_line.expand(line)
+    except ValueError as error:
+        what, _, mend = str(error).partition(" | ")
+        raise InvalidSceneError(what, where="Fixture", mend=mend) from None

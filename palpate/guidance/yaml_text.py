@@ -12,7 +12,7 @@ from palpate.arrays.yaml_loader import load
 from palpate.errors import GuidanceError
 from palpate.guidance import one_line
 from palpate.values import Section
-from palpate.wording import describe, place_in_file
+from palpate.values.wording import describe, place_in_file
 
 _Item = TypeVar("_Item", bound=Section)
 

@@ -46,7 +46,7 @@ class HaplySection(Section):
             what = f"the options {text!r} of the driver haply cannot be read"
             raise DeviceError(what, why=str(error), mend="write e.g. haply:id=04C3,rate=1000") from None
         try:
-            return cls.model_validate(given)
+            return cls.validated(given)
         except ValidationError as error:
             first = error.errors()[0]
             what = f"driver haply: {'.'.join(map(str, first['loc']))}: {first['msg']}"

@@ -11,10 +11,9 @@ from pydantic import ValidationError
 
 from palpate.arrays.plain import Content
 from palpate.errors import SceneError, format_place
-from palpate.scene import explain
 from palpate.scene.operator import load_hand
 from palpate.scene.scene import Scene
-from palpate.wording import Place
+from palpate.values.wording import Place, explain
 
 
 def override(scene: Scene, overrides: Mapping[str, Any]) -> Scene:
@@ -41,7 +40,7 @@ def override(scene: Scene, overrides: Mapping[str, Any]) -> Scene:
             raise SceneError("preset cannot be overridden", why=why, mend=mend)
         _put(data, place, value.tolist() if isinstance(value, (np.generic, np.ndarray)) else value)
     try:
-        made = Scene._validated(data, Path(scene.file).parent)
+        made = Scene.validated(data, {"folder": Path(scene.file).parent})
     except ValidationError as error:
         raise explain.scene_error(error, Scene, f"{scene.title} with {', '.join(overrides)}", {}) from None
     return made.with_file_of(scene)

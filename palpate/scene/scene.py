@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal
 
 import yaml
 from pydantic import Field, PrivateAttr, ValidationError, model_validator
@@ -13,11 +13,11 @@ from pydantic import Field, PrivateAttr, ValidationError, model_validator
 from palpate import _core
 from palpate.arm import NAMES, Arm
 from palpate.arrays.yaml_loader import Dumper
-from palpate.errors import ArmError, InvalidSceneError, SceneError, ValueAtError, format_place
+from palpate.errors import ArmError, SceneError, ValueAtError, format_place
 from palpate.frames import FrameSection
 from palpate.guidance.lists import FixtureList, with_unique_names
-from palpate.scene import explain, presets, shipped, text
 from palpate.scene import pairs as pairs_module
+from palpate.scene import presets, shipped, text
 from palpate.scene.ecm import EcmSection
 from palpate.scene.force import ForceSection
 from palpate.scene.graspable import GraspableSection
@@ -38,7 +38,7 @@ from palpate.scene.sensors import SensorSection, with_topics
 from palpate.scene.stability import StabilitySection
 from palpate.scene.trackers import TrackerSection
 from palpate.values import NotNegative, Positive, Section, Vector
-from palpate.wording import Place
+from palpate.values.wording import Place, explain
 
 _C = _core.SimulationOptions()
 _VARIABLE = re.compile(r"\$\{(\w+)(?::-([^}]*))?\}")
@@ -108,31 +108,6 @@ class Scene(Section):
     _lines: dict[Place, int] = PrivateAttr(default_factory=dict)
     _trusted: bool = PrivateAttr(default=False)
 
-    def __init__(self, /, **values: Any) -> None:
-        try:
-            super().__init__(**values)
-        except ValidationError as error:
-            raise _invalid(error) from None
-
-    setattr(__init__, "__pydantic_base_init__", True)  # noqa: B010 - pydantic then validates values without calling it
-
-    @classmethod
-    def model_validate(cls, obj: Any, **options: Any) -> Self:
-        """A scene from the values of a scene file, as a dictionary.
-
-        Raises:
-            InvalidSceneError: a value is invalid; the message names every one, why, and the correction.
-        """
-        try:
-            return super().model_validate(obj, **options)
-        except ValidationError as error:
-            raise _invalid(error) from None
-
-    @classmethod
-    def _validated(cls, values: Any, folder: Path) -> Self:
-        """As `model_validate` for the files in a folder, with pydantic's own error."""
-        return super().model_validate(values, context={"folder": folder})
-
     @classmethod
     def load(cls, path: str | os.PathLike[str], trust: bool = False) -> Scene:
         """Read a scene file, or a scene that comes with Palpate by its name, such as ``palpation``.
@@ -174,7 +149,7 @@ class Scene(Section):
         """
         data, lines = text.parse(source, name)
         try:
-            scene = cls._validated(data, Path(name).parent)
+            scene = cls.validated(data, {"folder": Path(name).parent})
         except ValidationError as error:
             raise explain.scene_error(error, cls, name, lines) from None
         scene._file, scene._lines, scene._trusted = name, lines, trust
@@ -202,7 +177,7 @@ class Scene(Section):
         own = self.pairs[name].model_dump(mode="json", exclude_unset=True, exclude={"devices"})
         lines = self._lines | {at[2:]: n for at, n in self._lines.items() if at[:2] == ("pairs", name) and at[2:]}
         try:
-            made = Scene._validated(pairs_module.merged(data, own), Path(self._file).parent)
+            made = Scene.validated(pairs_module.merged(data, own), {"folder": Path(self._file).parent})
         except ValidationError as error:
             raise explain.scene_error(error, Scene, self._file or f"pair {name}", lines) from None
         return made.with_origin(self._file, lines, self._trusted)
@@ -216,7 +191,7 @@ class Scene(Section):
         data = self.model_dump(mode="json", exclude_unset=True)
         data.setdefault("arms", {}).setdefault("leader", {})["driver"] = name
         try:
-            made = Scene._validated(data, Path(self._file).parent)
+            made = Scene.validated(data, {"folder": Path(self._file).parent})
         except ValidationError as error:
             raise explain.scene_error(error, Scene, self._file or "scene", self._lines) from None
         return made.with_file_of(self)
@@ -373,11 +348,3 @@ class Scene(Section):
                 what = f"one topic for the frames {frames} | write {{tool}} in it, and name the tool of each frame"
                 raise ValueAtError(what, "trackers", name, "topic")
         return self
-
-
-def _invalid(error: ValidationError) -> InvalidSceneError:
-    """The error for values given in Python; it has no lines."""
-    found = explain.scene_error(error, Scene, "Scene", {})
-    made = InvalidSceneError(found.what, where=found.where, why=found.why, mend=found.mend)
-    made.add_others(found.others)
-    return made

@@ -13,7 +13,7 @@ from palpate.arrays.yaml_loader import Loader, TooLargeError
 from palpate.errors import SceneError
 from palpate.guidance import one_line
 from palpate.scene import shipped
-from palpate.wording import Place
+from palpate.values.wording import Place
 
 
 def read(path: Path) -> str:

@@ -112,6 +112,11 @@ class Sensing:
             self._set_targets()
         return built
 
+    @property
+    def surfaces(self) -> dict[str, _tissue.PointSurface]:
+        """The surface of each object that the loop renders now, in O; an object without a frame yet has none."""
+        return {name: core for name, (core, _) in dict(self._rendered).items()}  # a copy: frames come in another thread
+
     def hold(self) -> None:
         """Stop all surfaces; their force fades as after a lost camera."""
         self._set_targets(lost=True)

@@ -13,12 +13,13 @@ import numpy as np
 
 from palpate.arrays import Array
 from palpate.record import snapshots
-from palpate.record.ticks import as_ticks
+from palpate.record.ticks import Ticks, as_ticks
 from palpate.scene.live_targets import SharedTargets
 from palpate.scene.rig import Rig
 from palpate.sensing import sensing as sensing_module
 from palpate.sensing.source import Clouds, as_sources
 from palpate.session import execution as plan_execution
+from palpate.session import nearest
 from palpate.session.camera import CameraArm
 from palpate.session.console import Console
 from palpate.session.execution import PlanExecution
@@ -55,6 +56,10 @@ class AttendedLoop(RecordedLoop):
             weakref.finalize(self, self.sensing.close)
         self.execution: PlanExecution | None = None  #: the newest plan that moves, or moved, the follower
         self._beside: list[threading.Thread] = []  # work beside the loop, in the order in which it ends
+
+    def nearest(self, tick: Ticks) -> str:
+        """What is nearest to a tool that touches nothing, how far, and where the hand must move; otherwise empty."""
+        return nearest.in_words(self.rig, tick, None if self.sensing is None else self.sensing.surfaces)
 
     @property
     def camera_arm(self) -> CameraArm | None:

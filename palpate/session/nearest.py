@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from palpate import _core
 from palpate.arrays import Array
 from palpate.record.ticks import Ticks
 from palpate.scene.rig import Rig
@@ -41,20 +43,27 @@ class Nearest:
         return "(" + ", ".join(f"{x:.2f}" for x in self.towards_L + 0.0) + ")"
 
 
-def nearest(rig: Rig, tick: Ticks) -> Nearest | None:
+def nearest(rig: Rig, tick: Ticks, sensed: Mapping[str, _core.Surface] | None = None) -> Nearest | None:
     """The surface nearest to the tool's tip at a tick; None before the first tick and without any surface to feel.
 
-    Surfaces of soft objects count at rest. Clouds of a sensor do not count: they come while the session runs.
+    Surfaces of soft objects count at rest.
+
+    Args:
+        rig: the rig of the scene.
+        tick: a tick of its loop.
+        sensed: newest surfaces, in O, of objects that are clouds of a sensor (`Sensing.surfaces`); others of them do
+            not count.
     """
     p = np.asarray(tick["p_WT"], dtype=np.float64)
     if not (np.isfinite(p).all() and np.any(tick["quat_WT"])):
         return None
     poses, found = object_poses(rig, tick), []
     for section, obj, placed in zip(rig.scene.objects, rig.snapshot.objects, rig.surfaces, strict=True):
-        if section.is_sensed or section.presence == "real":
+        core = (sensed or {}).get(obj.name) if section.is_sensed else placed.body.core
+        if core is None or section.presence == "real":
             continue
         X = poses[obj.name]
-        d, q, n = (rows[0] for rows in placed.body.core.nearest(((p - X[:3, 3]) @ X[:3, :3])[None]))
+        d, q, n = (rows[0] for rows in core.nearest(((p - X[:3, 3]) @ X[:3, :3])[None]))
         away = X[:3, :3] @ q + X[:3, 3] - p
         size = float(np.linalg.norm(away))
         towards = away / size if size > 1e-9 else -X[:3, :3] @ n
@@ -67,9 +76,12 @@ def nearest(rig: Rig, tick: Ticks) -> Nearest | None:
     return Nearest(name, distance, rig.arms.X_WL[:3, :3].T @ towards, hand)
 
 
-def in_words(rig: Rig, tick: Ticks) -> str:
-    """What is nearest while the tool touches nothing; empty in contact, under a force, and where nothing is known."""
+def in_words(rig: Rig, tick: Ticks, sensed: Mapping[str, _core.Surface] | None = None) -> str:
+    """What is nearest while the tool touches nothing; empty in contact, under a force, and where nothing is known.
+
+    Arguments as those of `nearest`; a session has it as `LiveSession.nearest`.
+    """
     if float(tick["contacts"]) > 0.0 or float(np.linalg.norm(np.nan_to_num(tick["F_asked"]))) > 0.0:
         return ""
-    found = nearest(rig, tick)
+    found = nearest(rig, tick, sensed)
     return "" if found is None or found.distance < 0.0 else found.words()

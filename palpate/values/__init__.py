@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, WithJsonSchema, model_validator
 
 from palpate.values import units
 from palpate.values.descriptions import unit_of
+from palpate.values.wording import explain
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)]
@@ -83,6 +84,32 @@ class Section(BaseModel):
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
+
+    def __init__(self, /, **values: Any) -> None:
+        """A section from the values of its keys.
+
+        Raises:
+            InvalidSceneError: a value is invalid; the message names every one, why, and the correction.
+        """
+        try:
+            super().__init__(**values)
+        except ValidationError as error:
+            raise explain.invalid(error, type(self)) from None
+
+    setattr(__init__, "__pydantic_base_init__", True)  # noqa: B010 - pydantic then validates values without calling it
+
+    @classmethod
+    def model_validate(cls, obj: Any, **options: Any) -> Self:
+        """A section from its values in a scene file, such as a dictionary; raises as the constructor."""
+        try:
+            return super().model_validate(obj, **options)
+        except ValidationError as error:
+            raise explain.invalid(error, cls) from None
+
+    @classmethod
+    def validated(cls, values: Any, context: dict[str, Any] | None = None) -> Self:
+        """As `model_validate`, with pydantic's own error: for readers of files, which know the lines."""
+        return super().model_validate(values, context=context)
 
     @model_validator(mode="before")
     @classmethod

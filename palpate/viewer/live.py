@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -65,6 +66,8 @@ class LiveViewer:
         Raises:
             PortError: the port cannot be used.
         """
+        if isinstance(source, LiveSession):  # it also knows the clouds of its sensors
+            stage = replace(stage, near=source.nearest)
         self._source, self._stage = source, stage
         self._server = open_server(host, port, stage.title) if server is None else server
         views.Framing(self._server, partial(views.overview, stage))

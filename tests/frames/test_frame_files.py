@@ -80,7 +80,7 @@ def test_a_matrix_that_is_no_pose_is_refused_with_its_cause(change, message):
     ("entry", "message"),
     [
         ({"pose": {"quat_wxyz": [0, 0, 0, 0.7]}}, "norm 0.7"),
-        ({"pose": {"quat": [1, 0, 0, 0]}}, "Extra inputs"),
+        ({"pose": {"quat": [1, 0, 0, 0]}}, "unknown key .pose.quat."),
         ({"pose": {"quat_wxyz": [1, 0, 0, 0], "rpy_deg": [0, 0, 0]}}, "keep one of them"),
         ({"pose": {"matrix": X.tolist(), "xyz": [0, 0, 0.1]}}, "remove xyz"),
         ({"pose": {"matrix": with_block(not_finite)}}, "finite"),

@@ -121,7 +121,7 @@ def test_only_orient_engages_and_fades_by_angles():
     by_place = {"engage": "2 mm", "release": "3 mm", "ramps": [{"by": "distance", "end": "1 cm"}]}
     for role, keys, read in (("orient", by_place, "angle|_deg"), ("guide", by_angle, "distance|engage|release")):
         for key, value in keys.items():
-            with pytest.raises(ValueError, match=rf"role {role} does not read .* \| it reads .*({read})"):
+            with pytest.raises(ValueError, match=rf"role {role} does not read .*\n  mend: it reads .*({read})"):
                 Fixture(guidance.Line(start=(0, 0, 0), end=(0, 0, 1)), role=role, **{key: value})
 
 

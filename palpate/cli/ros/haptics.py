@@ -161,7 +161,7 @@ class HapticLine(LiveLine):
             f"{timing['answer_us']['p50']:.0f} / {timing['answer_us']['p99']:.0f} us",
             ("  force ", "dim"),
             (f"{state.force:5.2f} N", "red" if state.contacts else ""),
-            f"  {'; '.join(words) or 'free to push'}",
+            f"  {'; '.join(words) or self._session.nearest(state.tick) or 'free to push'}",
         )
         self._live.update(line)
 

@@ -78,6 +78,7 @@ class Diagnostics:
             "energy withheld by the caps [mJ]": f"{1e3 * float(tick['energy_cut']):.3f}",
             "energy withheld by passivity [mJ]": f"{1e3 * float(tick['energy_passivity']):.3f}",
             "status": ", ".join(on) or "none",
+            "nearest": session.nearest(tick) or "none",
             "scheduler": str(timing["scheduler"]),
         }
         return DiagnosticStatus(

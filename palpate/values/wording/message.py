@@ -7,8 +7,8 @@ from typing import Any
 from pydantic import BaseModel
 
 from palpate.errors import format_place
-from palpate.wording import keys, values
-from palpate.wording.keys import Place
+from palpate.values.wording import keys, values
+from palpate.values.wording.keys import Place
 
 
 def describe(error: Any, place: Place, model: type[BaseModel], above: Place = ()) -> tuple[str, str, str]:
@@ -33,4 +33,4 @@ def describe(error: Any, place: Place, model: type[BaseModel], above: Place = ()
         return f"{spelled!r} is missing", field.description, f"add {place[-1]}: {values.example(field)}"
     expected, mend = values.words(error, field)
     why = f"{field.key}: {field.description}" if field.description else ""
-    return f"{spelled} {expected}. Got: {values.shown(error['input'])}", why, mend
+    return f"{spelled} {expected}".lstrip() + f". Got: {values.shown(error['input'])}", why, mend

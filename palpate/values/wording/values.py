@@ -6,7 +6,7 @@ import difflib
 from typing import Any
 
 from palpate.values import units
-from palpate.wording.keys import Field
+from palpate.values.wording.keys import Field
 
 _WHOLE = ("whole number", "int_type", "int_from_float", "int_parsing", "int_parsing_size")
 _NUMBER = ("number", "float_type", "float_parsing")

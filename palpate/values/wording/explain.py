@@ -1,4 +1,4 @@
-"""Converts pydantic's errors to scene errors with file and line, the nearest valid key and the expected unit."""
+"""Converts pydantic's errors to scene errors with file and line or class, the nearest key and the unit."""
 
 from __future__ import annotations
 
@@ -8,8 +8,9 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from palpate.errors import SceneError
-from palpate.wording import Place, describe, place_in_file
+from palpate.errors import InvalidSceneError, SceneError
+from palpate.values.wording.keys import Place, place_in_file
+from palpate.values.wording.message import describe
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,14 @@ def scene_error(error: ValidationError, model: type[BaseModel], name: str, lines
     first = unique[0]
     first.add_others(unique[1:])
     return first
+
+
+def invalid(error: ValidationError, model: type[BaseModel]) -> InvalidSceneError:
+    """The error for values of a section that are given in Python; it names the class, as there are no lines."""
+    found = scene_error(error, model, model.__name__, {})
+    made = InvalidSceneError(found.what, where=found.where, why=found.why, mend=found.mend)
+    made.add_others(found.others)
+    return made
 
 
 def where(name: str, lines: dict[Place, int], place: Place) -> str:
