@@ -52,7 +52,7 @@ def nearest(rig: Rig, tick: Ticks, sensed: Mapping[str, _core.Surface] | None = 
         rig: the rig of the scene.
         tick: a tick of its loop.
         sensed: newest surfaces, in O, of objects that are clouds of a sensor (`Sensing.surfaces`); others of them do
-            not count.
+            not count. They reach as far from the tool as the section's `region`.
     """
     p = np.asarray(tick["p_WT"], dtype=np.float64)
     if not (np.isfinite(p).all() and np.any(tick["quat_WT"])):
