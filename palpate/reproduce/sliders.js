@@ -57,7 +57,7 @@ function gap() {
   const px = (g) => 860 + 50 * (Math.log10(g) - 1), py = (c) => 290 + 22 * (Math.log10(c) + 7) * -1;
   svg += `<polyline fill="none" stroke="#c8453b" stroke-width="2" points="${DATA.gap.pairs.map((q) => `${px(q.gap_mm)},${py(q.cross)}`).join(" ")}"/>`;
   svg += `<circle cx="${px(pair.gap_mm)}" cy="${py(pair.cross)}" r="5" fill="#c8453b"/>`;
-  svg += text(710, 316, "gap, 10 pm to 10 mm (log)", "small", "middle") + text(566, 128, "|n_U × n_V| (log)", "small");
+  svg += text(710, 316, "gap, 10 nm to 10 mm (log)", "small", "middle") + text(566, 128, "|n_U × n_V| (log)", "small");
   $("pair").innerHTML = svg;
 }
 
@@ -71,7 +71,7 @@ function noise() {
     const mine = DATA.noise.filter((row) => row.radius_mm === radius), value = (name) => between(mine, "noise_mm", level, name);
     return { radius, turned: value("direction_deg"), raw: value("error_mN"), filtered: value(cap), kept: between(mine, "noise_mm", 0, "kept_of_the_relief") };
   });
-  const most = Math.max(...DATA.noise.map((row) => row.error_mN)), height = (x) => (190 * x) / most;
+  const most = Math.max(300, ...rows.map((row) => row.raw)), height = (x) => (190 * x) / most;
   let svg = line(60, 220, 880, 220, "#b9c3cb", 1);
   rows.forEach((row, i) => {
     const x = 90 + 160 * i;
