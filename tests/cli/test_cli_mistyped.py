@@ -98,7 +98,7 @@ def test_every_scene_that_a_help_text_names_is_shipped_with_its_meshes(monkeypat
             )
             named |= set(re.findall(r"scenes/(\w+)\.yaml", words or ""))
     named &= set(shipped.names())
-    assert {"palpation", "soft_liver"} <= named
+    assert {"palpation", "nodule"} <= named
     for name in named:
         scene = Scene.load(name)
         assert all(obj.file is None or scene.path_of(i).is_file() for i, obj in enumerate(scene.objects)), name

@@ -101,7 +101,7 @@ def refined(point: Point, seed: int) -> dict[str, Any]:
     """Random steps from a candidate, always on from the best so far, within the ranges."""
     rng, best = np.random.default_rng(seed), _row(np.array([float(text) for text in point["start"].split()]))
     rows = [best]
-    for step in range(_STEPS):
+    for step in range(int(point["steps"])):
         width = 0.25 * 0.93**step
         x = np.clip(np.array(best["x"]) + rng.normal(0.0, width, len(_LOW)), _LOW, _HIGH)
         rows.append(_row(x))
@@ -116,7 +116,8 @@ def together(seed: int, workers: int | None, count: int = _TRIED) -> list[dict[s
     first = sweep(tried, {"candidate": Axis(range(count))}, seed, workers=workers, console=quiet, title="hands").rows()
     rows = sorted(first, key=lambda row: float(row["error"]))
     starts = [" ".join(map(repr, row["x"])) for row in rows[:_REFINED]]
-    more = sweep(refined, {"start": Axis(starts)}, seed + 1, workers=workers, console=quiet, title="steps").rows()
+    grid = {"start": Axis(starts), "steps": Axis([_STEPS])}
+    more = sweep(refined, grid, seed + 1, workers=workers, console=quiet, title="steps").rows()
     names = ("x", "overshoots", "error")
     rows += [
         dict(zip(names, values, strict=True)) for one in more for values in zip(*(one[n] for n in names), strict=True)
