@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from rich.console import Console
 
 from palpate.arrays import Array
-from palpate.plotting.style import CAP, FORCE, INK, MUTED, TOOL, Canvas, plain_ticks
+from palpate.plotting.style import FORCE, INK, MUTED, TOOL, Canvas, plain_ticks
 from palpate.reproduce.item import Drawing, Item, Outcome, Work
 from palpate.studies.wall import figures, fit
 from palpate.studies.wall.bench import OSCILLATES, WALL, Setting, WallPress, judge, press, swing
@@ -289,8 +289,9 @@ def _region(rows: list[dict[str, Any]], canvas: Canvas) -> Figure:
     half = (off <= 0.5) & ~near
     for axes, (i, j) in zip(figure.subplots(1, 3), _PLANES, strict=True):
         axes.loglog(x[~near & ~half, i], x[~near & ~half, j], ".", ms=2, color="#c9d2d8", label="tried")
-        axes.loglog(x[half, i], x[half, j], "o", ms=3, color=CAP, label="all three within 50 %")
-        axes.loglog(x[near, i], x[near, j], "o", ms=3.5, color=FORCE, label=f"within {100 * TOGETHER:.0f} %")
+        axes.loglog(x[half, i], x[half, j], "o", ms=3, color="#7d8b96", label="all three within 50 %")
+        if near.any():
+            axes.loglog(x[near, i], x[near, j], "o", ms=3.5, color=FORCE, label=f"within {100 * TOGETHER:.0f} %")
         axes.plot(x[0, i], x[0, j], "x", ms=8, mew=2, color=INK, label="best")
         fitted = WallPress.fitted()
         own = [*astuple(fitted), 1.0, np.nan]
