@@ -70,19 +70,25 @@ def _plate(pixels: Any, canvas: Canvas) -> Figure:
 
 
 @contextmanager
-def replay(scene: Scene, seconds: float, at: float) -> Iterator[str]:
-    """Address of a viewer that shows the instant `at` [s] of a lockstep run of a scene with one pair."""
-    from palpate.viewer import ReplayViewer, stage_of
-
-    session = Session(scene)
-    ticks = as_ticks(session.rig.simulation(session.seed).run(round(seconds * session.rate) + 1))
-    viewer = ReplayViewer(ticks, stage_of(session.rig, session.scene.title), port=0)
+def _stopped(viewer: Any, at: float) -> Iterator[str]:
+    """Address of a replay viewer, of one pair or several, that shows the instant `at` [s]."""
     try:
         viewer.picture.choose("full")
         viewer.show_at(at)
         yield viewer.url
     finally:
         viewer.close()
+
+
+@contextmanager
+def replay(scene: Scene, seconds: float, at: float) -> Iterator[str]:
+    """Address of a viewer that shows the instant `at` [s] of a lockstep run of a scene with one pair."""
+    from palpate.viewer import ReplayViewer, stage_of
+
+    session = Session(scene)
+    ticks = as_ticks(session.rig.simulation(session.seed).run(round(seconds * session.rate) + 1))
+    with _stopped(ReplayViewer(ticks, stage_of(session.rig, session.scene.title), port=0), at) as url:
+        yield url
 
 
 @contextmanager
@@ -96,13 +102,8 @@ def replay_pairs(scene: Scene, folder: Path, seconds: float, at: float) -> Itera
     kept = session.run(seconds).record
     assert kept is not None
     records = {name: Record.open(path) for name, path in pair_records(Path(kept)).items()}
-    viewer = PairsReplayViewer(records, scene.title, port=0)
-    try:
-        viewer.picture.choose("full")
-        viewer.show_at(at)
-        yield viewer.url
-    finally:
-        viewer.close()
+    with _stopped(PairsReplayViewer(records, scene.title, port=0), at) as url:
+        yield url
 
 
 @contextmanager
