@@ -33,6 +33,7 @@ AT_ONCE = 2
 LAST = ("nice", "-n", "19")  # runs a command when no other one wants the processor
 REAL_TIME = (
     "tests/ros",
+    "tests/devices/test_haply.py",
     "tests/realtime/test_no_allocation.py",
     "tests/package/test_readme.py",
     "tests/package/test_wheel.py",

@@ -13,6 +13,7 @@ using loop::Reading;
 
 constexpr double kOpen = 0.5;        // [rad] angle of the gripper while its button is released, as for a mouse
 constexpr double kLowBattery = 0.1;  // [-]
+constexpr int kMostEvents = 8;       // events that one tick takes: a flood of them must not hold the thread
 constexpr const char* kNotices[] = {
     "the service did not answer in time, and the force was zero meanwhile; mend: give the service its own core, or a "
     "lower rate: driver: {haply: {rate: 1000}}",
@@ -125,7 +126,8 @@ Reading Device::judge(const Measured& found, loop::DeviceState& state) noexcept 
 }
 
 void Device::take_events() noexcept {
-  while (events_ && events_->receive(0) == WebSocket::Got::message) {
+  for (int taken = 0; taken < kMostEvents && events_; ++taken) {
+    if (events_->receive(0) != WebSocket::Got::message) return;
     const Event event = reader_.read_event(events_->message());
     if (event == Event::sleep) note(asleep);
     if (event == Event::battery) note(battery_low);
