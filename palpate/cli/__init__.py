@@ -15,7 +15,7 @@ from palpate.errors import PalpateError, PalpateWarning
 FIRST = (
     "run", "replay", "report", "record", "check", "frames", "certify", "study", "reproduce", "calibrate", "identify",
     "register", "tracker", "device", "bench", "fuzz", "soak", "coverage", "ros", "plan", "export", "path", "grid",
-    "scan", "scenes", "schema", "cache",
+    "scan", "scenes", "schema", "cache", "doctor",
 )  # fmt: skip
 
 _DESCRIPTION = """\

@@ -1,0 +1,5 @@
+"""What a machine has and lacks for Palpate, and how to fix what is missing: `palpate doctor`."""
+
+from palpate.doctor.examination import TOPICS, Finding, examine
+
+__all__ = ["TOPICS", "Finding", "examine"]
