@@ -15,7 +15,7 @@ from palpate.errors import PalpateError, PalpateWarning
 FIRST = (
     "run", "replay", "report", "record", "check", "frames", "certify", "study", "reproduce", "calibrate", "identify",
     "register", "tracker", "device", "bench", "fuzz", "soak", "coverage", "ros", "plan", "export", "path", "grid",
-    "scan", "scenes", "schema", "cache", "doctor",
+    "scan", "scenes", "schema", "cache", "doctor", "licenses", "completion",
 )  # fmt: skip
 
 _DESCRIPTION = """\
