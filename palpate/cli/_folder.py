@@ -3,7 +3,8 @@
 `palpate NAME` is `NAME.py`, or `NAME/command.py` when the command has several parts: a dataclass ``Command`` whose
 fields are the options and whose ``__call__`` does the work. A module without ``Command`` is a group: its docstring is
 the help text, its members are the commands in its folder (or in the package named by ``MEMBERS``), ``FIRST`` names the
-members that the help shows first, and ``prepare()`` runs before one of them is imported.
+members that the help shows first, ``OTHERWISE`` the one that takes arguments that begin with no member's name, and
+``prepare()`` runs before one of them is imported.
 
 Listing reads the files as text; a command and its imports are loaded only when the command runs.
 """
@@ -74,6 +75,9 @@ def dispatch(group: ModuleType, prog: str, description: str, args: Sequence[str]
     from tyro.conf import FlagCreatePairsOff
 
     config = (FlagCreatePairsOff,)
+    otherwise = getattr(group, "OTHERWISE", "")
+    if args[0] not in members and otherwise:
+        args = [otherwise, *args]
     if args[0] not in members:
         if not args[0].startswith("-"):
             raise PalpateError(f"there is no command {prog} {args[0]}", mend=_nearest(prog, args[0], list(members)))

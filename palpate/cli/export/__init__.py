@@ -1,3 +1,5 @@
-"""Write what other software reads: a MoveIt 2 configuration of a scene."""
+"""Write what other software reads: data sets (`palpate export RECORD... --to FORMAT --out DIR`), MoveIt 2."""
 
-FIRST = ("moveit",)
+FIRST = ("records", "moveit")
+OTHERWISE = "records"
+"""The member that takes arguments that begin with no member's name."""

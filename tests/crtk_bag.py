@@ -22,8 +22,17 @@ def force(t: float) -> np.ndarray:
     return np.array([0.0, 0.0, 2.0 * np.sin(np.pi * t)]) if t < 1.5 else np.array([0.0, 0.0, 1.0])
 
 
-def write(folder: Path, plugin: StoragePlugin = StoragePlugin.MCAP, follower: bool = True, named: str = "MTMR") -> Path:
-    """The wrench is repeated until 1.6 s and then stays at 1 N; an arm without a timeout pushes for 0.4 s more."""
+def tool(t: float) -> np.ndarray:
+    """Position (3,) of the follower's tip [m]."""
+    return np.array([0.01 * np.sin(2.0 * t), 0.02, -0.1])
+
+
+def write(folder: Path, plugin: StoragePlugin = StoragePlugin.MCAP, follower: bool = True, named: str = "MTMR",
+          posed: bool = False) -> Path:  # fmt: skip
+    """`posed` adds poses of the follower.
+
+    The wrench is repeated until 1.6 s and then stays at 1 N; an arm without a timeout pushes for 0.4 s more.
+    """
     store = get_typestore(Stores.ROS2_JAZZY)
     store.register(get_types_from_msg(STATE, "crtk_msgs/msg/OperatingState"))
     T = store.types
@@ -60,6 +69,13 @@ def write(folder: Path, plugin: StoragePlugin = StoragePlugin.MCAP, follower: bo
             if follower:
                 js = Joints(head(t), names[:6], psm.home, np.zeros(6), np.zeros(6))
                 send("/PSM1/measured_js", "sensor_msgs/msg/JointState", t, js)
+            if posed:
+                tip = Pose(
+                    T["geometry_msgs/msg/Point"](*tool(t)), T["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0)
+                )
+                for name in ("measured_cp", "setpoint_cp"):
+                    stamped = T["geometry_msgs/msg/PoseStamped"](head(t), tip)
+                    send(f"/PSM1/{name}", "geometry_msgs/msg/PoseStamped", t, stamped)
             if k == int(RATE):
                 send(f"/{named}/body/set_cf_orientation_absolute", "std_msgs/msg/Bool", t, Bool(True))
             if t <= 1.6:

@@ -1,0 +1,77 @@
+"""One demonstration as frames: what a data set for robot learning holds of a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.errors import RecordError
+from palpate.export.bag_ticks import BagTicks
+from palpate.export.demonstration import Demonstration
+from palpate.export.frames import ArmFrames, frames_of
+
+
+@dataclass(frozen=True)
+class ArmOfEpisode:
+    """One pair of leader and follower with its frames."""
+
+    name: str
+    """Name of the follower in lower case: psm1."""
+    leader: str
+    """Name of the leader in lower case: mtmr."""
+    tool: str
+    """Instrument: model of the follower."""
+    joints: tuple[str, ...]
+    """Names of the follower's joints, without the jaw."""
+    leader_joints: tuple[str, ...]
+    """Names of the leader's joints, without the gripper."""
+    frames: ArmFrames
+
+
+@dataclass(frozen=True)
+class Episode:
+    """One demonstration."""
+
+    name: str
+    task: str
+    arms: tuple[ArmOfEpisode, ...]
+    stamps: NDArray[np.int64]
+    """(n,) time of each frame: of the wall clock for a run in real time, else since the start of the run [ns]."""
+    failed: bool = False
+    """True if the run had a fault, or its task was not done."""
+    foreign: bool = False
+    """True for a bag of other software, whose poses are in the base of each arm."""
+
+    def __len__(self) -> int:
+        """Number of frames."""
+        return len(self.stamps)
+
+
+def episode_of(run: Demonstration, fps: int, task: str = "") -> Episode:
+    """Reduce a run to frames.
+
+    Raises:
+        RecordError: its arms have different numbers of ticks, or fewer ticks per second than frames.
+    """
+    arms = tuple(
+        ArmOfEpisode(
+            arm.name,
+            arm.leader,
+            arm.model("follower") or arm.name,
+            tuple(arm.joint_names("follower")),
+            tuple(arm.joint_names("leader")),
+            frames_of(arm.ticks, fps, str(run.path)),
+        )
+        for arm in run.arms
+    )
+    lengths = {len(arm.frames) for arm in arms}
+    if len(lengths) > 1:
+        told = ", ".join(f"{arm.name} {len(arm.frames)}" for arm in arms)
+        what = f"the pairs of the run have different numbers of frames: {told}"
+        raise RecordError(what, where=str(run.path), mend="export the record of each pair alone")
+    started = run.arms[0].ticks.started
+    begin = 0 if started is None else round(started.timestamp() * 1e9)
+    stamps = begin + np.rint(1e9 * arms[0].frames.t).astype(np.int64)
+    return Episode(run.name, task or run.task, arms, stamps, bool(run.faults), isinstance(run.arms[0].ticks, BagTicks))

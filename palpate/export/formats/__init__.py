@@ -1,0 +1,1 @@
+"""The formats: one file or folder each, with a function `write(runs, folder, options)`."""
