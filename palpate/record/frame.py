@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from palpate.arrays import Array
@@ -34,7 +35,7 @@ def to_pandas(ticks: Ticks, signals: dict[str, Signal]) -> pd.DataFrame:
         raise MissingExtraError("pandas", "pandas") from None
     columns: dict[str, Array] = {}
     for name, signal in signals.items():
-        values = ticks[name].reshape(len(ticks), -1)
+        values = ticks[name].reshape(len(ticks), math.prod(ticks[name].shape[1:]))
         if name != "t":
             columns |= dict(zip(column_names(signal), values.T, strict=True))
     return pd.DataFrame(columns, index=pd.Index(ticks["t"], name="t [s]"))

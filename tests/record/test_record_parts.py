@@ -87,6 +87,7 @@ def test_frame_reads_a_span_of_some_columns(grown):
     assert list(table.columns) == ["F_T_W.x [N]", "F_T_W.y [N]", "F_T_W.z [N]", "depth [m]"]
     np.testing.assert_array_equal(table.index, ticks["t"][1000:2000:10])
     np.testing.assert_array_equal(table["depth [m]"], ticks["depth"][1000:2000:10])
+    assert record.frame(["F_T_W"], start=1e4).shape == (0, 3)
     with pytest.raises(KeyError, match="force not recorded"):
         record.frame(["force"])
 
