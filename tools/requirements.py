@@ -1,6 +1,7 @@
 """Makes docs/requirements.md from docs/requirements.yaml: `python tools/requirements.py`.
 
-The test tests/docs/test_requirements.py fails when a command, test or page of the table does not exist.
+A test fails when a command of the table does not run (tests/docs/test_requirement_commands.py), another one when a
+command, test or page does not exist (tests/docs/test_requirements.py).
 """
 
 from __future__ import annotations
@@ -21,7 +22,8 @@ _HEAD = """\
 
 {counts}. R1 to R65 are the paper's (Munawar and Fischer 2016), B1 to B12 go beyond it; everything is simulated unless a
 page says otherwise. `part`: some is open; `robot`: needs the robot. [paper.md](paper.md) sets the figures beside the
-paper. Made by `python tools/requirements.py`; a test parses each command and looks for each test and page.
+paper. Made by `python tools/requirements.py`; tests run each command in its shortest form and look for each test and
+page.
 
 |row|what|state|`palpate`|test|page|
 |-|-|-|-|-|-|

@@ -130,6 +130,15 @@ def _refined(X: Array, m: Cloud, f: Cloud, gate: float) -> Array:
     return rigid(T[:3, :3], transform(T, np.zeros((1, 3)))[0])
 
 
+def require() -> None:
+    """Check that the library for the registration of surfaces is installed.
+
+    Raises:
+        MissingExtraError: it is not.
+    """
+    _small_gicp()
+
+
 def _small_gicp() -> Any:
     try:
         import small_gicp

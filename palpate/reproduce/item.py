@@ -60,6 +60,8 @@ class Outcome:
     drawings: Sequence[Drawing] = ()
     table: str = ""
     """Additional HTML for the page: a table or a diagram."""
+    lacks: str = ""
+    """A program or package that was absent and replaced; the next run makes the item anew. Empty: none was."""
 
 
 @dataclass(frozen=True)

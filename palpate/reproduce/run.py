@@ -127,6 +127,7 @@ def _result(item: Item, outcome: Outcome) -> dict[str, Any]:
         "later": item.later, "rows": item.rows, "code": item.code,
         "verdict": outcome.verdict, "value": outcome.value, "paper": outcome.paper, "why": outcome.why,
         "pictures": drawn, "data": f"{item.name}.csv" if outcome.data else None, "table": outcome.table,
+        "lacks": outcome.lacks,
     }  # fmt: skip
     return dict(finite(plain(result)))
 
@@ -186,13 +187,15 @@ def _csv(outcome: Outcome) -> str:
 def _read(place: Path, key: str) -> dict[str, Any] | None:
     """The result of a complete item with this key; None if it must be made.
 
-    An item that misses a program or package is tried anew each time.
+    An item that lacked a program or package is tried anew each time.
     """
     try:
         result = json.loads((place / RESULT).read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    if not isinstance(result, dict) or result.pop("key", None) != key or result.get("verdict") == "not made":
+    if not isinstance(result, dict) or result.pop("key", None) != key:
+        return None
+    if result.get("verdict") == "not made" or result.get("lacks"):
         return None
     files = [one["file"] for one in result["pictures"]] + ([result["data"]] if result["data"] else [])
     return result if all((place / file).is_file() for file in files) else None

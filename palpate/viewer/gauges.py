@@ -23,12 +23,14 @@ POINTS = 400
 PAIRS = 4
 """Largest number of contacts listed one by one."""
 
+LAG_HINT = "Delay that each filter of the force adds now; negative where the virtual coupling leads."
+"""Explanation of the line of filter lags."""
+
 _FIGURE = (
     '<div style="flex:1"><div style="opacity:.65;font-size:11px">{label}</div>'
     '<div style="font-size:24px;font-weight:650;font-variant-numeric:tabular-nums" id="{id}">{value}</div></div>'
 )
 _STORED = "Energy that the hand has put in. The passivity controller limits the force so that it returns no more."
-_LAG = "Delay that each filter of the force adds now; negative where the virtual coupling leads."
 _CONTACTS = "Spring force of each contact, before force scale, damping, filters and force cap act on it."
 _NOTE = '<div style="padding:0 10px 4px 10px;font-size:12px;line-height:1.35;opacity:.75">{}</div>'
 _SWATCH = '<span style="color:{color};font-weight:700">&#9632;</span>'
@@ -113,7 +115,7 @@ class Gauges:
             f'<div style="{small}"><span>time</span><span id="palpate-time">{float(tick["t"]):.2f} s</span></div>'
             f'<div style="{small}"><span>cycle p50 / p99</span><span>{cycle}</span></div>'
             f'<div style="{small}"><span>stability margin</span>{self._margin(stiffness_scale, damping_scale)}</div>'
-            f'<div style="{small}" title="{_LAG}"><span>filter lag</span>'
+            f'<div style="{small}" title="{LAG_HINT}"><span>filter lag</span>'
             f'<span id="palpate-lag">{lag_in_words(tick["lag_ms"])}</span></div>'
             f'<div style="{small}" title="{_STORED}"><span>energy stored from the hand</span>'
             f"<span>{1e3 * float(tick['energy_stored']):.1f} mJ</span></div>"

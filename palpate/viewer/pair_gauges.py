@@ -12,8 +12,9 @@ import numpy as np
 import viser
 from viser import uplot
 
+from palpate.record.lag import in_words as lag_in_words
 from palpate.record.ticks import Ticks
-from palpate.viewer.gauges import POINTS, WINDOW
+from palpate.viewer.gauges import LAG_HINT, POINTS, WINDOW
 from palpate.viewer.rates_panel import RatesPanel
 from palpate.viewer.stage import Stage
 from palpate.viewer.words import in_words
@@ -25,12 +26,14 @@ _HAND = (
     '<div style="height:9px;background:#8883;border-right:3px solid #e12626" title="full at the force cap, {cap:g} N">'
     '<div style="height:9px;width:{full:.1f}%;background:{color}"></div></div>'
     '<div style="font-size:12px;opacity:.8">{words}</div>'
-    '<div style="font-size:12px;opacity:.8">penetration {depth:.1f} mm, other instruments {other}</div></div>'
+    '<div style="font-size:12px;opacity:.8">penetration {depth:.1f} mm, other instruments {other}</div>'
+    '<div style="font-size:12px;opacity:.8" title="{lag_hint}">filter lag '
+    '<span id="palpate-lag-{name}">{lag}</span></div></div>'
 )
 
 
 class PairGauges:
-    """Shows force, penetration and status of every pair.
+    """Shows force, penetration, filter lag and status of every pair.
 
     Args:
         server: the server of the page.
@@ -113,6 +116,8 @@ class PairGauges:
             words="<br>".join(in_words(tick, stage.force_cap, paused, stage.near, over)),
             depth=1e3 * float(tick["depth"]),
             other=other,
+            lag_hint=LAG_HINT,
+            lag=lag_in_words(tick["lag_ms"]),
         )
 
     def plot(self) -> None:

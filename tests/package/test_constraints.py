@@ -19,7 +19,8 @@ def declared(project):
     """All requirements of a parsed pyproject.toml, with extras and groups."""
     extras, groups = project["project"]["optional-dependencies"], project["dependency-groups"]
     lists = [project["project"]["dependencies"], *extras.values(), *groups.values()]
-    return [Requirement(line) for lines in lists for line in lines if isinstance(line, str)]
+    found = [Requirement(line) for lines in lists for line in lines if isinstance(line, str)]
+    return [need for need in found if need.name != project["project"]["name"]]  # an extra may join others
 
 
 def pinned(text):

@@ -56,7 +56,7 @@ def python(uv, tmp_path_factory):
     (wheel,) = folder.glob("palpate-*.whl")
     call(uv, "venv", "--quiet", "--python", sys.executable, folder / "env")
     python = folder / "env" / "bin" / "python"
-    call(uv, "pip", "install", "--quiet", "--python", python, f"palpate[viewer,report] @ {wheel.as_uri()}")
+    call(uv, "pip", "install", "--quiet", "--python", python, f"palpate[paper] @ {wheel.as_uri()}")
     return python
 
 
@@ -76,6 +76,15 @@ def test_wheel_renders_an_organ_without_a_compiler(python, tmp_path):
     assert wall < 3.0 * FIRST_FORCE * control
     print(f"the wheel's first run, 2 s simulated and the report: {wall:.1f} s, {first:.1f} CPU-s; "
           f"importing numpy: {control:.2f} CPU-s")  # fmt: skip
+
+
+def test_wheel_reproduces_the_paper(python, tmp_path):
+    env = {"PATH": str(python.parent), "HOME": str(tmp_path)}
+    items = ("eq1", "fig6", "fig5")  # core, figure, and all extras but those of the photographs
+    call(python, "-m", "palpate", "reproduce", *items, "--out", "paper", "--json", "paper.json", env=env, cwd=tmp_path)
+    found = json.loads((tmp_path / "paper.json").read_text())["items"]
+    assert {name: row["verdict"] for name, row in found.items()} == dict.fromkeys(items, "agrees")
+    call(python, "-c", "import small_gicp, viser", env=env, cwd=tmp_path)  # of Figs 1, 2 and 4
 
 
 def test_wheel_holds_every_part(python, tmp_path):

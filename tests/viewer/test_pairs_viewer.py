@@ -67,6 +67,16 @@ def test_gauges_name_every_hand_and_warn_of_close_handles(shown):
     assert "left haptic loop" in viewer._gauges._rates._table.content
 
 
+def test_gauges_show_the_filter_lag_of_every_hand(shown):
+    session, viewer = shown
+    ticks = {name: source.latest().copy() for name, source in session.pairs.items()}
+    ticks["right"]["lag_ms"], ticks["left"]["lag_ms"] = [0.0, 1.144, 0.0, 0.0], [-0.5, 0.0, 0.0, 8.0]
+    viewer._gauges.show(ticks, False)
+    text = viewer._gauges._figures.content
+    assert 'id="palpate-lag-right">low-pass 1.1 ms<' in text
+    assert 'id="palpate-lag-left">virtual coupling -0.5 ms, caps 8 ms<' in text
+
+
 def test_pause_stops_both_pairs(shown):
     session, viewer = shown
     viewer.run.pause.value = True

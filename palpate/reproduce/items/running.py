@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,11 +14,16 @@ from matplotlib.figure import Figure
 from rich.console import Console
 
 from palpate.arm import Arm
+from palpate.arrays import Array
+from palpate.arrays.rigid import transform
+from palpate.errors import PalpateError
 from palpate.plotting.style import Canvas
-from palpate.record.ticks import as_ticks
+from palpate.record.ticks import Ticks, as_ticks
 from palpate.reproduce.item import Drawing, Item, Outcome, Work
+from palpate.reproduce.items.painting import Moment, painted
 from palpate.reproduce.items.palpation import palpation
 from palpate.scene import Scene, shipped
+from palpate.scene.rig import Rig
 from palpate.session import PairsSession, Session
 from palpate.verify.bench.browser import open_browser
 from palpate.verify.bench.viewer import READY
@@ -81,47 +86,67 @@ def _stopped(viewer: Any, at: float) -> Iterator[str]:
 
 
 @contextmanager
-def replay(scene: Scene, seconds: float, at: float) -> Iterator[str]:
-    """Address of a viewer that shows the instant `at` [s] of a lockstep run of a scene with one pair."""
+def replay(rig: Rig, ticks: Ticks, title: str, at: float) -> Iterator[str]:
+    """Address of a viewer that shows the instant `at` [s] of a run of one pair."""
     from palpate.viewer import ReplayViewer, stage_of
 
-    session = Session(scene)
-    ticks = as_ticks(session.rig.simulation(session.seed).run(round(seconds * session.rate) + 1))
-    with _stopped(ReplayViewer(ticks, stage_of(session.rig, session.scene.title), port=0), at) as url:
+    with _stopped(ReplayViewer(ticks, stage_of(rig, title), port=0), at) as url:
         yield url
 
 
 @contextmanager
-def replay_pairs(scene: Scene, folder: Path, seconds: float, at: float) -> Iterator[str]:
-    """Address of a viewer that shows the instant `at` [s] of a lockstep run of a scene with several pairs."""
+def replay_pairs(run: Path, title: str, at: float) -> Iterator[str]:
+    """Address of a viewer that shows the instant `at` [s] of the run of several pairs in a folder."""
     from palpate.record.reader import Record
     from palpate.report.pairs import pair_records
     from palpate.viewer.pairs_replay import PairsReplayViewer
 
-    session = PairsSession(scene, out=folder)
-    kept = session.run(seconds).record
-    assert kept is not None
-    records = {name: Record.open(path) for name, path in pair_records(Path(kept)).items()}
-    with _stopped(PairsReplayViewer(records, scene.title, port=0), at) as url:
+    records = {name: Record.open(path) for name, path in pair_records(run).items()}
+    with _stopped(PairsReplayViewer(records, title, port=0), at) as url:
         yield url
 
 
 @contextmanager
-def sensed(scene: Scene, seconds: float) -> Iterator[str]:
-    """Address of a viewer that shows the end of a lockstep run, with the newest cloud of its camera."""
+def sensed(session: Session) -> Iterator[str]:
+    """Address of a viewer that shows the present moment of a session, with the newest cloud of its camera."""
     from palpate.viewer import LiveViewer, stage_of
 
-    session = Session(scene)
-    viewer = None
+    viewer = LiveViewer(session, stage_of(session.rig, session.scene.title), port=0)
     try:
-        session.step(round(seconds * session.rate))
-        viewer = LiveViewer(session, stage_of(session.rig, scene.title), port=0)
         viewer.picture.choose("full")
         yield viewer.url
     finally:
-        if viewer is not None:
-            viewer.close()
-        session.close()
+        viewer.close()
+
+
+def _shown(
+    page: AbstractContextManager[str], file: Path, caption: str, moments: Sequence[Moment],
+    cloud_W: Array | None = None, scale: float = 1.0,
+) -> tuple[Drawing, str]:  # fmt: skip
+    """The picture of a running system, and what was absent for it (empty if nothing was).
+
+    Args:
+        page: address of the viewer.
+        file: file for the photograph.
+        caption: what the picture shows.
+        moments: the pairs, to be painted where browser or viewer are absent.
+        cloud_W: points (n, 3) of a camera in that picture [m].
+        scale: drawn pixels per pixel of the page.
+    """
+    try:
+        with page as url:
+            pixels = picture(photograph(url, file, scale))
+    except ModuleNotFoundError as absent:
+        lacks = f"the package {absent.name} is not installed: it comes with palpate[viewer]"
+    except PalpateError as error:
+        lacks = ": ".join(part for part in (error.what, error.mend) if part)
+    else:
+        return Drawing("", caption, partial(_plate, pixels)), ""
+    return Drawing("", f"{caption} Painted by software.", partial(painted, moments, cloud_W)), lacks
+
+
+def _said(lacks: str) -> str:
+    return f" The picture is painted by software instead of taken from the viewer ({lacks})." if lacks else ""
 
 
 def _scene(name: str) -> Scene:
@@ -150,33 +175,56 @@ def fig1(work: Work) -> Outcome:
         and max(moved) < 1e-6
         and [r["joints"] for r in rows] == [7, 6]
     )
-    with replay_pairs(_scene("two_hands"), work.folder, 4.0, 3.8) as url:
-        pixels = picture(photograph(url, work.folder / "fig1.png"))
+    session = PairsSession(_scene("two_hands"), out=work.folder)
+    kept = session.run(4.0).record
+    assert kept is not None
+    drawing, lacks = _shown(
+        replay_pairs(Path(kept), session.scene.title, 3.8), work.folder / "fig1.png",
+        "Two masters (front), two instruments and the endoscope arm of the scene two_hands (simulated).",
+        [(session.rigs[name], state.tick) for name, state in session.states.items()],
+    )  # fmt: skip
     return Outcome(
         "agrees" if good else "differs",
         {"arms": rows, "shaft_misses_the_remote_centre_by_m": max(moved)},
         "a photograph of one MTM and two PSMs; MTM 7 joints, PSM 6 joints and a jaw, with a fixed remote centre",
         "The photograph of the robot is replaced by a picture of the simulated one: two MTMs, two PSMs and the "
         "endoscope "
-        "arm. Joints and remote centre are as stated; forward and inverse kinematics return to within a micrometre.",
+        "arm. Joints and remote centre are as stated; forward and inverse kinematics return to within a micrometre."
+        + _said(lacks),
         rows,
-        [Drawing("", "Two masters (front), two instruments and the endoscope arm of the scene two_hands, in the "
-                     "viewer (simulated).", partial(_plate, pixels))],
+        [drawing],
+        lacks=lacks,
     )  # fmt: skip
 
 
 def fig2(work: Work) -> Outcome:
     """A simulated depth camera's cloud is touched, and a whole chain of registrations is simulated."""
+    from palpate.registration.surfaces import require
     from palpate.studies.registration.chain import judged
     from palpate.sweep import Axis, sweep
 
+    require()
     grid = {"setup": Axis(range(_SETUPS), "", "number of a set-up")}
     rows = sweep(judged, grid, work.seed, workers=work.workers, console=Console(quiet=True), title="chain").rows()
     errors = {
         f"{name}_mm": 1e3 * float(np.median([row[f"{name}_median_m"] for row in rows])) for name in ("tip", "felt")
     }
-    with sensed(_scene("camera"), 4.0) as url:
-        pixels = picture(photograph(url, work.folder / "fig2.png", 0.6))  # clouds are slow by software
+    session = Session(_scene("camera"))
+    try:
+        session.step(round(4.0 * session.rate))
+        assert session.sensing is not None
+        frame = next(iter(session.sensing.frames.values()))  # of its only camera
+        points = np.asarray(frame.points).reshape(-1, 3)
+        drawing, lacks = _shown(
+            sensed(session), work.folder / "fig2.png",
+            "The scene camera: a simulated depth camera sees a breathing liver, and the tool touches the surface of "
+            "its newest frame (simulated).",
+            [(session.rig, session.latest())],
+            transform(frame.X_WC, points[np.isfinite(points).all(axis=1)]),
+            0.6,  # clouds are slow by software
+        )  # fmt: skip
+    finally:
+        session.close()
     return Outcome(
         "not testable without the robot",
         {"set_ups": _SETUPS, "median_errors": errors},
@@ -185,10 +233,11 @@ def fig2(work: Work) -> Outcome:
         "chain of "
         f"registrations puts the tip within {errors['tip_mm']:.2f} mm and the felt surface within "
         f"{errors['felt_mm']:.2f} mm of "
-        f"the truth (median of {_SETUPS} random set-ups). The accuracy of a real tracker and camera needs the robot.",
+        f"the truth (median of {_SETUPS} random set-ups). The accuracy of a real tracker and camera needs the robot."
+        + _said(lacks),
         rows,
-        [Drawing("", "The scene camera: a simulated depth camera sees a breathing liver, and the tool touches the "
-                     "surface of its newest frame (simulated).", partial(_plate, pixels))],
+        [drawing],
+        lacks=lacks,
     )  # fmt: skip
 
 
@@ -202,8 +251,14 @@ def fig4(work: Work) -> Outcome:
     lag = np.linalg.norm(p["p_WT"] - p["p_WT_goal"], axis=1)
     moved = float(np.linalg.norm(goal, axis=1).max())
     good = float(away.max()) < 1e-3 and moved > 5e-3
-    with replay(_scene("palpation"), 6.0, 4.6) as url:
-        pixels = picture(photograph(url, work.folder / "fig4.png"))
+    session = Session(_scene("palpation"))
+    ticks = as_ticks(session.rig.simulation(session.seed).run(round(6.0 * session.rate) + 1))
+    at = 4.6
+    drawing, lacks = _shown(
+        replay(session.rig, ticks, session.scene.title, at), work.folder / "fig4.png",
+        "Master, instrument and organ of the scene palpation (simulated).",
+        [(session.rig, ticks[round(at * session.rate)])],
+    )  # fmt: skip
     loops = {
         "haptic_Hz": scene.rates.haptic,
         "torque_Hz": scene.rates.plant,
@@ -217,11 +272,12 @@ def fig4(work: Work) -> Outcome:
         "A simulated MTM moves the simulated PSM: the goal of the tip is the scaled motion of the handle to "
         f"{1e3 * float(away.max()):.2g} mm over {1e3 * moved:.0f} mm. With an actual MTM the same loop runs as nodes "
         "on ROS 2 "
-        "(palpate ros haptics), which is tested against a simulated dVRK and not on the robot.",
+        "(palpate ros haptics), which is tested against a simulated dVRK and not on the robot."
+        + _said(lacks),
         [{"t_s": t, "goal_less_scaled_motion_mm": 1e3 * a, "tip_less_goal_mm": 1e3 * b}
          for t, a, b in zip(p.t[::10].tolist(), away[::10].tolist(), lag[::10].tolist(), strict=True)],
-        [Drawing("", "Master, instrument and organ of the scene palpation in the viewer (simulated).",
-                 partial(_plate, pixels))],
+        [drawing],
+        lacks=lacks,
     )  # fmt: skip
 
 

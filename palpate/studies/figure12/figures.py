@@ -68,10 +68,10 @@ def instrument(moment: DeepestTick, axes: Axes, eye: Array = FROM_THE_SIDE) -> N
     ball = (np.asarray(sphere.vertices) + p_WT)[sphere.faces]
     r, g, b = (int(SURFACE[i : i + 2], 16) / 255 for i in (1, 3, 5))
     shown: list[Solid] = [(s, (r, g, b, 1.0)) for s in solids]
-    shown += _arm(setup.arms.follower, setup.arms.X_WB, tick["q_follower"], float(tick["jaw"]))
-    R = _view(eye)
-    _paint(axes, shown, p_WT, R, REACH)
-    _paint(axes, [(ball, (0.12, 0.44, 0.55, 0.28))], p_WT, R, REACH)
+    shown += arm_solids(setup.arms.follower, setup.arms.X_WB, tick["q_follower"], float(tick["jaw"]))
+    R = view(eye)
+    paint(axes, shown, p_WT, R, REACH)
+    paint(axes, [(ball, (0.12, 0.44, 0.55, 0.28))], p_WT, R, REACH)
     _arrow(axes, np.zeros(3), DEFLECTION * (tick["p_WP"] - p_WT), R, RED)
     axes.set_title(f"{moment.mesh}, {tick['depth'] * 1e3:.1f} mm deep", loc="left", fontsize=8.5, color=INK)
 
@@ -80,14 +80,14 @@ def _master(moment: DeepestTick, axes: Axes) -> None:
     tick, setup = moment.tick, moment.setup
     X_WL, leader = setup.arms.X_WL, setup.arms.leader
     X_WH = X_WL @ leader.fk(tick["q"])
-    R = _view(X_WL[:3, :3] @ np.array([0.75, 0.6, 0.3]))
-    _paint(axes, _arm(leader, X_WL, tick["q"], 0.3), X_WH[:3, 3], R, ARM_REACH)
+    R = view(X_WL[:3, :3] @ np.array([0.75, 0.6, 0.3]))
+    paint(axes, arm_solids(leader, X_WL, tick["q"], 0.3), X_WH[:3, 3], R, ARM_REACH)
     for force, color in ((tick["F_H_L"], GREEN), (tick["F_H_H"], RED)):
         _arrow(axes, np.zeros(3), NEWTON * X_WL[:3, :3] @ force, R, color)
     axes.set_title(f"{np.linalg.norm(tick['F_H_L']):.2f} N", loc="left", fontsize=8.5, color=INK)
 
 
-def _view(eye: Array) -> Array:
+def view(eye: Array) -> Array:
     """Rotation (3, 3) with the rows right, up and towards the eye."""
     eye = eye / np.linalg.norm(eye)
     right = np.cross([0.0, 0.0, 1.0], eye)
@@ -95,7 +95,8 @@ def _view(eye: Array) -> Array:
     return np.stack([right, np.cross(eye, right), eye])
 
 
-def _arm(arm: Arm, X_WA: Array, q: Array, jaw: float) -> list[Solid]:
+def arm_solids(arm: Arm, X_WA: Array, q: Array, jaw: float) -> list[Solid]:
+    """The links of an arm at joints q (n,) [rad, m] and a jaw angle [rad], with its base at X_WA (4, 4) [m]."""
     poses = arm.link_poses(q[: arm.n], jaw)  # a tick stores more joints than the arm has
     return [(_corners(v, X_WA @ poses[v.link] @ v.X_link_visual), v.colour) for v in arm.visuals]
 
@@ -110,7 +111,8 @@ def _corners(visual: Visual, X: Array) -> Array:
     return np.asarray((np.asarray(solid.vertices) @ X[:3, :3].T + X[:3, 3])[solid.faces])
 
 
-def _paint(axes: Axes, solids: list[Solid], centre: Array, R: Array, reach: float) -> None:
+def paint(axes: Axes, solids: list[Solid], centre: Array, R: Array, reach: float) -> None:
+    """Paint triangles in parallel projection along the third row of R (3, 3), within `reach` [m] of `centre` (3,)."""
     corners = np.concatenate([(c - centre) @ R.T for c, _ in solids])
     colors = np.concatenate([np.tile(color, (len(c), 1)) for c, color in solids])
     normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
