@@ -41,19 +41,34 @@ std::pair<Vector, arm::IkResult> ik_from(Arm& a, const Matrix4& X_0T, const Vect
   return {Vector(q), result};
 }
 
-std::vector<Matrix4> link_poses(Arm& a, const VectorArg& q) {
-  std::vector<Matrix4> poses;
-  for (const Pose& X : a.link_poses(joints(a, q, "q"))) poses.push_back(to_matrix(X));
-  return poses;
+void require_rows(const Matrix& q, Eigen::Index n) {
+  if (q.cols() != n) {
+    throw std::invalid_argument("q must have shape (k, " + std::to_string(n) + "), a row per pose; got (" +
+                                std::to_string(q.rows()) + ", " + std::to_string(q.cols()) + ")");
+  }
+}
+
+/// Pose of each link in each row of q (k, links, 4, 4).
+nb::ndarray<nb::numpy, double, nb::ndim<4>> link_poses(Arm& a, const Matrix& q) {
+  require_rows(q, a.n());
+  const auto k = static_cast<std::size_t>(q.rows()), links = a.link_names().size();
+  auto values = std::make_unique<double[]>(k * links * 16);
+  double* next = values.get();
+  for (Eigen::Index row = 0; row < q.rows(); ++row) {
+    for (const Pose& X : a.link_poses(q.row(row).transpose())) {
+      Eigen::Map<RowMat4>{next} = to_matrix(X);
+      next += 16;
+    }
+  }
+  double* data = values.release();
+  nb::capsule owner(data, [](void* p) noexcept { delete[] static_cast<double*>(p); });
+  return {data, {k, links, 4, 4}, owner};
 }
 
 /// Phi of every pose (k, n, m), in C order.
 nb::ndarray<nb::numpy, double, nb::ndim<3>> gravity_columns(Arm& a, const arm::GravityTerms& terms, const Matrix& q) {
   const Eigen::Index n = a.n(), m = terms.columns(n);
-  if (q.cols() != n) {
-    throw std::invalid_argument("q must have shape (k, " + std::to_string(n) + "), a row per pose; got (" +
-                                std::to_string(q.rows()) + ", " + std::to_string(q.cols()) + ")");
-  }
+  require_rows(q, n);
   arm::GravityModel model(n, terms, Vector::Zero(m));
   const auto size = static_cast<std::size_t>(q.rows() * n * m);
   auto values = std::make_unique<double[]>(size);
@@ -178,7 +193,7 @@ void bind_kinematics(nb::class_<Arm>& c) {
       .def("ik_from", &ik_from, "X_0T"_a, "q0"_a, "options"_a = arm::IkOptions{},
            "One damped Newton run from q0 (n,): (q (n,), IkResult). palpate.Arm.ik restarts it and raises an error.")
       .def("link_poses_array", &link_poses, "q"_a,
-           "Poses (4,4) of all links in the base frame, in the order of link_names.");
+           "Poses (k, links, 4, 4) in the base frame at each row of q (k, n), in the order of link_names.");
 }
 
 /// Torques, inertia and energies.

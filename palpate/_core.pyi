@@ -1800,9 +1800,12 @@ class Arm:
         One damped Newton run from q0 (n,): (q (n,), IkResult). palpate.Arm.ik restarts it and raises an error.
         """
 
-    def link_poses_array(self, q: numpy.typing.ArrayLike) -> list[Annotated[NDArray[numpy.float64], "(4, 4)"]]:
+    def link_poses_array(
+        self,
+        q: Annotated[NDArray[numpy.float64], "(:, :)"],
+    ) -> Annotated[NDArray[numpy.float64], "(:, :, :, :)"]:
         """
-        Poses (4,4) of all links in the base frame, in the order of link_names.
+        Poses (k, links, 4, 4) in the base frame at each row of q (k, n), in the order of link_names.
         """
 
     def gravity(self, q: numpy.typing.ArrayLike) -> Annotated[NDArray[numpy.float64], "(:,)"]:

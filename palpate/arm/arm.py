@@ -277,16 +277,17 @@ class Arm(_core.Arm):
         for _ in range(restarts):
             yield rng.uniform(self.q_min, self.q_max)
 
-    def link_poses(self, q: ArrayLike, jaw: float = 0.0) -> dict[str, Array]:
-        """Poses X_0link (4, 4) of every link at q (n,), including the drawn links (bars, jaws, grips).
+    def link_poses(self, q: ArrayLike, jaw: ArrayLike = 0.0) -> dict[str, Array]:
+        """Poses X_0link (..., 4, 4) of every link at q (..., n), including the drawn links (bars, jaws, grips).
 
-        jaw: opening angle of the jaws (PSM) or the grips (MTM), 0 = closed [rad].
+        jaw: opening angle (...) of the jaws (PSM) or the grips (MTM), 0 = closed [rad].
         """
         q = np.asarray(q, dtype=float)
-        poses = dict(zip(self.link_names, self.link_poses_array(q), strict=True))
-        angle = dict(zip(self.joint_names, q, strict=True))
+        links = self.link_poses_array(q.reshape(-1, self.n)).reshape(*q.shape[:-1], -1, 4, 4)
+        poses = dict(zip(self.link_names, np.moveaxis(links, -3, 0), strict=True))
+        angle = dict(zip(self.joint_names, np.moveaxis(q, -1, 0), strict=True))
         for joint in self._drawn:
-            turn = joint.multiplier * float(angle.get(joint.source, jaw))
+            turn = joint.multiplier * np.asarray(angle.get(joint.source, jaw))
             poses[joint.child] = poses[joint.parent] @ joint.X_parent @ turn_about(joint.axis, turn)
         return poses
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from xml.etree import ElementTree
 
 import numpy as np
+import numpy.typing as npt
 
 from palpate.arrays import Array, so3
 
@@ -55,10 +56,10 @@ def _origin(element: ElementTree.Element | None) -> Array:
     return X
 
 
-def turn_about(axis: Array, angle: float) -> Array:
-    """Rotation by `angle` about a unit axis, 4x4 (Rodrigues)."""
-    X = np.eye(4)
-    X[:3, :3] = so3.about(axis, angle)
+def turn_about(axis: Array, angle: npt.ArrayLike) -> Array:
+    """Rotation (..., 4, 4) by each of the angles (...) [rad] about a unit axis (3,)."""
+    X = np.zeros((*np.shape(angle), 4, 4))
+    X[..., :3, :3], X[..., 3, 3] = so3.about(axis, angle), 1.0
     return X
 
 

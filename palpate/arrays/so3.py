@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import numpy.typing as npt
 
@@ -21,10 +19,10 @@ def cross_matrix(v: npt.ArrayLike) -> Array:
     return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
 
 
-def about(axis: npt.ArrayLike, angle: float) -> Array:
-    """Rotation (3, 3) by `angle` [rad] about a unit axis (3,), by Rodrigues' formula."""
-    K = cross_matrix(axis)
-    return np.asarray(np.eye(3) + (math.sin(angle) * K + (1 - math.cos(angle)) * (K @ K)))
+def about(axis: npt.ArrayLike, angle: npt.ArrayLike) -> Array:
+    """Rotation (..., 3, 3) by each of the angles (...) [rad] about a unit axis (3,), by Rodrigues' formula."""
+    K, angle = cross_matrix(axis), np.asarray(angle)[..., None, None]
+    return np.asarray(np.eye(3) + (np.sin(angle) * K + (1 - np.cos(angle)) * (K @ K)))
 
 
 def onto(axis: Array) -> Array:
@@ -72,7 +70,8 @@ def quaternions(R: Array, canonical: bool = False) -> Array:
 
 
 def pose(p: npt.ArrayLike, wxyz: npt.ArrayLike) -> Array:
-    """Pose (4, 4) from a position (3,) [m] and a quaternion (4,); a zero quaternion gives no rotation."""
-    X = np.eye(4)
-    X[:3, :3], X[:3, 3] = matrices(wxyz), p
+    """Pose (..., 4, 4) from a position (..., 3) [m] and a quaternion (..., 4); a zero one gives no rotation."""
+    R = matrices(wxyz)
+    X = np.zeros((*R.shape[:-2], 4, 4))
+    X[..., :3, :3], X[..., :3, 3], X[..., 3, 3] = R, p, 1.0
     return X

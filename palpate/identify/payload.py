@@ -239,10 +239,8 @@ class _Bar:
     """Kinematics of yaw and pitch along a motion, for a body on the parallelogram."""
 
     def __init__(self, d: Dynamics, m: RecordedMotion) -> None:
-        links = list(d.arm.link_names)
-        poses = np.array([[d.arm.link_poses_array(q)[links.index(n)] for n in ("yaw_link", "pitch_link")]
-                          for q in m.q[:, :6]])  # fmt: skip
-        self.R1, self.R2 = poses[:, 0, :3, :3], poses[:, 1, :3, :3]
+        poses = d.arm.link_poses(m.q[:, :6])
+        self.R1, self.R2 = poses["yaw_link"][:, :3, :3], poses["pitch_link"][:, :3, :3]
         self.z1, self.z2 = self.R1[:, :, 2], self.R2[:, :, 2]
         v, a = m.v, m.a
         self.w1 = self.z1 * v[:, :1]

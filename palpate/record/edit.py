@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from mcap import records
 
 from palpate.errors import OutputError, RecordError
 from palpate.record.layout import GROUPS, group_of_topic, type_name
@@ -118,7 +117,7 @@ def _copy_chunk(
         _copy_ticks(file, index, place, numbers[place.channels[0]], first, last)
         return
     kept: list[tuple[int, int, bytes]] = []
-    for message in _messages(index, place):
+    for message in index.messages_in(place):
         topic = index.channels[message.channel_id].topic
         whole = group_of_topic(topic)
         if whole is not None:
@@ -147,10 +146,6 @@ def _copy_ticks(file: McapFile, index: Index, place: Place, number: int, first: 
     if len(rows):
         strided(rows, 9, "<u2")[:, 0] = number
         file.add_chunk(Block(rows, strided(rows, 15, "<u8")[:, 0].copy(), {number: 0}))
-
-
-def _messages(index: Index, place: Place) -> Iterator[records.Message]:
-    return Index(index.path, index.channels, index.schemas, chunks=[place]).messages()
 
 
 def _lasts(topic: str) -> bool:

@@ -6,12 +6,12 @@ Standard messages of ROS 2, so that Foxglove's 3-D panel and RViz show the run w
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from palpate.arrays import Array, so3
 from palpate.record.cdr import Cdr
@@ -34,37 +34,44 @@ class Extra(Protocol):
         """Topic and serialised message of what does not change."""
         ...
 
-    def transforms(self, tick: Ticks) -> dict[tuple[str, str], Array]:
-        """Pose (4, 4) [m] of each child frame in its parent, by (parent, child); always the same frames."""
+    def transforms(self, ticks: Ticks) -> dict[tuple[str, str], Array]:
+        """Poses (n, 4, 4) [m] of each child frame in its parent at ticks (n,), by (parent, child).
+
+        The frames are always the same, and there is at least one tick.
+        """
         ...
 
 
 def transform_message(poses: Mapping[tuple[str, str], Array], time_ns: int = 0) -> bytes:
     """A `tf2_msgs/TFMessage` with the pose (4, 4) of each child in its parent, by (parent, child)."""
-    return TransformTemplate(tuple(poses)).message(np.array(list(poses.values())).reshape(-1, 4, 4), time_ns)
+    stacked = np.array(list(poses.values())).reshape(1, -1, 4, 4)
+    return TransformTemplate(tuple(poses)).messages(stacked, np.array([time_ns]))[0]
 
 
 class TransformTemplate:
-    """Serialises a `tf2_msgs/TFMessage` of constant frames: names are laid out once, numbers are filled in."""
+    """Serialises `tf2_msgs/TFMessage`s of constant frames: names are laid out once, numbers are filled in."""
 
     def __init__(self, frames: tuple[tuple[str, str], ...]) -> None:
         message = Cdr().number("I", len(frames))
-        self._places: list[tuple[int, int]] = []  # of stamp and pose [bytes]
+        self._stamps: list[int] = []  # position of each frame's time [bytes]
+        self._poses: list[int] = []  # and of its pose
         for parent, child in frames:
             message.number("i", 0)
-            stamp = message.end - 4
+            self._stamps.append(message.end - 4)
             message.number("I", 0).text(parent).text(child).pose(np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0]))
-            self._places.append((stamp, message.end - 56))
-        self._bytes = bytes(message)
+            self._poses.append(message.end - 56)
+        self._bytes = np.frombuffer(bytes(message), np.uint8)
 
-    def message(self, poses: Array, time_ns: int) -> bytes:
-        """The message for poses (n, 4, 4) at a time [ns]."""
-        data = bytearray(self._bytes)
-        quat = so3.quaternions(poses[:, :3, :3]) if len(poses) else np.zeros((0, 4))
-        for (stamp, place), X, (w, x, y, z) in zip(self._places, poses, quat, strict=True):
-            struct.pack_into("<iI", data, stamp, *divmod(time_ns, 10**9))
-            struct.pack_into("<7d", data, place, *X[:3, 3], x, y, z, w)
-        return bytes(data)
+    def messages(self, poses: Array, times_ns: NDArray[np.integer]) -> list[bytes]:
+        """The message of each of the poses (n, frames, 4, 4) at its time (n,) [ns]."""
+        data = np.tile(self._bytes, (len(poses), 1))
+        times = np.stack(np.divmod(times_ns, 10**9), axis=1).astype("<u4").view(np.uint8)
+        numbers = np.concatenate([poses[..., :3, 3], np.roll(so3.quaternions(poses[..., :3, :3]), -1, axis=-1)], -1)
+        filled = np.ascontiguousarray(numbers, "<f8").view(np.uint8)  # x y z, then the quaternion x y z w
+        for k, (stamp, place) in enumerate(zip(self._stamps, self._poses, strict=True)):
+            data[:, stamp : stamp + 8] = times
+            data[:, place : place + 56] = filled[:, k]
+        return [row.tobytes() for row in data]
 
 
 @dataclass(frozen=True)

@@ -46,15 +46,7 @@ class ExtraWriter:
         messages = []
         if self._template is None:
             messages = [(self._number[topic], int(log_time[0]), data) for topic, data in self._extra.first()]
-        for k, t in enumerate(ticks["t"].tolist()):
-            if t < self._due:
-                continue
-            self._due = max(self._due + 1.0 / RATE, t)
-            found, time = self._extra.transforms(ticks[k]), int(log_time[k])
-            if self._template is None:
-                self._template = TransformTemplate(tuple(found))
-            poses = np.array(list(found.values())).reshape(-1, 4, 4)
-            messages.append((self._number["/tf"], time, self._template.message(poses, time)))
+        messages += self._frames(ticks, log_time)
         due = sum(one.t <= float(ticks["t"][-1]) for one in self._snapshots)
         for one in self._snapshots[:due]:
             messages.append((self._number[one.topic], max(round(1e9 * one.t), int(log_time[0])), one.data))
@@ -62,3 +54,18 @@ class ExtraWriter:
         messages.sort(key=lambda message: message[1])
         if messages:
             file.add_messages(messages)
+
+    def _frames(self, ticks: Ticks, log_time: NDArray[np.uint64]) -> list[tuple[int, int, bytes]]:
+        """The messages of /tf at the ticks that are due."""
+        due = []
+        for k, t in enumerate(ticks["t"].tolist()):
+            if t >= self._due:
+                due.append(k)
+                self._due = max(self._due + 1.0 / RATE, t)
+        if not due:
+            return []
+        found, times = self._extra.transforms(ticks[due]), log_time[due]
+        if self._template is None:
+            self._template = TransformTemplate(tuple(found))
+        data = self._template.messages(np.stack(list(found.values()), axis=1), times)
+        return [(self._number["/tf"], time, message) for time, message in zip(times.tolist(), data, strict=True)]

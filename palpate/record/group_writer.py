@@ -11,8 +11,10 @@ from numpy.typing import NDArray
 from palpate.record.layout import CDR, HEAD, Layout, type_name, whole
 from palpate.record.mcap_file import MESSAGE_HEAD, Block, McapFile
 from palpate.record.pieces import strided
-from palpate.record.ticks import SIGNALS, TICK_DOUBLES, Signal, Ticks
+from palpate.record.ticks import SIGNALS, Signal
 
+Bits = NDArray[np.uint64]
+"""Numbers of ticks as their bits, which compare also NaN: (n, TICK_DOUBLES)."""
 _LATEST = 2.0**31 - 1  # a ROS time has 32 bits of seconds
 
 
@@ -31,7 +33,6 @@ class GroupWriter:
         self._counts[self.signals[0]] = self.signals[0].size
         self._element = {s.offset // 8 + k: (s, k) for s in self.signals for k in range(s.size)}
         self._still = np.array(list(self._element), dtype=np.intp)  # positions in a tick that no message carries
-        self._constant: NDArray[np.uint64] | None = None  # their bits
         self._layouts, self._all = 0, 0
         self._encoder: Encoder | None = None
 
@@ -39,11 +40,19 @@ class GroupWriter:
         """Register the channel of the messages with every signal."""
         self._all = self._channel(file, self._whole, None)
 
-    def add(self, file: McapFile, ticks: Ticks, log_time: NDArray[np.uint64], first: int) -> None:
-        """Write ticks (n,) with their times [ns] as a chunk; `first` is the number of the first one."""
-        bits = ticks.view(np.uint64).reshape(-1, TICK_DOUBLES)
-        constant = bits[0, self._still] if self._constant is None else self._constant
-        moved = (bits[:, self._still] != constant).any(axis=0)
+    def add(
+        self, file: McapFile, bits: Bits, moved: NDArray[np.bool_], log_time: NDArray[np.uint64], first: int
+    ) -> None:
+        """Write ticks as a chunk.
+
+        Args:
+            file: where to.
+            bits: of the numbers of each tick (n, TICK_DOUBLES).
+            moved: True for each number that is not in all of them as in the first tick of the record (TICK_DOUBLES,).
+            log_time: times of the ticks (n,) [ns].
+            first: number of the first tick.
+        """
+        moved = moved[self._still]
         if self._encoder is None or moved.any():
             self._grow(moved)
             layout = Layout.of(self._counts)
@@ -53,7 +62,6 @@ class GroupWriter:
             file.add_messages([(self._all, int(log_time[0]), data)])
             inside = {SIGNALS[f.name].offset // 8 + k for f in layout.fields for k in range(f.count)}
             self._still = np.array([e for e in self._element if e not in inside], dtype=np.intp)
-            self._constant = bits[0, self._still]
         file.add_chunk(self._encoder.encode(bits, log_time, first))
 
     def _grow(self, moved: NDArray[np.bool_]) -> None:
@@ -77,7 +85,7 @@ class Encoder:
         head = MESSAGE_HEAD.pack(Opcode.MESSAGE, MESSAGE_HEAD.size - 9 + layout.message_bytes, channel, 0, 0, 0) + CDR
         self._head = np.frombuffer(head, np.uint8)
 
-    def encode(self, bits: NDArray[np.uint64], log_time: NDArray[np.uint64], first: int) -> Block:
+    def encode(self, bits: Bits, log_time: NDArray[np.uint64], first: int) -> Block:
         """Serialise ticks, given as the bits of their numbers (n, TICK_DOUBLES)."""
         n = len(bits)
         data = np.empty((n, HEAD + 8 * len(self._elements)), np.uint8)

@@ -102,12 +102,16 @@ class Index:
     def messages(self, wanted: set[int] | None = None) -> Iterator[records.Message]:
         """The messages of some channels, or of all for None, in the order of the file."""
         for place in self.chunks:
-            if wanted is not None and place.channels and wanted.isdisjoint(place.channels):
-                continue
-            for opcode, body in whole_records(memoryview(self.load(place))):
-                if opcode == Opcode.MESSAGE and (wanted is None or _channel(body) in wanted):
-                    yield _parse_message(body, self.path)
+            yield from self.messages_in(place, wanted)
         yield from (one for one in self.loose if wanted is None or one.channel_id in wanted)
+
+    def messages_in(self, place: Place, wanted: set[int] | None = None) -> Iterator[records.Message]:
+        """The messages of a chunk, of some channels or of all for None."""
+        if wanted is not None and place.channels and wanted.isdisjoint(place.channels):
+            return
+        for opcode, body in whole_records(memoryview(self.load(place))):
+            if opcode == Opcode.MESSAGE and (wanted is None or _channel(body) in wanted):
+                yield _parse_message(body, self.path)
 
 
 def scan(path: Path) -> Index:

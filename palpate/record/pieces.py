@@ -72,9 +72,11 @@ class Group:
     def __init__(self, index: Index, signals: dict[str, Signal]) -> None:
         self.signals = signals
         self.pieces: list[Piece] = []
+        self.kept = 1
+        """Number of pieces that stay unpacked."""
         self._index = index
         self._starts: list[int] = []
-        self._newest: tuple[Piece, Bytes] | None = None
+        self._unpacked: dict[int, Bytes] = {}  # by the number of the first tick, the newest last
 
     @property
     def count(self) -> int:
@@ -115,12 +117,16 @@ class Group:
     def _load(self, piece: Piece) -> Bytes:
         if isinstance(piece.source, np.ndarray):
             return piece.source
-        if self._newest is not None and self._newest[0] is piece:
-            return self._newest[1]
+        known = self._unpacked.pop(piece.start, None)
+        if known is not None:
+            self._unpacked[piece.start] = known
+            return known
         rows = np.frombuffer(self._index.load(piece.source), np.uint8).reshape(piece.length, piece.rows.width)
         if not piece.rows.has_form(rows):
             raise damaged(self._index.path, ValueError("a chunk holds other messages than its index says"))
-        self._newest = (piece, rows)
+        self._unpacked[piece.start] = rows
+        if len(self._unpacked) > self.kept:
+            del self._unpacked[next(iter(self._unpacked))]
         return rows
 
 

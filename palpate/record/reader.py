@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from palpate.errors import RecordError
 from palpate.record.mcap_scan import Index, damaged, scan
 from palpate.record.pieces import Group, groups_of
-from palpate.record.snapshots import CAMERA, QUANTUM, SHAPE, SHAPES, Track, joints_of, shape_of
+from palpate.record.snapshots import CAMERA, SHAPES, Track
 from palpate.record.ticks import TICK, TICK_BYTES, Signal, Ticks, Timing
+from palpate.record.tracks import track_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -99,6 +100,11 @@ class Record:
         ]  # fmt: skip
         return np.concatenate(parts) if parts else self._filled(signals, start, start)
 
+    def remember(self, seconds: float) -> None:
+        """Keep about so much of the run unpacked, for a reader that returns to the same ticks."""
+        for group in self._groups:
+            group.kept = 2 + round(seconds * self.rate * len(group.pieces) / self._count)
+
     def blocks(self, signals: Sequence[str] | None = None) -> Iterator[Ticks]:
         """All ticks, about a thousand at a time: arrays as of `read`, whose memory is used again for the next block."""
         found = self._blank(signals, 2 * BLOCK)
@@ -156,22 +162,7 @@ class Record:
 
         None if the file does not hold the topic, or another tool has rewritten it in another layout.
         """
-        index = self._index
-        number = next((k for k, one in index.channels.items() if one.topic == topic), None)
-        if number is None:
-            return None
-        schema = index.schema_of(number)
-        read = shape_of if schema is not None and schema.name == SHAPE else joints_of
-        times, values = [], []
-        try:
-            for message in index.messages({number}):
-                times.append(message.log_time)
-                values.append(read(bytes(message.data)))
-        except ValueError:
-            return None
-        if not values or len({value.shape for value in values}) != 1:
-            return None
-        return Track(np.array(times) / 1e9, np.stack(values), QUANTUM if read is shape_of else 1.0)
+        return track_of(self._index, topic)
 
     @cached_property
     def snapshot_topics(self) -> list[str]:

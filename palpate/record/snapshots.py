@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -88,8 +89,8 @@ class Track:
 
     t: Array
     """(k,) ascending [s]."""
-    values: npt.NDArray[np.generic]
-    """(k, ...) in `unit`."""
+    values: Any
+    """(k, ...) in `unit`: an array, or what reads one of them at a time and becomes an array of all."""
     unit: float = 1.0
 
     def at(self, t: float) -> Array:
@@ -99,7 +100,7 @@ class Track:
         after = min(after, len(self.t) - 1)
         span = float(self.t[after] - self.t[before])
         share = 0.0 if span <= 0.0 else min(max((t - float(self.t[before])) / span, 0.0), 1.0)
-        first, second = self.values[before].astype(float), self.values[after].astype(float)
+        first, second = np.asarray(self.values[before], float), np.asarray(self.values[after], float)
         return np.asarray(self.unit * ((1.0 - share) * first + share * second))
 
     @property

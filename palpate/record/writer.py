@@ -88,6 +88,7 @@ class Recorder:
         self._pending_count = 0
         self._flushed_at = time.monotonic()
         self._span_ns = (0, 0)
+        self._first: NDArray[np.uint64] | None = None  # bits of the first tick
         try:
             self._file = McapFile(self.path)
         except OSError as error:
@@ -164,8 +165,11 @@ class Recorder:
         for start in range(0, whole, self._chunk):
             chunk = as_ticks(ticks[start : min(start + self._chunk, whole)])
             log_time = nanoseconds(chunk["t"])
+            bits = ticks[start : start + len(chunk)].view(np.uint64)
+            self._first = bits[0] if self._first is None else self._first
+            moved = (bits != self._first).any(axis=0)
             for group in self._groups:
-                group.add(self._file, chunk, log_time, self.ticks_written)
+                group.add(self._file, bits, moved, log_time, self.ticks_written)
             if self._extra is not None:
                 self._extra.add(self._file, chunk, log_time)
             first = int(log_time[0]) if self.ticks_written == 0 else self._span_ns[0]

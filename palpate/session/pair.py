@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Protocol
 
 from palpate import _core
+from palpate.record.snapshots import Snapshot
 from palpate.record.ticks import Ticks
 from palpate.scene.rig import Rig
 from palpate.session.camera import CameraArm
@@ -78,12 +79,12 @@ class PairSession(Session):
         """Set: the run ends early."""
         return self._interrupted
 
-    def take(self, ticks: Ticks) -> None:
-        """Add ticks of a lockstep run to the summary and the record."""
-        self._take(ticks)
+    def take(self, ticks: Ticks, behind: bool) -> None:
+        """Add ticks (n,) in lockstep to the summary and the record, in a thread behind the loop if `behind`."""
+        (self._take_behind if behind else self._take)(ticks)
 
-    def _take(self, ticks: Ticks, realtime: bool = False) -> None:
-        super()._take(ticks, realtime)
+    def _keep(self, ticks: Ticks, snapshots: list[Snapshot]) -> None:
+        super()._keep(ticks, snapshots)
         self.met.add(ticks)
 
     def require_own_clock(self) -> None:

@@ -200,7 +200,7 @@ class PairsSession:
     def step(self, n: int = 1) -> States:
         """Run `n` ticks of every pair in lockstep; the records stay open."""
         self._require_idle()
-        self._take(self._advance(n))
+        self._take(self._advance(n), behind=False)
         return self.states
 
     def close(self, interrupted: bool = False) -> PairsSummary:
@@ -310,9 +310,9 @@ class PairsSession:
             n, self._ticks_to_steps = n - some, self._ticks_to_steps - some
         return [np.concatenate(rows) for rows in zip(*done, strict=True)]
 
-    def _take(self, rows: list[np.ndarray]) -> None:
+    def _take(self, rows: list[np.ndarray], behind: bool) -> None:
         for session, one in zip(self.pairs.values(), rows, strict=True):
-            session.take(as_ticks(one))
+            session.take(as_ticks(one), behind)
 
     def _run_lockstep(self, n: int, on_progress: Callable[[States], None] | None) -> None:
         for session in self.pairs.values():
@@ -325,7 +325,7 @@ class PairsSession:
                 time.sleep(DRAIN)
                 continue
             n -= len(rows[0])
-            self._take(rows)
+            self._take(rows, behind=True)
             if on_progress is not None:
                 on_progress(self.states)
 

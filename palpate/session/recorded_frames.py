@@ -61,16 +61,17 @@ class RecordedFrames:
             *((topic, text_message(urdf)) for topic, urdf in self._models.items()),
         ]
 
-    def transforms(self, tick: Ticks) -> dict[tuple[str, str], Array]:
+    def transforms(self, ticks: Ticks) -> dict[tuple[str, str], Array]:
         """As `Extra.transforms`."""
         found: dict[tuple[str, str], Array] = {}
         for (side, arm), joints, pinch in zip(self._arms.items(), ("q", "q_follower"), ("gripper", "jaw"), strict=True):
-            q = np.nan_to_num(np.array(tick[joints][: arm.n]))
-            links = arm.link_poses(q, float(np.nan_to_num(tick[pinch])))
+            q = np.nan_to_num(ticks[joints][:, : arm.n])
+            links = arm.link_poses(q, np.nan_to_num(ticks[pinch]))
             found |= {(f"{side}_base", f"{side}/{link}"): X for link, X in links.items()}
-        found[WORLD, "follower_tool"] = so3.pose(tick["p_WT"], tick["quat_WT"])
-        for name, X_WO in object_poses(self._rig, tick).items():
-            found[WORLD, f"palpate_object_{name}"] = X_WO
+        found[WORLD, "follower_tool"] = so3.pose(ticks["p_WT"], ticks["quat_WT"])
+        objects = [object_poses(self._rig, tick) for tick in ticks]
+        for name in objects[0]:
+            found[WORLD, f"palpate_object_{name}"] = np.array([poses[name] for poses in objects])
         return found
 
     def _objects(self) -> list[Marker]:

@@ -10,9 +10,11 @@ from datetime import datetime, timedelta
 from pathlib import Path
 
 from palpate.arrays import Array
+from palpate.record.snapshots import Snapshot
 from palpate.record.ticks import Ticks, Timing, as_ticks
-from palpate.record.writer import Recorder
+from palpate.record.writer import CHUNKS_PER_SECOND, Recorder
 from palpate.scene.rig import Rig
+from palpate.session.backlog import Backlog
 from palpate.session.loop import Loop
 from palpate.session.recorded_frames import RecordedFrames
 from palpate.session.run_folder import keep_scene, new_folder, require_writable
@@ -47,6 +49,7 @@ class RecordedLoop:
         self.record: Path | None = None  #: file of the newest record
         me = weakref.proxy(self)  # what the session holds must not hold the session: it ends when it is collected
         self._snapshots = Snapshots(rig, lambda index: me.soft_vertices(index), lambda: me._camera_joints())
+        self._backlog = Backlog(round(rate / CHUNKS_PER_SECOND), lambda *block: me._keep(*block))
         self.notes: list[str] = []  #: problems outside of the loop, e.g. a full disk
 
     def latest(self) -> Ticks:
@@ -79,10 +82,14 @@ class RecordedLoop:
 
     def set_recording(self, on: bool) -> None:
         """End the present record, also while the session runs; True begins a new one with the next tick."""
+        self._backlog.finish()
         with self._lock:
-            if self._recorder is not None and not self._closed:
-                self._recorder.close(self._faults(), self.timing)
-            self.recording, self._closed = on, True
+            self._end_record(again=on)
+
+    def _end_record(self, again: bool) -> None:
+        if self._recorder is not None and not self._closed:
+            self._recorder.close(self._faults(), self.timing)
+        self.recording, self._closed = again, True
 
     @property
     def takes_snapshots(self) -> bool:
@@ -102,21 +109,37 @@ class RecordedLoop:
         return None
 
     def _take(self, ticks: Ticks, realtime: bool = False) -> None:
+        """Count and record the next ticks (n,)."""
+        self._keep(ticks, self._counted(ticks, realtime))
+
+    def _take_behind(self, ticks: Ticks) -> None:
+        """Count and record the next ticks (n,) of a lockstep run, in a thread behind the loop."""
+        if self._limit < float("inf"):  # the record ends with the ticks that reach the limit
+            self._take(ticks)
+        else:
+            self._backlog.add(ticks, self._counted(ticks, realtime=False))
+
+    def _counted(self, ticks: Ticks, realtime: bool) -> list[Snapshot]:
+        """Count the next ticks (n,) as taken, in a new record if the last one is closed; returns their snapshots."""
+        self._begin(realtime)
+        self._taken += len(ticks)
+        return [] if self._recorder is None else self._snapshots.collect()
+
+    def _keep(self, ticks: Ticks, snapshots: list[Snapshot]) -> None:
+        """Count and record ticks (n,), in order of time."""
         with self._lock:
-            self._begin(realtime)
             self._totals.add(ticks)
-            self._taken += len(ticks)
             if self._recorder is not None:
-                self._recorder.append(ticks, self._snapshots.collect())
+                self._recorder.append(ticks, snapshots)
                 if self._recorder.failure and self._recorder.failure not in self.notes:
                     self.notes.append(self._recorder.failure)
                 if self._recorder.size > self._limit:
-                    self.set_recording(False)
+                    self._end_record(again=False)
 
     def _begin(self, realtime: bool) -> None:
+        if not self._closed:  # without the lock, which the thread behind the loop may hold for milliseconds
+            return
         with self._lock:
-            if not self._closed:
-                return
             self._closed = False
             self._totals = Totals(self.rate)
             self._live = realtime
@@ -146,6 +169,7 @@ class RecordedLoop:
 
     def _finish(self, interrupted: bool) -> Summary:
         """Close the record and return the summary."""
+        self._backlog.finish()
         with self._lock:
             faults = self._faults()
             timing = self.timing

@@ -182,7 +182,7 @@ class Session(LiveSession):
                 time.sleep(DRAIN)
                 continue
             n -= len(rows)
-            self._take(as_ticks(rows))
+            self._take_behind(as_ticks(rows))
             if on_progress is not None:
                 on_progress(self.state)
 

@@ -45,8 +45,8 @@ def serve(
         KeyboardInterrupt: Ctrl-C, after the viewer is closed.
     """
     if not isinstance(shown, Session):
-        stage, ticks = (stage_of_record(shown), shown.ticks) if isinstance(shown, Record) else shown
-        replayed = ReplayViewer(ticks, stage, host, port)
+        stage, run = (stage_of_record(shown), shown) if isinstance(shown, Record) else shown
+        replayed = ReplayViewer(run, stage, host, port)
         try:
             on_ready(replayed.url)
             stop_signals.wait(threading.Event())

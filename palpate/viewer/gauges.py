@@ -16,6 +16,8 @@ from palpate.viewer.fixtures import in_words as guided_in_words
 from palpate.viewer.stage import Stage
 from palpate.viewer.words import in_words
 
+HISTORY = ("t", "F_H_L", "depth", "cycle_us")
+"""Signals of the plots and percentiles."""
 WINDOW = 10.0
 """Time span of the plots [s]."""
 POINTS = 400

@@ -19,12 +19,12 @@ from palpate.viewer.drawing import Drawing
 from palpate.viewer.pair_gauges import PairGauges
 from palpate.viewer.pairs import COLORS, Within
 from palpate.viewer.picture import Picture
+from palpate.viewer.played import Played
 from palpate.viewer.recorded import Snapshots
 from palpate.viewer.replay import FRAME_RATE, SPEEDS
 from palpate.viewer.server import close_server, open_server, url
 from palpate.viewer.staging import stage_of_record
 from palpate.viewer.surgeon import SurgeonView
-from palpate.viewer.words import end_of_run
 
 _HANDLES = 0.08  # distance of two handles below which a warning appears [m]
 
@@ -42,8 +42,8 @@ class PairsReplayViewer:
     """
 
     def __init__(self, records: Mapping[str, Record], title: str, host: str = "127.0.0.1", port: int = 8080) -> None:
-        self._ticks = {name: record.ticks for name, record in records.items()}
-        self._ends = {name: end_of_run(ticks) for name, ticks in self._ticks.items()}
+        self._played = {name: Played(record) for name, record in records.items()}
+        self._ends = {name: run.time(run.end()) for name, run in self._played.items() if run.end() < len(run)}
         stages = {name: stage_of_record(record) for name, record in records.items()}
         colors = dict(zip(stages, COLORS, strict=False))
         self._server = open_server(host, port, title)
@@ -59,8 +59,8 @@ class PairsReplayViewer:
             for name, stage in stages.items()
         }
         self._gauges = PairGauges(self._server, stages, colors, _HANDLES, None)
-        begin = min(float(ticks["t"][0]) for ticks in self._ticks.values())
-        self._last = max(float(ticks["t"][-1]) for ticks in self._ticks.values())
+        begin = min(run.span[0] for run in self._played.values())
+        self._last = max(run.span[1] for run in self._played.values())
         gui = self._server.gui
         gui.set_panel_label(f"{title}: replay")
         with gui.add_folder("Replay"):
@@ -108,10 +108,7 @@ class PairsReplayViewer:
 
     def _found(self, t: float) -> dict[str, Ticks]:
         """The tick of each pair at t [s]."""
-        return {
-            name: ticks[max(int(np.searchsorted(ticks["t"], t, side="right")) - 1, 0)]
-            for name, ticks in self._ticks.items()
-        }
+        return {name: run.tick(run.number(t)) for name, run in self._played.items()}
 
     def show(self, t: float) -> None:
         """Draws all pairs at t [s]."""
@@ -124,6 +121,6 @@ class PairsReplayViewer:
                 presses.append(self.drawings[name].show(found[name], presses))
             self._snapshots.show(t)
             self._gauges.add(found)
-            over = [n for n, i in self._ends.items() if i < len(self._ticks[n]) and t >= self._ticks[n]["t"][i]]
+            over = [name for name, end in self._ends.items() if t >= end]
             self._gauges.show(found, False, over)
             self._gauges.plot()

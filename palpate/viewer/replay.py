@@ -8,18 +8,19 @@ from functools import partial
 
 import numpy as np
 
+from palpate.record.reader import Record
 from palpate.record.ticks import Ticks
 from palpate.viewer import views
 from palpate.viewer.controls import set_value, time_slider
 from palpate.viewer.drawing import Drawing
-from palpate.viewer.gauges import POINTS, WINDOW, Gauges
+from palpate.viewer.gauges import HISTORY, POINTS, WINDOW, Gauges
 from palpate.viewer.labels import LabelPlacer
 from palpate.viewer.picture import Picture
+from palpate.viewer.played import Played
 from palpate.viewer.recorded import Snapshots
 from palpate.viewer.server import close_server, open_server, url
 from palpate.viewer.stage import Stage
 from palpate.viewer.surgeon import SurgeonView
-from palpate.viewer.words import end_of_run
 
 FRAME_RATE = 30.0
 """Update rate of the view [Hz]."""
@@ -29,17 +30,18 @@ SPEEDS = {"x 0.1": 0.1, "x 0.25": 0.25, "x 1": 1.0, "x 2": 2.0}
 class ReplayViewer:
     """Plays the ticks of a run in a loop, or shows the instant that the user chooses."""
 
-    def __init__(self, ticks: Ticks, stage: Stage, host: str = "127.0.0.1", port: int = 8080) -> None:
-        """Opens the server and starts playing. ticks: (n,), n >= 1. Raises PortError when the port cannot be used."""
-        self._ticks, self._times = ticks, np.asarray(ticks["t"])
+    def __init__(self, run: Record | Ticks, stage: Stage, host: str = "127.0.0.1", port: int = 8080) -> None:
+        """Opens the server and starts playing. run: a record, or ticks (n,), n >= 1. Raises PortError when the port
+        cannot be used."""
+        self._played = Played(run)
         self._server = open_server(host, port, stage.title)
         views.Framing(self._server, partial(views.overview, stage))
         self.url = url(self._server)
         self.picture = Picture(self._server)
         self._drawing = Drawing(self.picture.scene, stage)
         self._gauges = Gauges(self._server, stage, self._drawing)
-        self._shown, self._end = -1, end_of_run(ticks)
-        first, last = float(self._times[0]), float(self._times[-1])
+        self._shown, self._end = -1, self._played.end()
+        first, last = self._played.span
         gui = self._server.gui
         gui.set_panel_label(f"{stage.title}: replay")
         with gui.add_folder("Replay"):
@@ -63,7 +65,7 @@ class ReplayViewer:
     def show_at(self, t: float) -> None:
         """Stops playing and shows the instant t [s]."""
         set_value(self.play, False)
-        set_value(self.time, float(np.clip(t, self._times[0], self._times[-1])))
+        set_value(self.time, float(np.clip(t, *self._played.span)))
 
     def close(self) -> None:
         """Stops playing and closes the port."""
@@ -86,28 +88,28 @@ class ReplayViewer:
             if self.play.value:
                 self._advance((now - before) * SPEEDS[self.speed.value])
             before = now
-            self._show(int(np.searchsorted(self._times, self.time.value, side="right")) - 1)
+            self._show(self._played.number(self.time.value))
 
     def _advance(self, dt: float) -> None:
+        first, last = self._played.span
         t = self.time.value + dt
-        set_value(self.time, t if t <= self._times[-1] else float(self._times[0]))
+        set_value(self.time, t if t <= last else first)
 
     def _present(self) -> list[Ticks]:
-        return [self._ticks[max(self._shown, 0)]]
+        return [self._played.tick(max(self._shown, 0))]
 
     def _show(self, k: int) -> None:
-        k = max(k, 0)
-        self.picture.at(float(self._times[k]))
+        t = self._played.time(k)
+        self.picture.at(t)
         if k == self._shown and (self._snapshots.soft is None or self._snapshots.soft.is_drawn):
             return
         self._shown = k
-        start = int(np.searchsorted(self._times, self._times[k] - WINDOW))
-        history = self._ticks[start : k + 1][:: max(1, (k + 1 - start) // POINTS)]
+        tick, history = self._played.tick(k), self._played.window(HISTORY, k, WINDOW, POINTS)
         with self._server.atomic():
             self._drawing.set_light(self.picture.light)
-            self._drawing.show(self._ticks[k])
-            self._snapshots.show(float(self._times[k]))
+            self._drawing.show(tick)
+            self._snapshots.show(t)
             self._gauges.set_history(history)
-            self._gauges.show(self._ticks[k], over=k >= self._end)
+            self._gauges.show(tick, over=k >= self._end)
             self._gauges.plot()
             self._labels.show(None, 0.0)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from palpate.record import withheld
 from palpate.record.ticks import STATUS, Ticks
@@ -12,11 +13,9 @@ from palpate.record.ticks import STATUS, Ticks
 _NOT_FOLLOWING = STATUS["not_following"][0]
 
 
-def end_of_run(ticks: Ticks) -> int:
-    """Index of the first of the ticks (n,) in which a run ends: from there to the last one nothing follows any more.
-    n without such an end."""
-    follows = np.flatnonzero((ticks["status"].astype(np.uint64) & np.uint64(_NOT_FOLLOWING)) == 0)
-    return int(follows[-1]) + 1 if len(follows) else len(ticks)
+def follows(ticks: Ticks) -> NDArray[np.bool_]:
+    """True for each of the ticks (n,) in which the instrument follows the hand."""
+    return np.asarray((ticks["status"].astype(np.uint64) & np.uint64(_NOT_FOLLOWING)) == 0)
 
 
 def in_words(

@@ -76,14 +76,15 @@ def test_a_record_of_an_instant_has_a_slider_with_a_width(count):
 
 def test_the_end_of_a_run_is_called_so():
     from palpate.record.ticks import STATUS
-    from palpate.viewer.words import end_of_run, in_words
+    from palpate.viewer.played import Played
+    from palpate.viewer.words import in_words
 
     ticks = record_of(0.1)
     bit = STATUS["not_following"][0]
     ticks["status"][20:30] |= bit  # a pause in the middle is none
     ticks["status"][90:] |= bit
-    assert end_of_run(ticks) == 90
-    assert end_of_run(record_of(0.1)) == 100
+    assert Played(ticks).end() == 90
+    assert Played(record_of(0.1)).end() == 100
     assert in_words(ticks[25], 3.0)[0].startswith("not following")
     words = in_words(ticks[-1], 3.0, over=True)
     assert words[0] == "the run has ended"
