@@ -158,3 +158,16 @@ def test_bag_of_a_real_arm_becomes_a_table(tmp_path):
     found = loadmat(tmp_path / "out" / "bag.mat", squeeze_me=True)
     assert np.ptp(found["q"][:, 0]) > 0.05
     assert np.isfinite(found["F_H_L"]).any()
+
+
+def test_minari_reads_what_is_exported(make, tmp_path, monkeypatch):
+    minari = pytest.importorskip("minari", reason="minari (extra learning) is not installed")
+    made = make()
+    facts = export([made.path] * 2, tmp_path / "out", to="minari")
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path / "out"))
+    data = minari.load_dataset(facts["dataset"])
+    assert data.total_episodes == 2
+    episode = next(iter(data.iterate_episodes()))
+    at = [round(k * 1000 / 30) for k in range(15)]
+    np.testing.assert_allclose(episode.observations["force"][:, :3], made.ticks["F_T_W"][at], atol=1e-6)
+    np.testing.assert_allclose(episode.actions[:, :3], made.ticks["p_WT_goal"][at[:-1]], atol=1e-7)

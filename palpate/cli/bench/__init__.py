@@ -1,3 +1,3 @@
-"""Measure the speed of Palpate: loop, start, records, contact, runs, clouds, tissue, viewer, plans, build, ROS 2."""
+"""Measure the speed: loop, start, records, contact, runs, gym, clouds, tissue, viewer, plans, build, ROS 2."""
 
-FIRST = ("loop", "start", "record", "contact", "simulate", "sweep", "guidance", "cloud", "tissue", "ros")
+FIRST = ("loop", "start", "record", "contact", "simulate", "sweep", "gym", "guidance", "cloud", "tissue", "ros")

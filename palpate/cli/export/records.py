@@ -27,7 +27,7 @@ class Command:
     out: Annotated[Path, arg(metavar="DIR")]
     """Folder of the data set; new, or empty."""
     to: Annotated[str, arg(metavar="FORMAT")] = "lerobot"
-    """lerobot, parquet, csv, mat, hdf5, or a format of an installed package (entry points palpate.exporters)."""
+    """lerobot, minari, parquet, csv, mat, hdf5, or a format of an installed package (entry point palpate.exporters)."""
     names: Literal["openh", "dvrk"] = "openh"
     """lerobot: names of Open-H-Embodiment, or of the dVRK's data collection."""
     version: Literal["3.0", "2.1"] = "3.0"
@@ -65,7 +65,7 @@ class Command:
             self.every,
         )
         facts = export(self.records, self.out, self.to, options)
-        if "frames" in facts:
+        if "splits" in facts:
             shares = ", ".join(f"{name} {span}" for name, span in facts["splits"].items())
             say(console, f"{facts['episodes']} episodes, {facts['frames']} frames at {facts['fps']} frames/s; {shares}")
         for file, rows in zip(facts.get("files", ()), facts.get("rows", ()), strict=True):

@@ -1,0 +1,52 @@
+"""`palpate bench gym`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import arg
+
+from palpate.console.output import console_for, require_writable, say, write_json
+
+
+@dataclass
+class Command:
+    """Steps per second of environments of Gymnasium that step together, beside a bare arm of MuJoCo.
+
+    examples:
+      palpate bench gym
+      palpate bench gym --instruments 256 --seconds 20 --json gym.json
+    """
+
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the figures as JSON (docs/json.md); - for the standard output."""
+    instruments: int = 64
+    """Number of environments that step together."""
+    substeps: int = 20
+    """Ticks of 1 ms in a step."""
+    seconds: float = 5.0
+    """Time of the measurement [s]."""
+
+    def __call__(self) -> int:
+        """Measure, print the figures, write the JSON contract."""
+        from palpate.verify.bench import gym
+
+        console = console_for(self.json)
+        require_writable(self.json)
+        found = gym.run(self.instruments, self.substeps, self.seconds)
+        say(
+            console,
+            f"{found['steps_per_s']:,.0f} steps/s of {found['substeps']} ticks of 1 ms by {found['workers']} threads; "
+            f"processor time of one: {found['cpu_us_per_step']:.1f} us; load {found['load']:.1f}",
+        )
+        if found["control_steps_per_s"]:
+            say(
+                console,
+                f"control: a bare arm of {found['control_joints']} joints in MuJoCo without contact, as many ticks a "
+                f"step: {found['control_steps_per_s']:,.0f} steps/s on one core; "
+                f"processor time of one: {found['control_cpu_us_per_step']:.1f} us",
+            )
+        write_json(self.json, found)
+        return 0

@@ -1,0 +1,130 @@
+"""Instruments that step together: actions become goals, the haptic cycle runs between them, and its ticks are read.
+
+The computation of an instrument depends on its own seed and actions only, and not on the number of the others or of
+threads.
+"""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate import _core
+from palpate.arrays import Array
+from palpate.gym.world import RATE, Motion, World, cycle_at
+from palpate.record.ticks import TICK_DOUBLES, Ticks, as_ticks
+from palpate.scene.rig import Rig
+
+Action = Literal["twist", "pose"]
+
+
+class Instruments:
+    """N instruments in worlds of their own.
+
+    Args:
+        world: the scene.
+        n: number of instruments.
+        action: ``twist``: velocity of the goal in W [m/s, rad/s]; ``pose``: goal as displacement and rotation vector
+            from the start, in W [m, rad].
+        substeps: ticks of 1 ms for each action.
+        motion: limits of the motion.
+        workers: threads.
+    """
+
+    def __init__(self, world: World, n: int, action: Action, substeps: int, motion: Motion, workers: int) -> None:
+        self.world, self.n, self.action, self.substeps, self.motion = world, n, action, substeps, motion
+        self.rigs: list[Rig] = [world.plain] * n
+        self._cycles: list[_core.DeviceCycle | None] = [None] * n
+        self._p0, self._R0 = np.zeros((n, 3)), np.tile(np.eye(3), (n, 1, 1))
+        self._p, self._r = np.zeros((n, 3)), np.zeros((n, 3))  # goal from the start: displacement, rotation vector
+        self._t = np.zeros(n)
+        self._rows = np.zeros((n, TICK_DOUBLES))
+        self._felt = np.zeros((n, substeps, 6))
+        self._limit = np.repeat([motion.reach, motion.tilt], 3)
+        self._pool = ThreadPoolExecutor(min(workers, n), "palpate-gym") if min(workers, n) > 1 else None
+        self._chunks = np.array_split(np.arange(n), min(workers, n))
+
+    @property
+    def low_high(self) -> tuple[Array, Array]:
+        """Limits (6,) of an action."""
+        m = self.motion
+        high = np.repeat([m.speed, m.turn] if self.action == "twist" else [m.reach, m.tilt], 3)
+        return -high, high
+
+    def start(self, i: int, rng: np.random.Generator, X_WT: Array | None = None) -> None:
+        """Begin anew with instrument i, with values of the scene drawn from `rng`, at a pose X_WT (4, 4)."""
+        rig = self.rigs[i] = self.world.drawn(rng)
+        self._cycles[i], X = cycle_at(rig, X_WT)
+        self._p0[i], self._R0[i] = X[:3, 3], X[:3, :3]
+        self._p[i], self._r[i], self._t[i] = 0.0, 0.0, 0.0
+        self._advance(np.array([i]), np.zeros((1, self.substeps, 6)))
+
+    def step(self, actions: Array) -> None:
+        """Move all instruments by actions (n, 6), which are clipped to their limits, for `substeps` ticks."""
+        dt, m = self.substeps / RATE, self.motion
+        low, high = self.low_high
+        wanted = np.clip(np.asarray(actions, dtype=np.float64), low, high)
+        goal = np.concatenate([self._p, self._r], axis=1)
+        most = dt * np.repeat([m.speed, m.turn], 3)
+        move = dt * wanted if self.action == "twist" else np.clip(wanted - goal, -most, most)
+        target = np.clip(goal + move, -self._limit, self._limit)
+        share = (np.arange(1, self.substeps + 1) / self.substeps)[None, :, None]
+        paths = goal[:, None] + share * (target - goal)[:, None]
+        if self._pool is None:
+            self._advance(np.arange(self.n), paths)
+        else:
+            list(self._pool.map(self._advance, self._chunks, [paths[chunk] for chunk in self._chunks]))
+        self._p, self._r = target[:, :3].copy(), target[:, 3:].copy()
+
+    @property
+    def ticks(self) -> Ticks:
+        """Newest tick of each instrument (n,)."""
+        return as_ticks(self._rows)
+
+    @property
+    def felt(self) -> Array:
+        """Largest force that a hand would have felt during the last step (n,), after all caps [N]."""
+        return np.asarray(np.sqrt(np.einsum("nij,nij->ni", self._felt[:, :, :3], self._felt[:, :, :3]).max(axis=1)))
+
+    @property
+    def goals(self) -> Array:
+        """Goal of each tool from its start (n, 6): displacement [m] and rotation vector [rad], in W."""
+        return np.concatenate([self._p, self._r], axis=1)
+
+    @property
+    def starts(self) -> Array:
+        """Position (n, 3) of each tool at its start, in W [m]."""
+        return self._p0
+
+    def close(self) -> None:
+        """End the threads."""
+        if self._pool is not None:
+            self._pool.shutdown()
+
+    def _advance(self, chunk: NDArray[np.intp], paths: Array) -> None:
+        """Run the cycles of some instruments along goals (k, substeps, 6) from their starts."""
+        X = np.zeros((len(chunk), self.substeps, 4, 4))
+        X[..., :3, :3], X[..., :3, 3], X[..., 3, 3] = _rotations(paths[..., 3:]), paths[..., :3], 1.0
+        steps = np.arange(1, self.substeps + 1) / RATE
+        for k, i in enumerate(chunk.tolist()):
+            cycle = self._cycles[i]
+            assert cycle is not None, "step() before reset()"
+            cycle.replay(self._t[i] + steps, X[k], self._felt[i])
+            self._t[i] += steps[-1]
+            self._rows[i] = cycle.latest()
+
+
+def _rotations(v: Array) -> Array:
+    """Rotations (..., 3, 3) of rotation vectors (..., 3) [rad], by Rodrigues' formula."""
+    angle = np.linalg.norm(v, axis=-1)
+    if not angle.any():
+        return np.broadcast_to(np.eye(3), (*v.shape, 3))
+    safe = np.maximum(angle, 1e-12)
+    s, c = np.sin(safe) / safe, (1.0 - np.cos(safe)) / safe**2
+    K = np.zeros((*v.shape, 3))
+    K[..., 0, 1], K[..., 0, 2], K[..., 1, 2] = -v[..., 2], v[..., 1], -v[..., 0]
+    K = K - np.swapaxes(K, -1, -2)
+    return np.asarray(np.eye(3) + s[..., None, None] * K + c[..., None, None] * (K @ K))

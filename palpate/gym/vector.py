@@ -1,0 +1,124 @@
+"""Many environments that step together, on all cores."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+from numpy.typing import NDArray
+
+from palpate.errors import PalpateError
+from palpate.gym.instruments import Action, Instruments
+from palpate.gym.observation import PARTS, Observation, observe, space_of
+from palpate.gym.tasks import TASKS, Task
+from palpate.gym.world import RATE, Motion, World
+from palpate.scene.scene import Scene
+from palpate.sweep.local import cores
+
+
+class PalpateVectorEnv(VectorEnv[Observation, NDArray[np.float64], NDArray[Any]]):
+    """N instruments, each with its own scene and task, stepped together.
+
+    Args:
+        num_envs: number of instruments.
+        scene: a scene, its values, its file, or the name of a shipped one.
+        task: ``press``, ``find``, or an object of your own (`Task`).
+        action: ``twist`` or ``pose`` (`Instruments`).
+        substeps: ticks of 1 ms for each step.
+        duration: time after which an episode is truncated [s].
+        observe: parts of the observation, of ``pose joints force contact goal``.
+        motion: limits of the motion.
+        vary: ranges of values of the scene, drawn at each reset (`World`).
+        workers: threads; one per core when left out.
+
+    Instruments whose episode is over begin anew with their next step, as Gymnasium's ``NEXT_STEP`` mode says.
+    """
+
+    def __init__(
+        self,
+        num_envs: int = 1,
+        scene: Scene | dict[str, Any] | str | os.PathLike[str] = "palpation",
+        task: str | Task = "press",
+        action: Action = "twist",
+        substeps: int = 20,
+        duration: float = 5.0,
+        observe: Sequence[str] = PARTS,
+        motion: Motion | None = None,
+        vary: Mapping[str, tuple[float, float]] | None = None,
+        workers: int | None = None,
+    ) -> None:
+        if num_envs < 1 or substeps < 1 or duration <= 0.0 or action not in ("twist", "pose"):
+            what = f"num_envs = {num_envs}, substeps = {substeps}, duration = {duration:g} s, action = {action!r}"
+            mend = "numbers must be 1 or more, the duration positive, the action twist or pose"
+            raise PalpateError(what, mend=mend)
+        world = World(scene, vary or {})
+        self.task = _task(task)
+        self.instruments = Instruments(world, num_envs, action, substeps, motion or Motion(), workers or cores())
+        self.task.begin(num_envs, substeps / RATE, world)
+        self.parts = tuple(observe)
+        self._joints = world.plain.arms.follower.n
+        self._most = max(1, round(duration * RATE / substeps))
+        self.num_envs = num_envs
+        self.metadata = {"autoreset_mode": AutoresetMode.NEXT_STEP, "render_modes": []}
+        low, high = self.instruments.low_high
+        self.single_action_space = spaces.Box(low.astype(np.float32), high.astype(np.float32))
+        self.single_observation_space = space_of(self.parts, self._joints)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self._rngs = [np.random.default_rng() for _ in range(num_envs)]
+        self._steps = np.zeros(num_envs, dtype=np.int64)
+        self._over = np.zeros(num_envs, dtype=bool)
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin all episodes anew. Environment i of a seed s gets the seed s + i."""
+        many = [None] * self.num_envs if seed is None else seed
+        seeds = [many + i for i in range(self.num_envs)] if isinstance(many, int) else list(many)
+        for i, one in enumerate(seeds):
+            if one is not None:
+                self._rngs[i] = np.random.default_rng(one)
+            self._begin(i)
+        return self._observe(), {}
+
+    def step(
+        self, actions: NDArray[np.float64]
+    ) -> tuple[Observation, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
+        """One step of all instruments; those whose episode was over begin anew instead."""
+        begun = self._over.copy()
+        self.instruments.step(np.where(begun[:, None], 0.0, actions))
+        for i in np.flatnonzero(begun):
+            self._begin(int(i))
+        reward, success = self.task.evaluate(self.instruments.ticks, self.instruments.felt)
+        self._steps += ~begun
+        success = success & ~begun
+        truncated = (self._steps >= self._most) & ~success & ~begun
+        self._over = success | truncated
+        return self._observe(), np.where(begun, 0.0, reward), success, truncated, {"is_success": success.copy()}
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """End the threads."""
+        self.instruments.close()
+
+    def _begin(self, i: int) -> None:
+        rng = self._rngs[i]
+        start = self.task.reset(i, self.instruments.world.plain, rng)
+        self.instruments.start(i, rng, start)
+        self._steps[i], self._over[i] = 0, False
+
+    def _observe(self) -> Observation:
+        return observe(self.parts, self._joints, self.instruments, self.task)
+
+
+def _task(task: str | Task) -> Task:
+    if not isinstance(task, str):
+        return task
+    if task not in TASKS:
+        raise PalpateError(f"there is no task {task!r}", mend=f"name one of {', '.join(TASKS)}, or give an object")
+    made: Task = TASKS[task]()
+    return made

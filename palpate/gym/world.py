@@ -1,0 +1,91 @@
+"""A scene prepared for an instrument that a policy moves: its options, its start, and the limits of its motion."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from palpate import _core
+from palpate.arrays import Array
+from palpate.devices.loop import device_options, device_port, device_scene
+from palpate.errors import PalpateError
+from palpate.scene.overrides import override
+from palpate.scene.rig import Rig, build
+from palpate.scene.scene import Scene
+from palpate.scene.surface import Bodies
+
+RATE = 1000.0
+"""Ticks of the haptic cycle per second [Hz]."""
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Limits of the motion that actions can ask for."""
+
+    speed: float = 0.05
+    """Largest speed of the goal along each axis of W [m/s]."""
+    turn: float = 1.0
+    """Largest rotation speed of the goal about each axis of W [rad/s]."""
+    reach: float = 0.06
+    """Largest distance of the goal from the start along each axis of W [m]."""
+    tilt: float = 0.8
+    """Largest rotation of the goal from the start about each axis of W [rad]."""
+
+
+class World:
+    """A scene for any number of instruments, which do not meet.
+
+    Args:
+        scene: a scene, its values, its file, or the name of a shipped one; its leader has no effect.
+        vary: ranges from which a value of the scene is drawn at each reset, by its path: ``{"objects.0.stiffness":
+            (200, 600)}``. Surfaces are made once.
+
+    Raises:
+        SceneError, MeshError: the scene cannot run. PalpateError: a range is not two rising numbers.
+    """
+
+    def __init__(
+        self, scene: Scene | dict[str, Any] | str | os.PathLike[str], vary: Mapping[str, tuple[float, float]]
+    ) -> None:
+        for name, limits in vary.items():
+            if len(limits) != 2 or not limits[0] <= limits[1]:
+                raise PalpateError(f"vary {name} = {limits}: must be two rising numbers", mend="give (low, high)")
+        self.scene = Scene.of(scene)
+        self.vary = {name: (float(low), float(high)) for name, (low, high) in sorted(vary.items())}
+        self._bodies: Bodies = {}
+        self.plain = self._prepared(self.scene)
+        """The rig without variation."""
+
+    def drawn(self, rng: np.random.Generator) -> Rig:
+        """A rig with values drawn from the ranges."""
+        if not self.vary:
+            return self.plain
+        values = {name: float(rng.uniform(low, high)) for name, (low, high) in self.vary.items()}
+        return self._prepared(override(self.scene, values))
+
+    def _prepared(self, scene: Scene) -> Rig:
+        """The rig with the axes of W as those of the handle, which moves as far as the tool."""
+        leader = scene.arms.leader.model_copy(update={"base": None})
+        mapping = scene.mapping.model_copy(update={"law": "indexed", "scale": 1.0})
+        arms = scene.arms.model_copy(update={"leader": leader})
+        free = scene.model_copy(update={"arms": arms, "mapping": mapping}).with_file_of(scene)
+        return build(device_scene(free, "loop", RATE), self._bodies, until=0.0)
+
+
+def cycle_at(rig: Rig, X_WT: Array | None = None) -> tuple[_core.DeviceCycle, Array]:
+    """A fresh cycle whose tool starts at a pose X_WT (4, 4), or where the scene has it; and the pose at which it is.
+
+    The nearest pose that the arm reaches is taken.
+    """
+    arms = rig.arms
+    if X_WT is not None:
+        q, _ = arms.follower.ik_nearest(np.linalg.inv(arms.X_WB) @ X_WT, arms.q_follower0, restarts=0)
+        arms = replace(arms, q_follower0=q)
+    options = device_options(replace(rig, arms=arms), device_port(rig.scene, delay=0.0))
+    cycle = _core.DeviceCycle(options, arms.follower, rig.snapshot)
+    cycle.set_fixtures(rig.fixtures)
+    return cycle, np.asarray(arms.X_WB @ arms.follower.fk(arms.q_follower0))

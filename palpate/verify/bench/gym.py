@@ -1,0 +1,76 @@
+"""`palpate bench gym`: speed of the environments of Gymnasium, with a bare arm of MuJoCo as control."""
+
+from __future__ import annotations
+
+import os
+import time
+from typing import TypedDict
+
+import numpy as np
+
+from palpate.sweep.local import cores
+
+_JOINTS = 7
+_LINK = '<geom type="capsule" size="0.01" fromto="0 0 0 0 0 -0.1"/>'
+_ARM = '<body pos="0 0 -0.1"><joint axis="{axis}"/>' + _LINK + "{inner}</body>"
+
+
+class Figures(TypedDict):
+    """Result of the benchmark. The keys are the documented contract of ``--json``."""
+
+    instruments: int
+    substeps: int
+    workers: int
+    steps_per_s: float
+    cpu_us_per_step: float
+    control_joints: int
+    control_steps_per_s: float
+    control_cpu_us_per_step: float
+    load: float
+
+
+def run(instruments: int = 64, substeps: int = 20, seconds: float = 5.0) -> Figures:
+    """Step environments of the scene `palpation` with random actions for some seconds, then the control."""
+    from palpate.gym import PalpateVectorEnv
+
+    many = PalpateVectorEnv(instruments, "palpation", substeps=substeps, duration=1e6)
+    many.reset(seed=0)
+    rng = np.random.default_rng(0)
+    low, high = many.instruments.low_high
+    actions = [rng.uniform(low, high, (instruments, 6)) for _ in range(50)]
+    began, used, steps = time.perf_counter(), time.process_time(), 0
+    while time.perf_counter() - began < seconds:
+        many.step(actions[steps % 50])
+        steps += 1
+    took, used = time.perf_counter() - began, time.process_time() - used
+    many.close()
+    control, control_cpu = _control(substeps, min(seconds, 2.0))
+    return Figures(
+        instruments=instruments,
+        substeps=substeps,
+        workers=cores(),
+        steps_per_s=steps * instruments / took,
+        cpu_us_per_step=1e6 * used / (steps * instruments),
+        control_joints=_JOINTS,
+        control_steps_per_s=control,
+        control_cpu_us_per_step=control_cpu,
+        load=os.getloadavg()[0],
+    )
+
+
+def _control(substeps: int, seconds: float) -> tuple[float, float]:
+    """Steps per second of a bare arm of MuJoCo on one core, and processor time of one [us]; 0 without MuJoCo."""
+    try:
+        import mujoco
+    except ImportError:
+        return 0.0, 0.0
+    inner = ""
+    for k in range(_JOINTS):
+        inner = _ARM.format(axis=("1 0 0", "0 1 0", "0 0 1")[k % 3], inner=inner)
+    text = f'<mujoco><option timestep="0.001"><flag contact="disable"/></option><worldbody>{inner}</worldbody></mujoco>'
+    model = mujoco.MjModel.from_xml_string(text)
+    data, steps, began, used = mujoco.MjData(model), 0, time.perf_counter(), time.process_time()
+    while time.perf_counter() - began < seconds:
+        mujoco.mj_step(model, data, nstep=substeps)
+        steps += 1
+    return steps / (time.perf_counter() - began), 1e6 * (time.process_time() - used) / steps
