@@ -1,5 +1,5 @@
-# make demo | make test | make test-long | make lint | make mutants | make fuzz | make night | make stubs | make wheel | make clean.   `palpate --help` lists all other commands.
-.PHONY: demo test test-long lint mutants fuzz night stubs wheel clean setup constraints
+# make demo | make test | make test-long | make lint | make mutants | make fuzz | make night | make stubs | make wheel | make site | make clean.   `palpate --help` lists all other commands.
+.PHONY: demo test test-long lint mutants fuzz night stubs wheel site clean setup constraints
 ARGS ?=
 OUT ?= dist
 export UV_PYTHON_DOWNLOADS = never
@@ -26,6 +26,11 @@ test-long: setup
 # The wheel of this platform, built from the compiled core.
 wheel: setup
 	@PATH="$(CURDIR)/.venv/bin:$$PATH" $(UV) build --wheel --no-build-isolation --python .venv/bin/python --out-dir "$(OUT)" --quiet
+
+# The documentation as a site, which needs no network.
+site: setup
+	@$(INSTALL) --group site
+	@NO_MKDOCS_2_WARNING=1 $(RUN) python tools/site.py
 
 setup: .venv/.ready
 
@@ -83,7 +88,7 @@ stubs: setup
 
 # Chooses the newest versions that pyproject.toml allows and writes them to constraints.txt: commit the file.
 constraints: | $(UV)
-	@$(UV) pip compile pyproject.toml --all-extras --group build --group test --group lint --universal --upgrade \
+	@$(UV) pip compile pyproject.toml --all-extras --group build --group test --group lint --group site --universal --upgrade \
 	  --python-version 3.11 --no-annotate --no-header --quiet --output-file constraints.txt
 
 clean:

@@ -49,7 +49,7 @@ class Haptics:
 
     Raises:
         SceneError, MeshError: the scene cannot run. OutputError: `record` cannot be written. PalpateError: `rate` or
-        `force_cap` is out of range.
+            `force_cap` is out of range.
     """
 
     def __init__(

@@ -85,7 +85,8 @@ class Record:
 
         Args:
             signals: names; all of `TICK` when left out. A signal that the record does not hold is NaN.
-            start, stop: number of the first tick, and of the one after the last.
+            start: number of the first tick.
+            stop: number of the tick after the last.
             every: keep each tick whose number, counted from `start`, is a multiple of this.
 
         Returns:
@@ -126,7 +127,8 @@ class Record:
 
         Args:
             columns: names of signals; all that were recorded when left out.
-            start, stop: first time, and the time before which the table ends [s].
+            start: first time [s].
+            stop: time before which the table ends [s].
             every: keep each n-th tick.
 
         Raises:
