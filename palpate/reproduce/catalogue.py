@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Sequence
 from functools import cache
 from importlib import import_module
@@ -29,7 +30,7 @@ def items() -> dict[str, Item]:
 
 
 def chosen(names: Sequence[str]) -> list[str]:
-    """The names of the items that were asked for, in the paper's order; ``all`` stands for every item.
+    """The names of the items that were asked for, in the paper's order; ``all`` are all, ``eq1..5`` five of them.
 
     Raises:
         PalpateError: a name is unknown; the message has the nearest ones.
@@ -37,7 +38,9 @@ def chosen(names: Sequence[str]) -> list[str]:
     asked: set[str] = set()
     for name in names:
         key = name.lower().strip()
-        if key == "all":
+        if several := _span(key):
+            asked.update(several)
+        elif key == "all":
             asked.update(NAMES)
         elif key in NAMES:
             asked.add(key)
@@ -49,3 +52,10 @@ def chosen(names: Sequence[str]) -> list[str]:
                 mend=f"{mend}the items are all, fig1 to fig13, table1, eq1 to eq20, alg1, approach, noise and mesh",
             )
     return [name for name in NAMES if name in asked]
+
+
+def _span(key: str) -> list[str]:
+    """The names of a span such as ``eq1..5`` or ``fig6..fig11``; empty if it is not one, or not of this paper."""
+    found = re.fullmatch(r"(fig|eq)(\d{1,2})\.\.(?:\1)?(\d{1,2})", key)
+    names = [] if found is None else [f"{found[1]}{k}" for k in range(int(found[2]), int(found[3]) + 1)]
+    return names if set(names) <= set(NAMES) else []

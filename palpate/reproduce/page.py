@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from html import escape
 from pathlib import Path
-from typing import Any
 
 from palpate.console.output import write_text
 from palpate.report.html import page_of
+from palpate.reproduce.figures_in_words import prose, values
 from palpate.reproduce.item import VERDICTS
 from palpate.reproduce.run import Made
 
@@ -25,6 +24,8 @@ figcaption { color: var(--muted); font-size: 14px; margin-top: 4px; }
 .sides h3 { font-size: 13px; color: var(--muted); margin: 8px 0 2px; font-weight: 600; }
 .sides p { margin: 0; }
 .sides ul { margin: 0; padding-left: 18px; overflow-wrap: anywhere; }
+.sides table { font-size: 13px; overflow-wrap: normal; }
+.sides > div { min-width: 0; }
 .files { font-size: 13.5px; color: var(--muted); margin: 12px 0 0; }
 figure img { max-width: 100%; }
 section > .note p { max-width: 90ch; }
@@ -79,11 +80,11 @@ def _number(one: Made) -> str:
 
 def _section(one: Made) -> str:
     r = one.result
-    reading = f"<h3>Reading taken</h3><p>{escape(r['reading'])}</p>" if r["reading"] else ""
-    later = f"<h3>The authors' later code</h3><p>{escape(r['later'])}</p>" if r["later"] else ""
+    reading = f"<h3>Reading taken</h3><p>{prose(r['reading'])}</p>" if r["reading"] else ""
+    later = f"<h3>The authors' later code</h3><p>{prose(r['later'])}</p>" if r["later"] else ""
     pictures = "".join(
         f'<figure><a href="{one.name}/{pair[1]["file"]}"><img src="{one.name}/{pair[0]["file"]}" loading="lazy" '
-        f'alt="{escape(pair[0]["caption"])}"></a><figcaption>{escape(pair[0]["caption"])}</figcaption></figure>'
+        f'alt="{escape(pair[0]["caption"])}"></a><figcaption>{prose(pair[0]["caption"])}</figcaption></figure>'
         for pair in zip(r["pictures"][::2], r["pictures"][1::2], strict=True)
     )
     data = f'<a href="{one.name}/{r["data"]}">data (CSV)</a> · ' if r["data"] else ""
@@ -91,39 +92,10 @@ def _section(one: Made) -> str:
     rows = f" · requirements {', '.join(r['rows'])}" if r["rows"] else ""
     return (
         f'<section id="{one.name}"><h2>{_number(one)} {escape(r["title"])}</h2><p>{escape(r["section"])}</p>'
-        f'<div class="sides"><div><h3>The paper</h3><p>{escape(r["claim"])}</p>{_values(r["paper"])}'
+        f'<div class="sides"><div><h3>The paper</h3><p>{escape(r["claim"])}</p>{values(r["paper"])}'
         f"{reading}{later}</div>"
-        f"<div><h3>Palpate</h3>{_values(r['value'])}</div></div>"
+        f"<div><h3>Palpate</h3>{values(r['value'])}</div></div>"
         f'<div class="{_NOTE[r["verdict"]]}"><p><b>{escape(r["verdict"].capitalize())}.</b> '
-        f"{escape(r['why'])}</p></div>"
+        f"{prose(r['why'])}</p></div>"
         f'{pictures}{r["table"]}<p class="files">{data}code: {code}{rows}</p></section>'
     )
-
-
-def _values(value: Any) -> str:
-    """Values as a list; long ones are left to the CSV file."""
-    if not isinstance(value, Mapping):
-        return f"<p><i>{escape(str(value))}</i></p>"
-    lines = [f"<li>{escape(_words(name))}: {text}</li>" for name, x in value.items() if (text := _text(x)) is not None]
-    return f"<ul>{''.join(lines)}</ul>" if lines else ""
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ")
-
-
-def _text(value: Any) -> str | None:
-    """A value in a few characters; None for tables."""
-    if isinstance(value, bool) or value is None:
-        return {True: "yes", False: "no", None: "none"}[value]
-    if isinstance(value, float):
-        return f"{value:.4g}"
-    if isinstance(value, (int, str)):
-        return escape(str(value))
-    if isinstance(value, list):
-        parts = [_text(x) for x in value]
-        return None if len(parts) > 8 or any(p is None for p in parts) else ", ".join(map(str, parts)) or "none"
-    if isinstance(value, dict):
-        named = [f"{escape(_words(k))} {_text(x)}" for k, x in value.items() if _text(x) is not None]
-        return "; ".join(named) if named and len(named) <= 9 else None
-    return None

@@ -47,9 +47,13 @@ def test_items_name_rows_of_the_requirements():
 def test_names_are_put_in_the_papers_order():
     assert chosen(["table1", "EQ1", "fig11"]) == ["eq1", "fig11", "table1"]
     assert chosen(["all", "eq1"]) == list(NAMES)
+    assert chosen(["eq19..20", "fig6..fig8"]) == ["fig6", "fig7", "fig8", "eq19", "eq20"]
 
 
-@pytest.mark.parametrize(("given", "near"), [("fig21", "fig2"), ("eqq1", "eq1"), ("tabel1", "table1"), ("al", "all")])
+@pytest.mark.parametrize(
+    ("given", "near"),
+    [("fig21", "fig2"), ("eq19..21", "eq19"), ("eq5..4", "eq5"), ("eqq1", "eq1"), ("tabel1", "table1"), ("al", "all")],
+)
 def test_an_unknown_item_gets_the_nearest_names(given, near):
     with pytest.raises(PalpateError, match=f"no item '{given}'") as error:
         chosen([given])

@@ -85,7 +85,7 @@ def eq12(work: Work) -> Outcome:
         "residual_with_the_printed_sign_Nm": minus, "largest_difference_of_a_single_parameter": away,
     }  # fmt: skip
     why = (
-        "Differs in the sign: with T̄ the torque that holds the arm still, as the text says, the parameters are "
+        "The sign is the other one: with T̄ the torque that holds the arm still, as the text says, the parameters are "
         f"+Υ† T̄. The printed minus would double the weight (up to {minus:.2g} N m) instead of carrying it. Single "
         f"parameters are not found again (up to {away:.2g} off); only their predictions are."
     )
