@@ -107,7 +107,7 @@ class Instruments:
     def _advance(self, chunk: NDArray[np.intp], paths: Array) -> None:
         """Run the cycles of some instruments along goals (k, substeps, 6) from their starts."""
         X = np.zeros((len(chunk), self.substeps, 4, 4))
-        X[..., :3, :3], X[..., :3, 3], X[..., 3, 3] = _rotations(paths[..., 3:]), paths[..., :3], 1.0
+        X[..., :3, :3], X[..., :3, 3], X[..., 3, 3] = rotations(paths[..., 3:]), paths[..., :3], 1.0
         steps = np.arange(1, self.substeps + 1) / RATE
         for k, i in enumerate(chunk.tolist()):
             cycle = self._cycles[i]
@@ -117,7 +117,7 @@ class Instruments:
             self._rows[i] = cycle.latest()
 
 
-def _rotations(v: Array) -> Array:
+def rotations(v: Array) -> Array:
     """Rotations (..., 3, 3) of rotation vectors (..., 3) [rad], by Rodrigues' formula."""
     angle = np.linalg.norm(v, axis=-1)
     if not angle.any():

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from palpate.arrays import Array
 from palpate.errors import PalpateError
-from palpate.gym.instruments import Instruments
-from palpate.gym.tasks import Task
+from palpate.record.ticks import Ticks
 
 PARTS = ("pose", "joints", "force", "contact", "goal")
 """Parts of an observation, in their order."""
@@ -41,26 +40,25 @@ def space_of(parts: Sequence[str], joints: int) -> spaces.Dict:
     return spaces.Dict({part: boxes[part] for part in PARTS if part in parts})
 
 
-def observe(parts: Sequence[str], joints: int, instruments: Instruments, task: Task) -> Observation:
-    """Fresh arrays (n, size) by name.
+def observe(parts: Sequence[str], joints: int, ticks: Ticks, felt: Array, goals: Array) -> Observation:
+    """Fresh arrays (n, size) by name, of n ticks, largest forces felt (n,) [N] and places of the task (n, 3) [m].
 
     ``pose``: measured pose of the tool in W, x y z [m] and quaternion w x y z with w >= 0. ``joints`` [rad, m].
     ``force``: force [N] and torque [N m] of the environment on the tool in W, and the largest force that a hand would
     have felt since the last step. ``contact``: penetration [m], touches, surface normal in W. ``goal``: the place of
     the task from the tool, in W [m].
     """
-    ticks = instruments.ticks
 
     def column(*names: str) -> Array:
         return np.concatenate([np.asarray(ticks[name]).reshape(len(ticks), -1) for name in names], axis=1)
 
-    told = np.any(task.goals, axis=1, keepdims=True)
+    told = np.any(goals, axis=1, keepdims=True)
     made: dict[str, Callable[[], Array]] = {
         "pose": lambda: np.concatenate([ticks["p_WT"], ticks["quat_WT"] * _sign(ticks["quat_WT"][:, :1])], axis=1),
         "joints": lambda: ticks["q_follower"][:, :joints],
-        "force": lambda: np.column_stack([column("F_T_W", "t_T_W"), instruments.felt]),
+        "force": lambda: np.column_stack([column("F_T_W", "t_T_W"), felt]),
         "contact": lambda: column("depth", "contacts", "normal"),
-        "goal": lambda: np.where(told, task.goals - ticks["p_WT"], 0.0),
+        "goal": lambda: np.where(told, goals - ticks["p_WT"], 0.0),
     }
     limits = {"force": _LARGE, "contact": _LARGE}
     return {

@@ -112,7 +112,8 @@ class PalpateVectorEnv(VectorEnv[Observation, NDArray[np.float64], NDArray[Any]]
         self._steps[i], self._over[i] = 0, False
 
     def _observe(self) -> Observation:
-        return observe(self.parts, self._joints, self.instruments, self.task)
+        instruments = self.instruments
+        return observe(self.parts, self._joints, instruments.ticks, instruments.felt, self.task.goals)
 
 
 def _task(task: str | Task) -> Task:

@@ -68,12 +68,15 @@ class World:
         return self._prepared(override(self.scene, values))
 
     def _prepared(self, scene: Scene) -> Rig:
-        """The rig with the axes of W as those of the handle, which moves as far as the tool."""
-        leader = scene.arms.leader.model_copy(update={"base": None})
-        mapping = scene.mapping.model_copy(update={"law": "indexed", "scale": 1.0})
-        arms = scene.arms.model_copy(update={"leader": leader})
-        free = scene.model_copy(update={"arms": arms, "mapping": mapping}).with_file_of(scene)
-        return build(device_scene(free, "loop", RATE), self._bodies, until=0.0)
+        return build(device_scene(for_policies(scene), "loop", RATE), self._bodies, until=0.0)
+
+
+def for_policies(scene: Scene) -> Scene:
+    """The scene with the axes of W as those of the handle, which moves as far as the tool."""
+    leader = scene.arms.leader.model_copy(update={"base": None})
+    mapping = scene.mapping.model_copy(update={"law": "indexed", "scale": 1.0})
+    arms = scene.arms.model_copy(update={"leader": leader})
+    return scene.model_copy(update={"arms": arms, "mapping": mapping}).with_file_of(scene)
 
 
 def cycle_at(rig: Rig, X_WT: Array | None = None) -> tuple[_core.DeviceCycle, Array]:

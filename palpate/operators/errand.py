@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.arrays import Array
+from palpate.record.ticks import Ticks
 
 _AHEAD = 0.008  # length of path, ahead of the last nearest point, that is searched for the next one [m]
 
@@ -45,6 +46,12 @@ class Errand:
     """Force to press with along the path; 0: touch nothing [N]."""
     into: tuple[float, float, float] = (0.0, 0.0, -1.0)
     """Unit vector of the pressing direction, in W."""
+    rendered: bool = False
+    """True: the force of the tool is the rendered one; False: stiffness times depth."""
+
+    def force(self, tick: Ticks) -> float:
+        """Force of the tool on the touched surface at a tick [N]."""
+        return float(np.linalg.norm(tick["F_T_W"])) if self.rendered else self.stiffness * float(tick["depth"])
 
     def __post_init__(self) -> None:
         """Compute the arc length at each point."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,7 +11,7 @@ from palpate import _core
 from palpate.arrays import Array
 from palpate.operators.errand import Errand
 from palpate.operators.operator import STEP, Operator
-from palpate.record.ticks import as_ticks
+from palpate.record.ticks import Ticks, as_ticks
 
 EVERY = 4
 """Number of haptic cycles per row of a trial."""
@@ -35,7 +36,15 @@ class Trial:
     """(n, k) joint positions of the follower, with its jaw where it has one [rad, m]."""
 
 
-def perform(sim: _core.Simulation, operator: Operator, errand: Errand, X_WL: Array, scale: float, most: float) -> Trial:
+def perform(
+    sim: _core.Simulation,
+    operator: Operator,
+    errand: Errand,
+    X_WL: Array,
+    scale: float,
+    most: float,
+    keep: Callable[[Ticks], None] = lambda ticks: None,
+) -> Trial:
     """Let an operator perform a task in a simulation at 1000 cycles per second.
 
     Args:
@@ -45,6 +54,7 @@ def perform(sim: _core.Simulation, operator: Operator, errand: Errand, X_WL: Arr
         X_WL: (4, 4) pose of the leader's base.
         scale: tool motion per hand motion.
         most: time limit [s].
+        keep: called with every tick of the trial, 20 at a time.
     """
     n = round(STEP * 1000)
     R_WL, hand, at = X_WL[:3, :3], np.zeros(3), 0
@@ -58,10 +68,11 @@ def perform(sim: _core.Simulation, operator: Operator, errand: Errand, X_WL: Arr
         done = aim.ahead < _TOLERANCE
         if done or len(kept) * STEP > most:
             break
-        F_T = errand.stiffness * float(now["depth"])
+        F_T = errand.force(now)
         step = STEP * operator.lead(now["p_WT"], F_T, R_WL @ now["F_H_L"], aim, scale)
         rows = as_ticks(sim.run(n, hand + ramp * step))
         hand = hand + step
+        keep(rows)
         some = rows[::EVERY]
         F = np.linalg.norm(some["F_H_L"], axis=1)
         kept.append(np.column_stack([some["t"], some["p_WT"], some["depth"], F, some["q_follower"]]))

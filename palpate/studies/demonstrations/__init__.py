@@ -1,0 +1,1 @@
+"""``palpate study demonstrations``: simulated operators palpate scenes by the hundred, straight into one data set."""
