@@ -7,6 +7,7 @@ import faulthandler
 import gc
 import os
 import signal
+from collections import Counter
 
 import pytest
 from hypothesis import settings
@@ -33,9 +34,40 @@ def pytest_collection_finish():
 
 
 def pytest_sessionfinish(session):
-    """A worker whose threads do not end after its last test prints them and exits."""
+    """A worker whose threads do not end after its last test prints them and exits. The main process keeps the
+    processor time [s] of each folder in pytest's cache, where tools/tests.py finds it."""
     if hasattr(session.config, "workerinput"):
         faulthandler.dump_traceback_later(60.0, exit=True)
+    elif _used:
+        session.config.cache.set("palpate/processor_time", dict(_used))
+
+
+_used = Counter()  # processor time of each folder [s]
+_began = [0.0]  # processor time when the present test began [s]
+
+
+def _processor_time():
+    """Processor time of this process and of its children that have ended [s]."""
+    return sum(os.times()[:4])
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_runtest_logstart(nodeid):
+    _began[:] = [_processor_time()]
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(call):
+    report = yield
+    if call.when == "teardown":
+        report.user_properties.append(("processor_time", _processor_time() - _began[0]))
+    return report
+
+
+def pytest_runtest_logreport(report):
+    if report.when == "teardown":
+        folder = "/".join(report.nodeid.split("/")[:-1][:2])
+        _used[folder] += dict(report.user_properties)["processor_time"]
 
 
 settings.register_profile("palpate", derandomize=True, deadline=None)

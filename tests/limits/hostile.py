@@ -1,5 +1,6 @@
 """Files of strangers: small, and unfolding to more than the machine has, or no files at all."""
 
+import bz2
 import gzip
 import io
 import json
@@ -74,11 +75,16 @@ def npy_files():
     yield "version 3", b"\x93NUMPY\x03\x00" + struct.pack("<I", 2**31) + b"{}"
 
 
+@cache
+def _packed_zeros(name):
+    """An .npz file of 450 kB, one member of which unfolds to 448 MB."""
+    return npz(zipfile.ZIP_DEFLATED, **{name: npy((56_000_000,), data=bytes(448_000_000))})
+
+
 def npz_files(*names):
     for what, data in npy_files():
         yield what, npz(**dict.fromkeys(names, data))
-    big = npy((56_000_000,), data=bytes(448_000_000))
-    yield "zeros packed a thousand times", npz(zipfile.ZIP_DEFLATED, **{names[0]: big})
+    yield "zeros packed a thousand times", _packed_zeros(names[0])
     lie = bytearray(npz(zipfile.ZIP_DEFLATED, **{names[0]: npy((1000,), data=bytes(8000))}))
     at = lie.rfind(b"PK\x01\x02")
     lie[at + 24 : at + 28] = struct.pack("<I", 2**32 - 2)
@@ -104,13 +110,18 @@ def bomb():
     return _zeros(450 << 20)
 
 
+@cache
+def _bzip2_bomb():
+    return bz2.compress(bytes(300 << 20))
+
+
 def nrrd_files(kind):
     yield "sizes without data", nrrd((2000, 2000, 2000), b"", kind)
     yield "sizes that overflow", nrrd((2**31, 2**31, 2**31), b"", kind)
     yield "negative sizes", nrrd((-1, 4, 4), bytes(64), kind)
     yield "gzip, more than announced", nrrd((4, 4, 4), bomb(), kind, "gzip")
     yield "gzip, as announced", nrrd((110, 1024, 1024), bomb(), kind, "gzip")
-    yield "bzip2", nrrd((4, 4, 4), __import__("bz2").compress(bytes(300 << 20)) * 4, kind, "bzip2")
+    yield "bzip2", nrrd((4, 4, 4), _bzip2_bomb() * 4, kind, "bzip2")
     yield "lines to skip", nrrd((4, 4, 4), bytes(256), kind, "raw", f"line skip: {HUGE * 100}")
     yield "a device as data", nrrd((512, 512, 512), b"", kind, "raw", "data file: /dev/zero")
     yield "a packed device", nrrd((4, 4, 4), b"", kind, "gzip", "data file: /dev/zero")
@@ -255,7 +266,12 @@ def _record(op, body, length=None):
     return struct.pack("<BQ", op, len(body) if length is None else length) + body
 
 
+@cache
 def mcap_files():
+    return tuple(_mcap_files())
+
+
+def _mcap_files():
     import lz4.frame
     import zstandard
 
