@@ -33,7 +33,7 @@ NAVIGATION = {
     "ROS 2": "ros2 ros2-*",
     "Records and studies": "record studies coverage operators paper requirements * json json/*",
     "Python": "/api/*",
-    "Project": "/ARCHITECTURE /NOTATION /CONTRIBUTING changes security /CHANGELOG",
+    "Project": "/ARCHITECTURE /NOTATION /CONTRIBUTING changes security /SECURITY /CHANGELOG",
 }
 _LINK = re.compile(r"(\]\()([^)#\s]+)((?:#[^)\s]*)?\))")
 

@@ -16,6 +16,8 @@ COMPILED_IN = {
     "robin-map": ("MIT", ""),
 }
 """Sources of others in the compiled extensions: licence, and the package whose version was compiled."""
+SILENT = {"cmeel-qhull": "Qhull"}
+"""Packages whose metadata state no licence, and that of their sources (an identifier of SPDX)."""
 _REQUIREMENT = re.compile(r"([A-Za-z0-9][\w.-]*)[^;]*(?:;(.*))?")
 _EXTRA = re.compile(r"extra\s*==\s*['\"]([^'\"]+)['\"]")
 
@@ -77,7 +79,7 @@ _KNOWN = {
     "0BSD", "Apache-2.0", "BSD-2-Clause", "BSD-3-Clause", "BSL-1.0", "CC0-1.0", "EPL-2.0", "GPL-2.0-only",
     "GPL-2.0-or-later", "GPL-3.0-only", "GPL-3.0-or-later", "HPND", "ISC", "LGPL-2.1-only", "LGPL-2.1-or-later",
     "LGPL-3.0-only", "LGPL-3.0-or-later", "MIT", "MIT-0", "MIT-CMU", "MPL-2.0",
-    "PSF-2.0", "Python-2.0", "Unlicense", "Zlib",
+    "PSF-2.0", "Python-2.0", "Qhull", "Unlicense", "Zlib",
 }  # fmt: skip
 """Identifiers of SPDX that packages of this field state; others are written as names."""
 
@@ -114,7 +116,7 @@ def _licence(about: Any) -> str:
         return str(words)
     named = [line.split(" :: ")[-1] for line in about.get_all("Classifier") or () if line.startswith("License ::")]
     stated = " AND ".join(name for name in named if name != "OSI Approved") or words.partition("\n")[0].strip()
-    return stated or _licence_of_ros(about["Name"])
+    return stated or SILENT.get(about["Name"], "") or _licence_of_ros(about["Name"])
 
 
 def _licence_of_ros(name: str) -> str:
