@@ -75,7 +75,15 @@ def __getattr__(name: str) -> Any:
         from importlib.metadata import version
 
         return version("palpate")
-    if name in ("_core", "_dvrk", "_guidance", "_haply", "_tissue", "_verify"):  # compiled where it is first needed
+    if name in (
+        "_core",
+        "_dvrk",
+        "_guidance",
+        "_haply",
+        "_network",
+        "_tissue",
+        "_verify",
+    ):  # compiled where it is first needed
         from palpate.rebuild import extension
 
         return extension(name)

@@ -31,6 +31,7 @@ _PARTS = {
     "_tissue": ("soft bodies and point clouds", "20 seconds"),
     "_dvrk": ("the simulated dVRK", "20 seconds"),
     "_haply": ("the driver of Haply devices", "20 seconds"),
+    "_network": ("teleoperation across a network", "20 seconds"),
     "_verify": ("what judges the core", "a minute"),
 }
 """What an extension adds to the core, and how long its part compiles on two idle cores."""

@@ -18,7 +18,7 @@ LAYERS = (
     STAGES,
     ("plant",),
     ("loop", "dvrk"),
-    ("haply", "verify"),
+    ("haply", "network", "verify"),
     ("bindings",),
 )
 """Lowest first. Folders of one layer do not include each other."""

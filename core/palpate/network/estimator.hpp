@@ -1,0 +1,71 @@
+// Place, stiffness, damping and friction of a touched object, estimated from the motion and the force of the tool.
+#pragma once
+
+#include <cmath>
+
+#include "palpate/network/packet.hpp"
+#include "palpate/scene/surface.hpp"
+#include "palpate/types/spatial.hpp"
+
+namespace palpate::network {
+
+/// Distance of p_O to a surface, negative behind it: an open surface has no inside, but its normals have a side.
+[[nodiscard]] inline double signed_distance(const scene::Nearest& c, const Vec3& p_O) noexcept {
+  return std::copysign(c.distance, (p_O - c.point).dot(c.normal));
+}
+
+/// What is known before the first touch, and how the sensor errs.
+struct EstimatorOptions {
+  double K = 300.0;          ///< assumed stiffness [N/m]
+  double sd_K = 300.0;       ///< its standard deviation [N/m]
+  double sd_place = 0.002;   ///< standard deviation of the object's place along each axis [m]
+  double sd_force = 0.02;    ///< noise of the measured force [N]
+  double sd_model = 0.01;    ///< error of the linear law, as a share of the force [-]
+  double most_shift = 0.03;  ///< largest displacement that is believed [m]
+};
+
+/// One measurement: where the tool is relative to the object of the scene, and what it feels. All vectors in W.
+struct Touch {
+  double depth = 0.0;          ///< of the tool's sphere below the surface as the scene has it; negative outside [m]
+  Vec3 normal = Vec3::Zero();  ///< outward normal at the nearest point
+  Vec3 v = Vec3::Zero();       ///< velocity of the tool relative to the surface [m/s]
+  Vec3 F = Vec3::Zero();       ///< measured force on the tool [N]
+};
+
+/// The force along the normal n is linear in theta = (K, K shift, B):
+///
+///   F . n = K depth + (K shift) . n - B v . n
+///
+/// so a Kalman filter with a slow random walk of theta is the exact minimum-variance estimate. Without a measured force
+/// the surface is no deeper than the tool, which is a measurement of zero where the estimate says contact. If the
+/// innovation exceeds its standard deviation kSurprise times for kSurprised ticks, the object has moved: the place
+/// becomes unknown again. Friction is the share of tangential force while the tool slides.
+class Estimator {
+ public:
+  explicit Estimator(const EstimatorOptions& options);
+  /// One tick; true if it has told something about the object.
+  bool step(const Touch& touch) noexcept;
+  /// The estimate; `object` is left as it is.
+  [[nodiscard]] ModelEstimate estimate() const noexcept;
+  /// Force along the normal that the estimate predicts, at least 0 [N].
+  [[nodiscard]] double predicted(const Touch& touch) const noexcept;
+  /// Number of times that the object was found moved.
+  [[nodiscard]] int moved() const noexcept { return moved_; }
+
+ private:
+  static constexpr int kN = 5;
+  using Vec = Eigen::Matrix<double, kN, 1>;
+  using Mat = Eigen::Matrix<double, kN, kN>;
+  [[nodiscard]] static Vec row(const Touch& touch) noexcept;
+  void forget_place() noexcept;
+  void rub(const Touch& touch, double F_normal) noexcept;
+
+  EstimatorOptions options_;
+  Vec theta_;
+  Mat P_;
+  Vec3 normal_ = Vec3::UnitZ();  ///< last touched normal
+  double mu_ = 0.0, residual2_ = 0.0;
+  int surprised_ = 0, moved_ = 0, rest_ = 0;
+};
+
+}  // namespace palpate::network

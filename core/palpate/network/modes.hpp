@@ -1,0 +1,13 @@
+// What crosses the network between hand and remote tool.
+#pragma once
+
+namespace palpate::network {
+
+/// Section `remote`, key `mode`.
+enum class Mode {
+  model,      ///< the hand feels a local model whose parameters come over the network
+  passivity,  ///< the hand feels the measured force, as far as the energies of both ports allow
+  direct,     ///< the hand feels the measured force: unstable with delay, for comparisons
+};
+
+}  // namespace palpate::network

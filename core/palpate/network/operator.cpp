@@ -1,0 +1,144 @@
+#include "palpate/network/operator.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "palpate/force/force.hpp"
+#include "palpate/network/estimator.hpp"
+#include "palpate/stability/ledger.hpp"
+
+namespace palpate::network {
+namespace {
+
+constexpr double kAllowance = 1e-4;    // [J] that the hand may get before the site has taken any from its tissue
+constexpr double kNothing = 0.03;      // [N] smaller wanted forces are not felt
+constexpr double kAcceleration = 5.0;  // [m/s^2] of the hand within a tick
+
+contact::Options spheres(double radius) {
+  contact::Options o;
+  o.radius = radius;
+  return o;
+}
+
+ModelEstimate as_given(const scene::Object& object) {
+  ModelEstimate out;
+  out.K = object.material.K.mean();
+  out.B = object.material.B.mean();
+  out.mu = object.material.mu;
+  return out;
+}
+
+}  // namespace
+
+LocalModel::LocalModel(const UpdateOptions& options, scene::Snapshot scene) : given_(std::move(scene)), shown_(given_) {
+  for (const scene::Object& object : given_.objects) {
+    goals_.push_back(as_given(object));
+    updates_.emplace_back(options, goals_.back());
+  }
+}
+
+void LocalModel::take(const ModelEstimate& estimate) noexcept {
+  if (estimate.object < goals_.size()) goals_[estimate.object] = estimate;
+}
+
+void LocalModel::step(const Vec3& p, const Vec3& v, double radius, double t, double dt) noexcept {
+  for (std::size_t i = 0; i < updates_.size(); ++i) {
+    scene::Object& object = shown_.objects[i];
+    const Pose X_WO = object.pose(t);
+    const Vec3 p_O = X_WO.inverse() * p;
+    const scene::Nearest c = object.surface->nearest(p_O);
+    Held held{radius - signed_distance(c, p_O), X_WO.R * c.normal, 0.0};
+    if (held.depth > 0.0) {
+      const double along = held.normal.dot(v - object.motion.velocity(p, t));
+      held.dissipated = object.material.B.mean() * along * along * dt;
+    }
+    const ModelEstimate& now = updates_[i].step(goals_[i], held, dt);
+    object.X_WO.p = given_.objects[i].X_WO.p + now.shift;
+    object.material.K = given_.objects[i].material.K * (now.K / given_.objects[i].material.K.mean());
+    object.material.B.setConstant(now.B);
+    object.material.mu = object.material.mu_static = now.mu;
+  }
+}
+
+Operator::Operator(const OperatorOptions& options, scene::Snapshot scene)
+    : options_(options),
+      model_(options.update, std::move(scene)),
+      contact_("proxy", spheres(options.radius)),
+      stability_(options.stability, 1.0 / options.rate) {}
+
+void Operator::receive(const Datagram& d, double now) noexcept {
+  if (peer_.receive(d, now)) model_.take(d.model);
+}
+
+const Vec3& Operator::step(const HandInput& in) noexcept {
+  peer_.step(in.t);
+  port_.step(F_, in.p);  // by the force that was rendered until now
+  stability::Input wanted = options_.mode == Mode::model ? of_model(in) : of_force();
+  free_ = wanted.commanded.F.f.norm() < kNothing;
+  link();
+  wanted.t = in.t;
+  static_cast<Sample&>(wanted.handle) = {in.t, true};
+  wanted.handle.X_LH.p = in.p;
+  wanted.handle.V_LH.v = in.v;
+  wanted.tool = {in.t, true};
+  wanted.engaged = linked_ && in.engaged;
+  const stability::Output out = stability_.step(wanted);
+  F_ = affordable(out.F_H_L.f, in.v);
+  stability_.rendered({F_, Vec3::Zero()});
+  withheld_ = (out.F_capped.f - F_).norm();
+  in_ = in;
+  return F_;
+}
+
+// The hand is let go once an outage has lasted, and taken again where it feels nothing and the site is aligned: a force
+// that came back inside a surface would push the hand out with energy that it never put in.
+void Operator::link() noexcept {
+  const bool aligned = peer_.known() && (peer_.newest().flags & kAligned) != 0;
+  linked_ = peer_.known() && !peer_.lost() && (linked_ || (aligned && free_));
+}
+
+stability::Input Operator::of_model(const HandInput& in) noexcept {
+  const double dt = 1.0 / options_.rate, t = peer_.peer_time(in.t) + peer_.newest().play_delay;
+  model_.step(in.p, in.v, options_.radius, t, dt);
+  const ContactSet& contacts = contact_.step(model_.scene(), &in.p, t);
+  const force::ForceTerms terms = force::step(contacts, {in.v, Vec3::Zero()}, 1.0, 1.0);
+  stability::Input out;
+  out.commanded.F.f = terms.F;
+  out.stiffness = stability::stiffness_along(terms.F, contacts, 1.0);
+  out.potential = out.present_potential = stability::spring_energy(contacts, 1.0);
+  for (int i = 0; i < contacts.size; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    out.power += terms.F_contact[k].f.dot(contacts.contact[k].v_surface);
+  }
+  return out;
+}
+
+stability::Input Operator::of_force() const noexcept {
+  stability::Input out;
+  if (peer_.known()) out.commanded.F.f = peer_.newest().F;
+  return out;
+}
+
+// The part of a force that returns no more energy than the site has taken from its tissue, by its newest packet.
+Vec3 Operator::affordable(const Vec3& F, const Vec3& v) const noexcept {
+  if (options_.mode != Mode::passivity) return F;
+  const double dt = 1.0 / options_.rate;
+  const double cost = std::max(F.dot(v) + 0.5 * F.norm() * kAcceleration * dt, 0.0) * dt;
+  const double room = kAllowance + peer_.newest().energy_in - port_.out();
+  return cost > 0.0 ? Vec3(std::clamp(room / cost, 0.0, 1.0) * F) : F;
+}
+
+Datagram Operator::send() const noexcept {
+  Datagram d;
+  d.X.p = in_.p;
+  d.v = in_.v;
+  d.F = F_;
+  d.energy_in = port_.in();
+  d.energy_out = port_.out();
+  d.flags = in_.engaged && (linked_ || free_) ? kEngaged : 0u;
+  peer_.stamp(d, in_.t);
+  return d;
+}
+
+}  // namespace palpate::network

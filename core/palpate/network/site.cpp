@@ -1,0 +1,152 @@
+#include "palpate/network/site.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "palpate/types/require.hpp"
+
+namespace palpate::network {
+namespace {
+
+constexpr double kNear = 0.85;        // share of the cap from which no step goes deeper
+constexpr double kRetreat = 0.05;     // [m/s] speed with which the goal leaves a force above that share
+constexpr double kNearEnough = 5e-4;  // [m] distance at which the tool counts as aligned
+constexpr double kPlayMargin = 2e-3;  // [s] beyond the 99th percentile of the age
+constexpr double kMeasurable = 0.05;  // [N] smaller forces are noise
+constexpr double kFar = 0.05;         // [m] farther objects are not touched
+constexpr double kDisagrees = 0.3;    // [N] margin from which the site reports that the model does not fit
+
+}  // namespace
+
+Site::Site(const SiteOptions& options, scene::Snapshot scene)
+    : options_(options), scene_(std::move(scene)), account_(options.allowance) {
+  require("remote", options.force_cap > 0.0, "force_cap", options.force_cap, "must be above 0 N");
+  require("remote", options.speed > 0.0 && options.catch_up > 0.0, "speed", options.speed, "must be above 0 m/s");
+  for (const scene::Object& object : scene_.objects) {
+    EstimatorOptions o = options.estimator;
+    o.K = object.material.K.mean();
+    o.sd_K = o.K;
+    estimators_.emplace_back(o);
+  }
+}
+
+void Site::receive(const Datagram& d, double now) noexcept {
+  peer_.receive(d, now);
+  playout_.add(d);
+}
+
+const SiteGoal& Site::step(const SiteInput& in, double dt) noexcept {
+  peer_.step(in.t);
+  if (!started_) {
+    goal_.X = in.X;
+    in_ = in;
+    started_ = true;
+  }
+  book(in);
+  learn(in);
+  follow(in, dt);
+  in_ = in;
+  return goal_;
+}
+
+// The account: what the hand has put in since the last tick, less the work of the tool on the tissue.
+void Site::book(const SiteInput& in) noexcept {
+  const double work = -port_.step(-0.5 * (in.F + in_.F), in.X.p);
+  if (peer_.known()) {
+    const double received = std::max(peer_.newest().energy_in, hand_in_);
+    account_ += received - hand_in_;
+    hand_in_ = received;
+  }
+  const bool returns = options_.mode == Mode::model || work > 0.0;
+  account_ = std::min(account_ - (returns ? work : 0.0), options_.capacity);
+}
+
+// Shows the nearest object and the measured force to its estimator.
+void Site::learn(const SiteInput& in) noexcept {
+  double nearest = kFar;
+  int touched = -1;
+  Touch touch;
+  for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
+    const scene::Object& object = scene_.objects[i];
+    const Pose X_WO = object.pose(in.t);
+    const Vec3 shift = estimators_[i].estimate().shift;  // the surface is asked where the object is believed to be
+    const Vec3 p_O = X_WO.inverse() * (in.X.p - shift);
+    const scene::Nearest c = object.surface->nearest(p_O);
+    const double gap = signed_distance(c, p_O) - options_.radius;
+    if (!(std::abs(gap) < nearest)) continue;
+    nearest = std::abs(gap);
+    touched = static_cast<int>(i);
+    const Vec3 n = X_WO.R * c.normal;
+    touch = {-gap - n.dot(shift), n, in.v - object.motion.velocity(in.X.p, in.t), in.F};
+  }
+  if (touched < 0) return;
+  if (estimators_[static_cast<std::size_t>(touched)].step(touch)) touched_ = touched;
+}
+
+// The largest part of a step of the goal that force and energy allow.
+Vec3 Site::allowed(const Vec3& step, const SiteInput& in, double dt) noexcept {
+  const double F = in.F.norm();
+  if (F < kMeasurable) return step;
+  const Vec3 out = in.F / F;
+  Vec3 result = step;
+  const double near = kNear * options_.force_cap, deeper = -out.dot(step);
+  if (deeper > 0.0) {
+    const double pending = std::max(-in.F.dot(goal_.X.p - in.X.p), 0.0), room = account_ - pending;
+    double share = options_.mode == Mode::direct ? 1.0 : std::clamp(room / (F * deeper), 0.0, 1.0);
+    share = std::min(share, std::clamp((near - F) / (0.1 * options_.force_cap), 0.0, 1.0));
+    if (share < 1.0) goal_.flags |= kLimited;
+    result += (1.0 - share) * deeper * out;
+  }
+  if (F > near) {
+    result += out * kRetreat * dt * std::min((F - near) / (0.1 * options_.force_cap), 1.0);
+    goal_.flags |= kLimited;
+  }
+  return result;
+}
+
+// Moves the goal towards the played motion.
+void Site::follow(const SiteInput& in, double dt) noexcept {
+  const Arrivals& arrivals = peer_.arrivals();
+  const double now = peer_.clock().known() ? peer_.peer_time(in.t) : (peer_.known() ? peer_.newest().t : 0.0);
+  played_ = playout_.step(now, arrivals.p99() + kPlayMargin, dt);
+  goal_.flags = 0;
+  const bool drives = !playout_.empty() && peer_.clock().known() && !peer_.lost() && (played_.flags & kEngaged) != 0;
+  const Vec3 before = goal_.X.p;
+  if (drives) {
+    Vec3 step = played_.X.p - goal_.X.p;
+    const double most = (aligning_ ? options_.catch_up : options_.speed) * dt;
+    if (step.norm() > most) step *= most / step.norm();
+    goal_.X.p += allowed(step, in, dt);
+    goal_.X.R = played_.X.R;
+    goal_.jaw = played_.jaw;
+    if ((played_.X.p - goal_.X.p).norm() < kNearEnough || (goal_.flags & kLimited) != 0) aligning_ = false;
+  } else {
+    goal_.flags |= kHolding;
+    goal_.X.p += allowed(Vec3::Zero(), in, dt);
+    aligning_ = true;
+  }
+  goal_.v = (goal_.X.p - before) / dt;
+  goal_.flags |= aligning_ ? 0u : kAligned;
+}
+
+Datagram Site::send() const noexcept {
+  Datagram d;
+  d.X = in_.X;
+  d.v = in_.v;
+  d.jaw = in_.jaw;
+  d.F = in_.F;
+  d.energy_in = port_.in();
+  d.energy_out = port_.out();
+  d.play_delay = std::max(playout_.delay(), 0.0);
+  d.flags = goal_.flags;
+  if (touched_ >= 0) {
+    d.model = estimators_[static_cast<std::size_t>(touched_)].estimate();
+    d.model.object = static_cast<std::uint16_t>(touched_);
+    if (d.model.margin > kDisagrees) d.flags |= kUnmodelled;
+  }
+  peer_.stamp(d, in_.t);
+  return d;
+}
+
+}  // namespace palpate::network

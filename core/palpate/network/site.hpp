@@ -1,0 +1,89 @@
+// The follower's end: it plays the operator's motion, keeps force and energy within bounds, and learns the model.
+#pragma once
+
+#include <vector>
+
+#include "palpate/network/estimator.hpp"
+#include "palpate/network/modes.hpp"
+#include "palpate/network/peer.hpp"
+#include "palpate/network/playout.hpp"
+#include "palpate/network/port.hpp"
+#include "palpate/scene/snapshot.hpp"
+
+namespace palpate::network {
+
+/// Options of the follower's end.
+struct SiteOptions {
+  Mode mode = Mode::model;
+  double radius = 0.002;       ///< radius of the tool's sphere [m]
+  double force_cap = 3.0;      ///< largest force on the touched tissue [N]
+  double speed = 0.5;          ///< largest speed of the tool's goal [m/s]
+  double catch_up = 0.05;      ///< the same while the tool aligns with the operator's motion [m/s]
+  double allowance = 1e-4;     ///< energy that the tool may spend before the hand has put in any [J]
+  double capacity = 0.05;      ///< most energy that the account keeps [J]
+  EstimatorOptions estimator;  ///< with the stiffness of each object as assumed one
+};
+
+/// State of the tool at a tick, in W.
+struct SiteInput {
+  double t = 0.0;         ///< own clock, which is also the time of the scene [s]
+  Pose X;                 ///< measured pose of the tool
+  Vec3 v = Vec3::Zero();  ///< measured velocity [m/s]
+  double jaw = 0.0;       ///< [rad]
+  Vec3 F = Vec3::Zero();  ///< measured force of the environment on the tool [N]
+};
+
+/// What the tool shall do.
+struct SiteGoal {
+  Pose X;                 ///< pose in W
+  Vec3 v = Vec3::Zero();  ///< velocity [m/s]
+  double jaw = 0.0;       ///< [rad]
+  unsigned flags = 0;     ///< bits of Flag
+};
+
+/// The goal follows the played motion. In contact, with the measured force F and the step dx of the goal,
+///
+///   -F . dx <= account,     account = allowance + energy of the hand so far - work on the tissue
+///
+/// where the energy of the hand comes with each packet (the time-domain passivity approach of Ryu, Artigas and Preusche
+/// 2010). A goal that was held back catches up as soon as it may, so that positions do not drift apart. Beyond
+/// kNear of the cap no step goes deeper, and beyond the cap the goal retreats. During an outage the goal rests.
+class Site {
+ public:
+  /// scene: the objects as the operator's end also has them. Throws std::invalid_argument naming an invalid option.
+  Site(const SiteOptions& options, scene::Snapshot scene);
+  /// A packet that arrived at the own time `now` [s].
+  void receive(const Datagram& d, double now) noexcept;
+  /// One tick, dt after the last one [s].
+  const SiteGoal& step(const SiteInput& in, double dt) noexcept;
+  /// The packet that leaves now.
+  [[nodiscard]] Datagram send() const noexcept;
+
+  [[nodiscard]] const Peer& peer() const noexcept { return peer_; }
+  [[nodiscard]] const Playout& playout() const noexcept { return playout_; }
+  [[nodiscard]] const Played& played() const noexcept { return played_; }
+  /// Energy that the tool may still spend [J].
+  [[nodiscard]] double account() const noexcept { return account_; }
+  [[nodiscard]] const std::vector<Estimator>& estimators() const noexcept { return estimators_; }
+
+ private:
+  void book(const SiteInput& in) noexcept;
+  void learn(const SiteInput& in) noexcept;
+  void follow(const SiteInput& in, double dt) noexcept;
+  [[nodiscard]] Vec3 allowed(const Vec3& step, const SiteInput& in, double dt) noexcept;
+
+  SiteOptions options_;
+  scene::Snapshot scene_;
+  std::vector<Estimator> estimators_;
+  Peer peer_;
+  Playout playout_;
+  Played played_;
+  SiteGoal goal_;
+  SiteInput in_;
+  int touched_ = -1;  ///< object that was touched last; -1: none
+  double account_, hand_in_ = 0.0;
+  Port port_;  ///< of the tool: out is work on the tissue
+  bool started_ = false, aligning_ = true;
+};
+
+}  // namespace palpate::network

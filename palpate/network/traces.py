@@ -1,0 +1,103 @@
+"""Measured delays of a network as a trace of the emulator: from a table, or from captured packets."""
+
+from __future__ import annotations
+
+import csv
+import struct
+from pathlib import Path
+
+import numpy as np
+
+from palpate.arrays import Array
+from palpate.errors import PalpateError
+
+Trace = list[tuple[float, float]]
+"""(time, delay) [s]; a negative delay is a loss."""
+
+_MAGIC = {0xA1B2C3D4: 1e-6, 0xA1B23C4D: 1e-9}
+"""Resolution of the time stamps of a pcap file by its first word [s]."""
+_LEAST = 10
+_WINDOW = 200  # packets over which the sender's period is taken as constant
+
+
+def read_trace(path: str | Path) -> Trace:
+    """The trace of a file.
+
+    A table (.csv) has the columns time and delay [s], with or without a line of names; an empty or negative delay is a
+    loss. A capture (.pcap) holds the packets of one stream with a constant period, as they arrived: the delay of each
+    is how much later it came than the earliest line of that period allows, and gaps are losses. The smallest delay
+    cannot be seen at one end, and is 0.
+
+    Raises:
+        PalpateError: the file does not exist, is no such file, or holds too few packets.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise PalpateError(f"{path}: there is no such file", mend="give a trace: FILE.csv or FILE.pcap")
+    trace = _of_table(path) if path.suffix == ".csv" else _of_arrivals(path, _arrivals(path))
+    if len(trace) < 2 or all(delay < 0.0 for _, delay in trace):
+        raise PalpateError(f"{path}: {len(trace)} usable packets", mend="record at least a few seconds")
+    return trace
+
+
+def _of_table(path: Path) -> Trace:
+    out: Trace = []
+    with path.open(newline="", encoding="utf-8", errors="replace") as file:
+        for number, row in enumerate(csv.reader(file), 1):
+            if not row or (number == 1 and not _is_number(row[0])):
+                continue
+            try:
+                delay = row[1].strip() if len(row) > 1 else ""
+                out.append((float(row[0]), float(delay) if delay else -1.0))
+            except ValueError:
+                what = f"{path}, line {number}: {','.join(row)[:60]!r} is no time and delay"
+                raise PalpateError(what, mend="write seconds, e.g. 0.25,0.041") from None
+    times = np.array(out).reshape(-1, 2)
+    if not np.isfinite(times).all() or (np.diff(times[:, 0]) <= 0.0).any():
+        raise PalpateError(f"{path}: times must be finite and increase", mend="sort the rows by time")
+    return out
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _arrivals(path: Path) -> Array:
+    """Times of the packets of a pcap file [s]."""
+    data = path.read_bytes()
+    for order in "<>":
+        if len(data) >= 24 and (magic := struct.unpack(order + "I", data[:4])[0]) in _MAGIC:
+            break
+    else:
+        mend = "record it with tcpdump -w FILE.pcap (pcapng: editcap -F pcap)"
+        raise PalpateError(f"{path}: this is no pcap file", mend=mend)
+    times, at = [], 24
+    while at + 16 <= len(data):
+        seconds, fraction, length = struct.unpack(order + "III", data[at : at + 12])
+        times.append(seconds + _MAGIC[magic] * fraction)
+        at += 16 + length
+    return np.array(times)
+
+
+def _of_arrivals(path: Path, arrivals: Array) -> Trace:
+    """Delays of a stream with a constant period, relative to the earliest packets."""
+    if len(arrivals) < _LEAST:
+        raise PalpateError(f"{path}: {len(arrivals)} packets", mend="record at least a few seconds of one stream")
+    arrivals = np.sort(arrivals - arrivals[0])
+    period = float(np.median(np.diff(arrivals)))
+    if not period > 0.0:
+        raise PalpateError(
+            f"{path}: packets have no period", mend="filter the capture to one stream with a constant rate"
+        )
+    number = np.round(arrivals / period).astype(int)
+    number = np.maximum.accumulate(number)
+    slots = int(number[-1]) + 1
+    late = np.full(slots, -1.0)
+    lag = arrivals - period * number
+    floor = np.array([lag[max(i - _WINDOW, 0) : i + _WINDOW].min() for i in range(len(lag))])
+    late[number] = lag - floor
+    return [(period * k, float(late[k])) for k in range(slots)]

@@ -1,0 +1,58 @@
+"""``palpate study network``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from rich.console import Console
+from tyro.conf import arg
+
+from palpate.errors import PalpateError
+from palpate.studies._command import Findings, SweepStudy
+
+
+@dataclass
+class Command(SweepStudy):
+    """Feel a remote surface through emulated networks: energies of both ports, felt against true force.
+
+    examples:
+      palpate study network --json network.json
+      palpate study network --runs 10000 --modes model
+      palpate study network --conditions satellite my_link.csv --runs 0
+    """
+
+    conditions: Annotated[tuple[str, ...], arg(metavar="NAME")] = ()
+    """Networks by name, or measured traces (FILE.csv, FILE.pcap); default: all by name (docs/network.md)."""
+    modes: tuple[str, ...] = ("model", "passivity", "direct")
+    """What crosses the network: model, passivity or direct."""
+    runs: int = 200
+    """Number of random networks, worlds and hands for each mode; 0: none."""
+    seed: int = 0
+    """First seed of the random runs."""
+
+    def study(self, console: Console) -> Findings:
+        """Compute the result of the study."""
+        from palpate.network import NAMES, network
+        from palpate.studies.network.figures import draw
+        from palpate.studies.network.result import StudyResult
+        from palpate.studies.network.words import tables
+        from palpate.studies.network.work import MODES, conditions, moving, random_runs
+
+        for mode in self.modes:
+            if mode not in MODES:
+                mend = "give one or more of: " + ", ".join(MODES)
+                raise PalpateError(f"--modes {mode}: there is no such mode", mend=mend)
+        if not 0 <= self.runs <= 1_000_000:
+            raise PalpateError(f"--runs {self.runs}: must be from 0 to 1000000", mend="give e.g. --runs 200")
+        names = self.conditions or NAMES
+        for name in names:
+            network(name)  # a wrong name is told before the computation starts
+        sweep = self.sweeper(console)
+        rows = conditions(names, self.modes, sweep, self.seed)
+        random, ran = random_runs(self.runs, self.modes, sweep, self.seed) if self.runs else ([], [])
+        worlds = moving(sweep, self.seed) if "model" in self.modes else []
+        found: StudyResult = {"simulated": True, "seed": self.seed, "conditions": rows, "random": random,
+                              "moving": worlds}  # fmt: skip
+        report = [*tables(found), "simulated hands, links and instruments, in virtual time (docs/network.md)"]
+        return Findings(found, lambda folder: [draw(found, ran, folder)], report)

@@ -1,0 +1,119 @@
+"""The estimate at the site, and its updates at the hand: recovered truth, no kick, no free energy."""
+
+import numpy as np
+import pytest
+
+from palpate import _network
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def estimator():
+    o = _network.EstimatorOptions()
+    o.K, o.sd_K = 300.0, 300.0
+    return _network.Estimator(o)
+
+
+def press(e, K, place, B=0.0, mu=0.0, seconds=3.0, seed=0, slide=0.01, noise=0.005):
+    """A tool that presses a plane at `place` (which the scene has at 0) up and down while it slides."""
+    rng = np.random.default_rng(seed)
+    for t in np.arange(0.0, seconds, 1e-3):
+        z = -0.001 + place + 0.003 * np.cos(2 * np.pi * t)
+        v = np.array([slide, 0.0, -0.003 * 2 * np.pi * np.sin(2 * np.pi * t)])
+        normal = max(K * (place - z) - B * v[2], 0.0) if z < place else 0.0
+        F = normal * UP - mu * normal * np.array([np.sign(slide), 0.0, 0.0]) + noise * rng.normal(size=3)
+        e.step(-z, UP, v, F)
+
+
+@pytest.mark.parametrize("K", [150.0, 500.0, 1500.0])
+@pytest.mark.parametrize("place", [-0.003, 0.0, 0.003])
+def test_stiffness_and_place_are_found(K, place):
+    e = estimator()
+    press(e, K, place)
+    found = e.estimate
+    assert pytest.approx(K, rel=0.02) == found.K
+    assert found.shift[2] == pytest.approx(place, abs=1e-4)
+    assert found.sd_K < 0.02 * K
+    assert e.moved == 0
+
+
+def test_damping_and_friction_are_found():
+    e = estimator()
+    press(e, 500.0, 0.001, B=4.0, mu=0.3)
+    assert pytest.approx(4.0, abs=0.3) == e.estimate.B
+    assert e.estimate.mu == pytest.approx(0.3, abs=0.02)
+
+
+def test_an_object_that_was_pushed_aside_is_found_again_with_its_stiffness_kept():
+    e = estimator()
+    press(e, 500.0, 0.0)
+    press(e, 500.0, -0.005, seed=1, seconds=1.0)
+    assert e.moved >= 1
+    assert e.estimate.shift[2] == pytest.approx(-0.005, abs=3e-4)
+    assert pytest.approx(500.0, rel=0.03) == e.estimate.K
+
+
+def test_a_missing_contact_moves_the_surface_away():
+    e = estimator()
+    for z in np.linspace(0.0, -0.004, 500):
+        e.step(-z, UP, np.zeros(3), np.zeros(3))
+    found = e.estimate
+    assert found.shift[2] < -0.001
+    assert found.K * (0.004 + found.shift[2]) < 0.25  # of 1.2 N that the scene predicts
+
+
+def goal(rng):
+    m = _network.ModelEstimate()
+    m.object, m.K, m.sd_K = 0, float(rng.uniform(100, 1500)), 1.0
+    m.shift = rng.normal(size=3) * 0.003
+    return m
+
+
+def rendered(seed, options):
+    """A hand that moves up and down through a surface whose estimate jumps: lowest energy, largest kick, by numpy."""
+    rng = np.random.default_rng(seed)
+    start = _network.ModelEstimate()
+    start.K = 300.0
+    update = _network.ModelUpdate(options, start)
+    z, energy, lowest, kick, target = 0.005, 0.0, 0.0, 0.0, goal(rng)
+    phase, amplitude = rng.uniform(0, 6), rng.uniform(0.002, 0.006)
+    for k in range(4000):
+        if k % 150 == 0:
+            target = goal(rng)
+        now = update.now
+        depth = now.shift[2] - z
+        before = now.K * max(depth, 0.0)
+        now = update.step(target, depth, UP)
+        depth = now.shift[2] - z
+        F = now.K * max(depth, 0.0)
+        kick = max(kick, abs(F - before))
+        z_next = -0.001 + amplitude * np.cos(2 * np.pi * 1.3e-3 * k + phase)
+        # the spring's exact work over the motion: the difference of its potential
+        energy -= 0.5 * now.K * (max(depth, 0.0) ** 2 - max(now.shift[2] - z_next, 0.0) ** 2)
+        lowest = min(lowest, energy)
+        z = z_next
+    return lowest, kick, update
+
+
+def test_updates_neither_kick_nor_give_energy_away():
+    options = _network.UpdateOptions()
+    for seed in range(20):
+        lowest, kick, update = rendered(seed, options)
+        assert lowest >= -options.tank - 1e-9
+        assert kick <= options.force_rate * 1e-3 + 1e-9
+        assert 0.0 <= update.tank <= options.capacity
+
+
+def test_without_the_tank_the_same_updates_give_energy_away():
+    options = _network.UpdateOptions()
+    options.capacity = options.tank = 1e3
+    assert min(rendered(seed, options)[0] for seed in range(5)) < -1e-3
+
+
+def test_an_unsure_stiffness_is_not_taken():
+    update = _network.ModelUpdate(_network.UpdateOptions(), goal(np.random.default_rng(0)))
+    before, unsure = update.now.K, goal(np.random.default_rng(1))
+    unsure.sd_K = unsure.K
+    for _ in range(500):
+        update.step(unsure, -0.01, UP)
+    assert before == update.now.K

@@ -1,0 +1,93 @@
+"""The study of networks: what the model keeps, and what the direct mode does not."""
+
+import json
+
+import numpy as np
+import pytest
+
+from palpate import _network
+from palpate.errors import PalpateError
+from palpate.network import network
+from palpate.studies.network import work
+from palpate.studies.network.command import Command
+from palpate.studies.network.worlds import Motion, World
+
+
+@pytest.mark.parametrize("name", ["none", "satellite", "netfi-loss-3", "netfi-delay-2", "netfi-outage-1"])
+def test_the_model_is_felt_true_and_both_ports_stay_passive(name):
+    r, _ = work.trial("model", network(name), World(), Motion(presses=7), 1)
+    assert min(r.energy_hand, r.energy_site) >= -0.5e-3
+    assert 0.95 <= r.felt_over_true <= 1.05
+    assert r.force_rms <= 0.03
+    assert r.force_site <= 3.0
+    assert r.drift <= 1e-4
+    assert r.touching > 1.0
+
+
+def test_the_direct_mode_gives_energy_away():
+    r, _ = work.trial("direct", network("netfi-delay-1"), World(), Motion(), 1)
+    assert r.energy_hand < -0.1
+    assert r.felt_over_true < 0.5
+
+
+def test_the_passivity_mode_keeps_both_ports_passive():
+    for name in ("fibre", "netfi-delay-1", "netfi-delay-3"):
+        r, _ = work.trial("passivity", network(name), World(), Motion(), 1)
+        assert min(r.energy_hand, r.energy_site) >= -0.5e-3
+
+
+def test_energies_are_those_of_the_rows():
+    """The judge's energies again, by numpy from the rows of the trial: force and motion of the hand per tick."""
+    r, rows = work.trial("model", network("fibre"), World(mu=0.0, error=(0.0, 0.0, 0.0)), Motion(slide=0.0), 1)
+    c = {name: rows[:, k] for k, name in enumerate(_network.trial_columns())}
+    work_of_hand = -np.cumsum(c["felt"][:-1] * np.diff(c["x_hand"]))
+    assert work_of_hand == pytest.approx(c["energy_hand"][1:], abs=2e-5)
+    assert work_of_hand.min() >= -0.5e-3
+    assert r.energy_hand == pytest.approx(min(c["energy_hand"].min(), 0.0), abs=1e-6)
+
+
+def test_random_runs_are_the_same_again_byte_by_byte():
+    link, world, motion = work.draw(5)
+    first, again = (work.trial("model", link, world, motion, 5)[1] for _ in range(2))
+    assert first.tobytes() == again.tobytes()
+
+
+@pytest.mark.parametrize("round_trip", [0.1, 0.5])
+def test_a_breathing_organ_and_a_lump_that_is_pushed_aside(round_trip):
+    breathing, pushed = (work._moving({"case": case, "round_trip": round_trip}, 0) for case in ("breathing", "pushed"))
+    assert breathing["force_rms_N"] <= 0.35
+    assert pushed["relearnt_s"] <= 3 * round_trip + 0.5
+    assert pushed["kick_N"] <= 0.1
+    assert min(breathing["energy_mJ"], pushed["energy_mJ"]) >= -0.5
+
+
+def test_an_outage_is_told_in_time_and_the_force_returns():
+    r, rows = work.trial("model", network("netfi-outage-1"), World(), Motion(presses=8), 2)
+    assert 0.0 <= r.told_site <= 0.050
+    assert r.outages == 1
+    late = rows[rows[:, 0] > 8.0]
+    touching = late[late[:, 3] > 0.3]
+    assert len(touching) > 300
+    assert np.abs(touching[:, 2] - touching[:, 3]).max() < 0.1
+
+
+def test_the_command_writes_a_row_per_condition(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / "n.json"
+    assert Command(file, tmp_path, workers=1, conditions=("fibre", "netfi-delay-1"), modes=("model",), runs=3)() == 0
+    found = json.loads(file.read_text())
+    assert [row["condition"] for row in found["conditions"]] == ["fibre", "netfi-delay-1"]
+    for row in found["conditions"]:
+        assert {"energy_mJ", "felt_over_true", "force_rms_N"} <= row.keys()
+    assert found["random"][0]["runs"] == 3
+    assert (tmp_path / "network.png").stat().st_size > 1000
+
+
+def test_wrong_options_are_told(tmp_path):
+    for options, words in (
+        ({"conditions": ("wifi",)}, "no network condition is named 'wifi'"),
+        ({"modes": ("wave",)}, "--modes wave: there is no such mode"),
+        ({"runs": -1}, "--runs -1: must be from 0"),
+    ):
+        with pytest.raises(PalpateError, match=words):
+            Command(None, tmp_path, **options)()
