@@ -1,4 +1,4 @@
-"""Result of ``palpate study network``. The keys are the documented contract of ``--json`` (docs/json/study-network.md)."""
+"""Result of ``palpate study network``. The keys are the contract of ``--json`` (docs/json/study-network.md)."""
 
 from __future__ import annotations
 
