@@ -14,8 +14,8 @@ from palpate.errors import PalpateError, PalpateWarning
 #: Commands that `palpate --help` lists first, in this order; the others follow in alphabetical order.
 FIRST = (
     "run", "replay", "report", "record", "check", "frames", "certify", "study", "reproduce", "calibrate", "identify",
-    "register", "tracker", "device", "bench", "fuzz", "soak", "coverage", "ros", "plan", "export", "path", "grid",
-    "scan", "scenes", "schema", "cache", "doctor", "licenses", "completion",
+    "register", "tracker", "device", "bench", "fuzz", "soak", "coverage", "ros", "plan", "export", "policy", "path",
+    "grid", "scan", "scenes", "schema", "cache", "doctor", "licenses", "completion",
 )  # fmt: skip
 
 _DESCRIPTION = """\

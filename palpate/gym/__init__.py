@@ -14,12 +14,16 @@ try:
 except ImportError:
     raise MissingExtraError("gymnasium", "learning") from None
 
+from palpate.gym.drive import Drive, Hand, drive
 from palpate.gym.env import PalpateEnv
+from palpate.gym.policy import OnnxPolicy
 from palpate.gym.tasks import Find, Press, Task
 from palpate.gym.vector import PalpateVectorEnv
 from palpate.gym.world import Motion
 
-__all__ = ["Find", "Motion", "PalpateEnv", "PalpateVectorEnv", "Press", "Task"]
+__all__ = [
+    "Drive", "Find", "Hand", "Motion", "OnnxPolicy", "PalpateEnv", "PalpateVectorEnv", "Press", "Task", "drive",
+]  # fmt: skip
 
 if "Palpate-v0" not in gymnasium.registry:
     gymnasium.register(
