@@ -73,14 +73,28 @@ def _normal(columns: Array, tau: Array, noise: Array, use: Mask) -> tuple[Array,
     return factor, linalg.solve_triangular(factor, W.T @ y, lower=True, check_finite=False), float(y @ y)
 
 
-def least_squares(columns: Array, tau: Array, use: Mask) -> Solution:
-    """Least-squares x of the smallest norm; its covariance follows from the residual of each joint."""
+def least_squares(columns: Array, tau: Array, use: Mask) -> tuple[Solution, Array]:
+    """Least-squares x of the smallest norm, and the noise (n,) of each joint's torques [N m].
+
+    A residual mixes the noise of all joints, by I - H with the projection H onto the columns. Its mean squares are
+    linear in the variances; these are solved for, which makes them unbiased (MINQUE, Rao 1970). To share the degrees of
+    freedom out equally would make them wrong where one joint determines more parameters than another.
+    """
     C, y = columns[use], tau[use]
-    x, _, rank, _ = np.linalg.lstsq(C, y, rcond=1e-9)
-    residual = np.where(use, tau - columns @ x, 0.0)
-    variance = (residual**2).sum(axis=0) / np.maximum(use.sum(axis=0) - rank / tau.shape[1], 1.0)
-    spread = np.linalg.pinv(C, rcond=1e-9) * np.sqrt(np.broadcast_to(variance, tau.shape)[use])
-    return Solution(np.asarray(x, dtype=float), np.asarray(spread @ spread.T, dtype=float))
+    U, s, Vt = np.linalg.svd(C, full_matrices=False)
+    rank = int((s > 1e-9 * s[0]).sum()) if len(s) else 0
+    U, inverse = U[:, :rank], Vt[:rank].T / s[:rank]
+    x = inverse @ (U.T @ y)
+    square, joint = np.square(y - C @ x), np.broadcast_to(np.arange(tau.shape[1]), tau.shape)[use]
+    rows = [joint == j for j in range(tau.shape[1])]
+    inside = [U[r].T @ U[r] for r in rows]  # share of each joint in the projection
+    mixed = np.array([[float((G * K).sum()) for K in inside] for G in inside])
+    mixed += np.diag([float(r.sum()) - 2.0 * float(np.trace(G)) for r, G in zip(rows, inside, strict=True)])
+    sums = np.array([float(square[r].sum()) for r in rows])
+    plain = sums / np.maximum([r.sum() for r in rows], 1)
+    variance = np.maximum(np.linalg.lstsq(mixed, sums, rcond=1e-9)[0], 0.25 * plain)
+    spread = inverse @ (U.T * np.sqrt(variance[joint]))
+    return Solution(np.asarray(x, dtype=float), np.asarray(spread @ spread.T, dtype=float)), np.sqrt(variance)
 
 
 def most_likely(objective: Callable[[Array], float], start: Array, least: Array, steps: int) -> Array:

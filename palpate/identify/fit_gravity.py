@@ -101,9 +101,8 @@ def _fit(poses: Static, arm: Arm, form: str, measured: Mask, use: Mask, steps: i
         noise = np.array(hyper.noise)
         solution = fit.bayes(columns, poses.tau, noise, use)
     else:
-        solution = fit.least_squares(columns, poses.tau, use)
-        residual = np.where(use, poses.tau - columns @ solution.x, 0.0)
-        noise = np.sqrt((residual**2).sum(axis=0) / np.maximum(use.sum(axis=0), 1)) + 1e-9
+        solution, noise = fit.least_squares(columns, poses.tau, use)
+        noise = noise + 1e-9
     model = GravityModel(
         arm=arm.name,
         form=form,

@@ -22,9 +22,12 @@ Mask = NDArray[np.bool_]
 
 _FOLDS = 5
 _LIKELY = 3.84  # chi-square of one degree of freedom at 95 %
+_REFUTED = 5.41  # the same at 98 %
 _FACTORS = np.geomspace(1e-2, 1e2, 401)  # of the standard deviation that are tried
+# Levels of the remarks, of which together one in twenty right models may get one: about 2 % for a deviation of another
+# size, 1 % for patterns (measured: noise of the parameters adds to that of the poses), 1 % for bands.
 _PATTERN = 1e-4  # probability of a pattern in noise alone
-_SURE = 0.99  # confidence with which a band is called left, for each of six joints
+_SURE = 0.999  # confidence with which a band is called left, for each of six joints
 _HELD = 0.93  # least share of torques within a band of 95 % that is no remark
 _DISBELIEF = 0.7  # ratio of residuals (motor over joint coordinates) below which motor coordinates are assumed
 
@@ -49,6 +52,7 @@ class Scores:
     std: Array  # mean standard deviation of the holding torques [N m]
     coverage: Array  # fraction of directed errors within 1.96 predicted standard deviations
     deviation: tuple[float, float, float]  # factor of the true standard deviations over `std`: low, best, high
+    refuted: float  # likelihood ratio of the best factor to 1, as a chi-square of one degree of freedom
     patterns: tuple[tuple[int, int], ...]  # joints (of the torque, along which its error is no noise; -1: in time)
     outside: int  # poses outside the trained region
 
@@ -77,6 +81,7 @@ def _scores(fitted: Fitted, poses: Static, joints: tuple[int, ...], arm: Arm, un
     rms_directed, r2_directed = _rms_r2(poses.tau[:, j], directed[:, j])
     std = fitted.std(poses.q, arm)[:, j]
     band = 1.96 * np.sqrt(std**2 + fitted.noise[j] ** 2)
+    deviation, refuted = _factor(fitted, poses, arm, j, poses.tau - directed)
     return Scores(
         rms=rms,
         r2=r2,
@@ -86,7 +91,8 @@ def _scores(fitted: Fitted, poses: Static, joints: tuple[int, ...], arm: Arm, un
         std=std.mean(axis=0),
         coverage=(np.abs(poses.tau - directed)[:, j] < band).mean(axis=0),
         patterns=_patterns(poses, joints, poses.tau - directed),
-        deviation=_factor(fitted, poses, arm, j, poses.tau - directed),
+        deviation=deviation,
+        refuted=refuted,
         outside=int(fitted.model.region.outside(poses.q, arm, len(j)).sum()),
     )
 
@@ -102,13 +108,17 @@ def cross_validate(fitted: Fitted, poses: Static, joints: tuple[int, ...], arm: 
     for k in range(_FOLDS):
         use = used & (fold != k)[:, None]
         solution = (
-            fit.bayes(C, poses.tau, fitted.noise, use) if fitted.design.prior else fit.least_squares(C, poses.tau, use)
+            fit.bayes(C, poses.tau, fitted.noise, use)
+            if fitted.design.prior
+            else fit.least_squares(C, poses.tau, use)[0]
         )
         tau[fold == k] = C[fold == k] @ solution.x
     return _scores(fitted, poses, joints, arm, tau, tau, direction)
 
 
-def _factor(fitted: Fitted, poses: Static, arm: Arm, joints: list[int], error: Array) -> tuple[float, float, float]:
+def _factor(
+    fitted: Fitted, poses: Static, arm: Arm, joints: list[int], error: Array
+) -> tuple[tuple[float, float, float], float]:
     """`factor_of_deviation` for the errors (k, n) of the measured joints together, whose parameters are the same."""
     direction = directions(poses, fitted.model.drives(poses.q, arm))
     noise = fitted.noise[joints][:, None]
@@ -136,8 +146,8 @@ def _patterns(poses: Static, joints: tuple[int, ...], error: Array) -> tuple[tup
     return tuple(found)
 
 
-def factor_of_deviation(error: Array, modes: Array) -> tuple[float, float, float]:
-    """Factor of a model's true standard deviation over the predicted one: its 95 % interval and its best value.
+def factor_of_deviation(error: Array, modes: Array) -> tuple[tuple[float, float, float], float]:
+    """Factor of a model's true standard deviation over the predicted one, and the evidence that it is not 1.
 
     The band of a single torque is nearly all noise, so its coverage says nothing about the model's share: with half or
     three times the model's deviation it is the same. But the model's errors are the same in many poses: their
@@ -149,7 +159,8 @@ def factor_of_deviation(error: Array, modes: Array) -> tuple[float, float, float
         modes: M (k, p), a square root of the predicted covariance of the model's torques, over the same noise.
 
     Returns:
-        (low, best, high); low is 0 and high infinite where every smaller or larger factor is as probable.
+        (low, best, high) with the 95 % interval; low is 0 and high infinite where every smaller or larger factor is as
+        probable. And twice the logarithm of the likelihood ratio of the best factor to 1.
     """
     U, s, _ = np.linalg.svd(modes, full_matrices=False)
     along = np.square(U.T @ error)
@@ -160,7 +171,8 @@ def factor_of_deviation(error: Array, modes: Array) -> tuple[float, float, float
     inside = np.flatnonzero(cost < cost.min() + _LIKELY)
     low = 0.0 if inside[0] == 0 else float(_FACTORS[inside[0]])
     high = float("inf") if inside[-1] == len(_FACTORS) - 1 else float(_FACTORS[inside[-1]])
-    return low, float(_FACTORS[np.argmin(cost)]), high
+    one = int(np.argmin(np.abs(np.log(_FACTORS))))
+    return (low, float(_FACTORS[np.argmin(cost)]), high), float(cost[one] - cost.min())
 
 
 def remarks(scores: Scores, joints: tuple[int, ...], poses: int, unseen: bool) -> list[str]:
@@ -179,9 +191,9 @@ def remarks(scores: Scores, joints: tuple[int, ...], poses: int, unseen: bool) -
             "does not have, which its deviations do not cover"
         )
     low, best, high = scores.deviation
-    if unseen and low > 1.0:
+    if unseen and best > 1.0 and scores.refuted > _REFUTED:
         found.append(f"std_Nm is too small: unseen torques show {best:.2g} times as much ({low:.2g} to {high:.2g})")
-    if unseen and high < 1.0:
+    if unseen and best < 1.0 and scores.refuted > _REFUTED:
         found.append(f"std_Nm is too large: unseen torques show at most {high:.2g} times as much")
     return found
 
