@@ -23,7 +23,7 @@ ROOT = Path(__file__).resolve().parents[1]
 #: is in none of them is an error.
 NAVIGATION = {
     "Start": "/index /examples/index comparison platforms viewer session",
-    "Contact": "contact contact-* meshes geometry wall oscillation",
+    "Contact": "contact contact-* meshes slicer geometry wall oscillation",
     "Soft tissue": "tissue tissue-* soft-thread grasping",
     "Sensing and registration": "sensing camera scan frames registration registration-*",
     "Guidance and plans": "guidance guidance-* planning planning-*",

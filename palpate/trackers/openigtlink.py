@@ -297,6 +297,10 @@ class OpenIGTLinkServer:
         """Send a STRING message under a device name."""
         self._send(self._pyigtl.StringMessage(text, device_name=name))
 
+    def send_points(self, name: str, points: Array, t: float) -> None:
+        """Send points (n, 3) [m] as a POINT message under a device name, at the time t in seconds since 1970."""
+        self._send(self._pyigtl.PointMessage(1e3 * points, timestamp=t, device_name=name))
+
     def _send(self, message: Any) -> None:
         with self._lock:
             if self._server.is_connected():

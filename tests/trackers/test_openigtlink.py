@@ -99,6 +99,42 @@ def test_a_session_sends_its_frames_and_its_force():
     assert [float(x) for x in found["force"].string.split()] == [0.0, 0.0, 0.0]
 
 
+def test_felt_points_lie_on_the_organ_in_ras_and_reach_a_client_that_comes_late():
+    pyigtl = pytest.importorskip("pyigtl")
+    scene = Scene.parse(
+        "objects: [{name: ball, sphere: {radius: 0.03}, pose: {xyz: [0.01, 0.02, 0.03], rpy_deg: [0, 0, 90]}}]\n"
+        "operator: {palpate: {approach: 0.2, press: 0.2, slide: 0.5, leave: 0.2}}\n"
+    )
+    session, found = Session(scene), {}
+    with FrameSender(session, 0) as sender:
+        touched = []
+        for _ in range(12):
+            session.step(100)
+            time.sleep(0.05)  # the sender looks thirty times a second
+            tick = session.latest()
+            touched += [np.array(tick["p_WC"][:3])] if tick["contacts"] else []
+        client = pyigtl.OpenIGTLinkClient("127.0.0.1", sender.port)
+
+        def complete():
+            found.update({message.device_name: message for message in client.get_latest_messages()})
+            return "felt ball" in found
+
+        wait_for(complete)
+        client.communication_thread_stop_requested = True
+    points = np.reshape(found["felt ball"].positions, (-1, 3)) * 1e-3
+    assert len(points) > 3
+    np.testing.assert_allclose(np.linalg.norm(points, axis=1), 0.03, atol=2e-5)
+    apart = np.linalg.norm(points[:, None] - points, axis=2) + np.eye(len(points))
+    assert apart.min() > 0.99e-3
+    p_WC = [0.01, 0.02, 0.03] + points @ np.diag([-1.0, -1.0, 1.0]) @ [
+        [0, 1, 0],
+        [-1, 0, 0],
+        [0, 0, 1],
+    ]  # RAS to O to W
+    away = np.linalg.norm(np.array(touched)[:, None] - p_WC, axis=2).min(axis=1)
+    assert away.max() < 1.1e-3  # each place that was touched has a point
+
+
 def test_a_name_that_openigtlink_would_cut_is_refused(link):
     with pytest.raises(PalpateError, match="shorter name"):
         link[0].send_pose("a" * 21, pose(0.1), 1.0)
