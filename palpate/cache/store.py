@@ -1,5 +1,7 @@
 """Disk cache of arrays: one ``KIND-KEY.npz`` file per entry, in ``$XDG_CACHE_HOME/palpate`` (``~/.cache/palpate``).
 
+A large block of bytes is a ``KIND-KEY.npy`` file, which is mapped into memory instead of read.
+
 The key is a digest of all inputs, including the source code, so an entry can become unused but never outdated. Files
 are written under a temporary name and then renamed, so other processes never see a partial file. The checksums in the
 zip format reveal damaged files, which are replaced. If the cache cannot be read or written, the arrays are recomputed.
@@ -16,12 +18,13 @@ from contextlib import suppress
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 import numpy.typing as npt
 
 Arrays = Mapping[str, npt.NDArray[Any]]
+Bytes = npt.NDArray[np.uint8]
 
 LIMIT_BYTES = 2 * 2**30
 """Maximum size of the cache; above it, the least recently used entries are deleted. A million triangles take 0.3 GB."""
@@ -69,17 +72,66 @@ def load_or_make(kind: str, key: str, make: Callable[[], Arrays]) -> Arrays:
         key: digest from `source_key`.
         make: computes the arrays, by name.
     """
-    place = folder()
-    if place is None:
-        return make()
-    path = place / f"{kind}-{key}.npz"
-    found = _read(path)
+    found = load(kind, key)
     if found is None:
         found = make()
-        with suppress(OSError):  # the disk is full or read-only: the next run computes them again
-            _write(path, found)
-            _trim(place)
+        keep(kind, key, found)
     return found
+
+
+def load(kind: str, key: str) -> Arrays | None:
+    """The arrays of an entry; None if there is none, or it is damaged."""
+    place = folder()
+    return None if place is None else _read(place / f"{kind}-{key}.npz")
+
+
+def keep(kind: str, key: str, arrays: Arrays) -> None:
+    """Store the arrays of an entry, if the cache can be written."""
+    _store(f"{kind}-{key}.npz", lambda file: np.savez(file, **arrays))  # type: ignore[arg-type]  # none is allow_pickle
+
+
+def load_bytes(kind: str, key: str) -> Bytes | None:
+    """The bytes of an entry, mapped from its file; None if there is none, or its sum is wrong."""
+    place = folder()
+    if place is None:
+        return None
+    path = place / f"{kind}-{key}.npy"
+    try:
+        words = np.load(path, mmap_mode="r", allow_pickle=False)
+        size, total = words[-2:].tolist()
+        if words.dtype != np.uint64 or int(words[:-1].sum(dtype=np.uint64)) != total:
+            return None
+        os.utime(path)
+        found: Bytes = words.view(np.uint8)[:size]
+    except Exception:  # as in _read
+        return None
+    return found
+
+
+def keep_bytes(kind: str, key: str, data: Bytes) -> None:
+    """Store the bytes of an entry with their number and their sum, if the cache can be written."""
+    whole = len(data) // 8 * 8
+    rest = np.zeros(16 if whole < len(data) else 8, np.uint8)
+    rest[: len(data) - whole] = data[whole:]
+    tail = rest.view(np.uint64)
+    tail[-1] = len(data)
+    total = data[:whole].view(np.uint64).sum(dtype=np.uint64) + tail.sum(dtype=np.uint64)
+    form = {"descr": "<u8", "fortran_order": False, "shape": (whole // 8 + len(tail) + 1,)}
+
+    def write(file: IO[bytes]) -> None:
+        np.lib.format.write_array_header_1_0(file, form)
+        for part in (data[:whole], tail, total):
+            file.write(part.data)
+
+    _store(f"{kind}-{key}.npy", write)
+
+
+def _store(name: str, write: Callable[[IO[bytes]], None]) -> None:
+    place = folder()
+    if place is not None:
+        with suppress(OSError):  # the disk is full or read-only: the next run computes them again
+            _write(place / name, write)
+            _trim(place)
 
 
 def entries() -> list[Entry]:
@@ -103,12 +155,12 @@ def _read(path: Path) -> Arrays | None:
     return arrays
 
 
-def _write(path: Path, arrays: Arrays) -> None:
+def _write(path: Path, write: Callable[[IO[bytes]], None]) -> None:
     path.parent.mkdir(parents=True, exist_ok=True)
     handle, temporary = tempfile.mkstemp(prefix=".", suffix=".tmp", dir=path.parent)
     try:
         with os.fdopen(handle, "wb") as file:
-            np.savez(file, **arrays)  # type: ignore[arg-type]  # no array is named allow_pickle
+            write(file)
         os.replace(temporary, path)
     except BaseException:
         with suppress(OSError):
@@ -131,7 +183,7 @@ def _trim(place: Path) -> None:
 
 def _entries(place: Path | None) -> list[Entry]:
     found = []
-    for path in place.glob("*-*.npz") if place is not None else ():
+    for path in place.glob("*-*.np[yz]") if place is not None else ():
         with suppress(OSError):  # another process may delete the file meanwhile
             state = path.stat()
             found.append(Entry(path, path.stem.rpartition("-")[0], state.st_size, state.st_mtime))

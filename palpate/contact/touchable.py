@@ -7,16 +7,17 @@ The rules are fitted to measurements: the radius rules to ``palpate study radius
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 import numpy.typing as npt
 
-from palpate import _core
+from palpate import _core, cache
 from palpate.arrays import Array
 from palpate.arrays.checks import finite_or_none
 from palpate.arrays.plain import Content, plain
 from palpate.errors import PalpateWarning
+from palpate.mesh import Mesh
 from palpate.mesh.flips import thickness
 from palpate.renamed import RenamedMethod
 
@@ -32,6 +33,8 @@ DOUBTFUL_DEG = 60.0
 """Edges sharper than this are real; those between the crease angle and this may be a coarsely meshed round shape."""
 SLIVER = 0.1
 """Height over longest edge below which a triangle is a sliver, whose normal tilts the smooth surface [-]."""
+MOST_TRIANGLES = 200_000
+"""Triangles from which a sample of a mesh is looked at, a few in a hundred thousand of which do not matter."""
 EDGE_SPEED = 0.05
 """Speed of a tool that slides over an edge [m/s]."""
 
@@ -90,6 +93,20 @@ class _Edges:
     length: Array  # length of the edge [m]
 
 
+def fineness_of(mesh: Mesh, stiffness: float) -> Fineness:
+    """As `fineness`; that of a large mesh is kept in the user's cache."""
+    if not mesh.key:
+        return fineness(mesh.core, stiffness)
+    key = cache.source_key([__file__], mesh.key, stiffness)
+    found = cache.load_or_make("mesh_fineness", key, lambda: _as_arrays(fineness(mesh.core, stiffness)))
+    values = {one.name: found[one.name].item() for one in fields(Fineness)}
+    return Fineness(**values)
+
+
+def _as_arrays(fine: Fineness) -> cache.Arrays:
+    return {one.name: np.array(getattr(fine, one.name)) for one in fields(fine)}
+
+
 def fineness(mesh: _core.Mesh, stiffness: float) -> Fineness:
     """Estimate the effect of a mesh's facets for a contact stiffness [N/m]."""
     e, n = _edges(mesh), mesh.triangle_count
@@ -133,11 +150,13 @@ def warn_of_facets(fine: Fineness, where: str) -> None:
 
 def _stepping_share(mesh: _core.Mesh, e: _Edges) -> float:
     """Fraction of the surface next to creases, each with a third of its two facets, or on slivers."""
-    corners = mesh.vertices[mesh.triangles]
-    double = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
-    thin = thickness(mesh.vertices, mesh.triangles) < SLIVER
+    every = _every(mesh)
+    triangles = mesh.triangles[::every]
+    _, double, _ = _facets(mesh.vertices, triangles)
+    thin = thickness(mesh.vertices, triangles) < SLIVER
     total = max(double.sum() / 2, 1e-300)
-    return float(min(e.area[np.abs(e.turn) >= _core.CREASE_ANGLE].sum() / 3 + double[thin].sum() / 2, total) / total)
+    creases = e.area[np.abs(e.turn) >= _core.CREASE_ANGLE].sum() / 3
+    return float(min(creases + double[thin].sum() / 2, total) / total)
 
 
 def radius(mesh: _core.Mesh, given: float, *, feature: float | None = None, noise: float | None = None) -> Radius:
@@ -231,25 +250,37 @@ def turn_per_ms_deg(radius: float, depth: float = 0.0) -> float:
 
 
 def _edges(mesh: _core.Mesh) -> _Edges:
+    """The inner edges of a mesh; of a large one those whose lower vertex has a number that `_every` divides."""
     v, t = mesh.vertices, mesh.triangles
-    a = v[t[:, 0]]
-    n = np.cross(v[t[:, 1]] - a, v[t[:, 2]] - a)
-    double = np.linalg.norm(n, axis=1)
-    n /= np.maximum(double, 1e-300)[:, None]
-    ends = np.sort(t[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1).astype(np.int64)
-    key = ends[:, 0] * len(v) + ends[:, 1]
+    every = _every(mesh)
+    starts, nexts = t.ravel(), t[:, [1, 2, 0]].ravel()
+    low = np.minimum(starts, nexts)
+    half = np.flatnonzero(low % every == 0) if every > 1 else np.arange(len(low))
+    key = low[half].astype(np.int64) * len(v) + np.maximum(starts[half], nexts[half])
     order = np.argsort(key, kind="stable")
     same = key[order][1:] == key[order][:-1]
-    i, j = order[:-1][same] // 3, order[1:][same] // 3
-    start, end = v[ends[order[:-1][same], 0]], v[ends[order[:-1][same], 1]]
-    length = np.linalg.norm(end - start, axis=1)
-    sharp = np.arctan2(np.linalg.norm(np.cross(n[i], n[j]), axis=1), (n[i] * n[j]).sum(axis=1))
-    middle = v[t].mean(axis=1)
-    convex = ((middle[j] - middle[i]) * n[i]).sum(axis=1) <= 0
-    keep = (double[i] > 0) & (double[j] > 0) & (length > 0)
-    area = (double[i] + double[j]) / 2
+    first, second = half[order[:-1][same]], half[order[1:][same]]
+    length = np.linalg.norm(v[nexts[first]] - v[starts[first]], axis=1)
+    (n_i, double_i, middle_i), (n_j, double_j, middle_j) = (_facets(v, t[edge // 3]) for edge in (first, second))
+    sharp = np.arctan2(np.linalg.norm(np.cross(n_i, n_j), axis=1), (n_i * n_j).sum(axis=1))
+    convex = ((middle_j - middle_i) * n_i).sum(axis=1) <= 0
+    keep = (double_i > 0) & (double_j > 0) & (length > 0)
+    area = (double_i + double_j) / 2
     turn = np.where(convex, sharp, -sharp)
     return _Edges(turn[keep], (area / np.maximum(length, 1e-300))[keep], area[keep], length[keep])
+
+
+def _facets(v: Array, t: npt.NDArray[np.int32]) -> tuple[Array, Array, Array]:
+    """Unit normals (m, 3), double areas (m,) and middles (m, 3) of triangles (m, 3)."""
+    a, b, c = (v[t[:, k]] for k in range(3))
+    n = np.cross(b - a, c - a)
+    double = np.linalg.norm(n, axis=1)
+    return n / np.maximum(double, 1e-300)[:, None], double, (a + b + c) / 3.0
+
+
+def _every(mesh: _core.Mesh) -> int:
+    """Of how many vertices or triangles one is looked at."""
+    return -(-mesh.triangle_count // MOST_TRIANGLES)
 
 
 def _quantile(values: Array, weights: Array, q: float) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate import cache
 from palpate.arrays import Array
 
 Triangles = NDArray[np.int32]
@@ -13,10 +14,22 @@ MOST_TRIANGLES = 150_000
 """A finer surface is drawn coarser, so that the browser stays fluent; contact uses the full surface."""
 
 
-def drawable(vertices: Array, triangles: Triangles, most: int = MOST_TRIANGLES) -> tuple[Array, Triangles]:
-    """A mesh of about `most` triangles or fewer: all vertices in a grid cell are merged into their mean."""
-    coarse, faces, _ = coarser(vertices, triangles, most)
-    return coarse, faces
+def drawable(
+    vertices: Array, triangles: Triangles, most: int = MOST_TRIANGLES, key: str = ""
+) -> tuple[Array, Triangles]:
+    """A mesh of about `most` triangles or fewer: all vertices in a grid cell are merged into their mean.
+
+    key: of the mesh in the user's cache, where the result is kept; empty: it is computed each time.
+    """
+
+    def made() -> cache.Arrays:
+        coarse, faces, _ = coarser(vertices, triangles, most)
+        return {"vertices": coarse, "triangles": faces}
+
+    if len(triangles) <= most:
+        return vertices, triangles
+    found = cache.load_or_make("mesh_coarse", f"{most}_{key}", made) if key else made()
+    return found["vertices"], found["triangles"]
 
 
 def coarser(vertices: Array, triangles: Triangles, most: int) -> tuple[Array, Triangles, NDArray[np.int64]]:
@@ -27,8 +40,8 @@ def coarser(vertices: Array, triangles: Triangles, most: int) -> tuple[Array, Tr
     a, b, c = (vertices[triangles[:, k], :3] for k in range(3))
     area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
     cell = np.sqrt(2.0 * area / most)  # about two triangles in each cell that the surface crosses
-    _, group = np.unique(np.floor(vertices[:, :3] / cell).astype(np.int64), axis=0, return_inverse=True)
-    group = group.reshape(-1)
+    place = np.floor((vertices[:, :3] - vertices[:, :3].min(axis=0)) / cell).astype(np.int64)
+    _, group = np.unique(np.ravel_multi_index(place.T, place.max(axis=0) + 1), return_inverse=True)
     count = np.bincount(group)
     sums = np.stack([np.bincount(group, vertices[:, k]) for k in range(vertices.shape[1])], axis=1)
     merged = np.asarray(sums / count[:, None])

@@ -1,9 +1,9 @@
-"""The index of a large mesh, kept in the user's cache."""
+"""The index of a large mesh, kept in the user's cache, and found there by the content of its file."""
 
 from __future__ import annotations
 
+import hashlib
 from contextlib import suppress
-from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -13,27 +13,58 @@ from palpate import _core, cache
 
 CACHED_FROM = 300_000
 """Triangles from which the index is cached: indexing takes over 0.2 s there, and reading a fraction of it."""
+CACHED_SIZE = 10_000_000
+"""Size from which a file is found in the cache by its content, so that it is not parsed again [bytes]."""
+_WHOLE = (".stl", ".stla", ".stlb", ".ply", ".off")  # formats without a second file
 
 
-def build(vertices: npt.NDArray[np.float64], triangles: npt.NDArray[np.int32]) -> _core.Mesh:
-    """The core mesh of vertices (n, 3) [m] and triangles (m, 3), read from the cache if it is large and known.
+def build(vertices: npt.NDArray[np.float64], triangles: npt.NDArray[np.int32]) -> tuple[_core.Mesh, str]:
+    """The core mesh of vertices (n, 3) [m] and triangles (m, 3), and its key in the cache; empty for a small mesh.
+
+    A large mesh that the cache holds is read from there.
 
     Raises:
         ValueError: the arrays are no mesh.
     """
     if len(triangles) < CACHED_FROM:
-        return _core.Mesh(vertices, triangles)
-    built: list[_core.Mesh] = []
+        return _core.Mesh(vertices, triangles), ""
+    key = cache.source_key(_libraries(), *(hashlib.sha256(a.data).hexdigest() for a in (vertices, triangles)))
+    found = load(key)
+    if found is None:
+        found = _core.Mesh(vertices, triangles)
+        cache.keep_bytes("mesh_index", key, found.image())
+    return found, key
 
-    def image() -> cache.Arrays:
-        built.append(_core.Mesh(vertices, triangles))
-        return {"image": built[0].image()}
 
-    key = cache.source_key(_libraries(), *(sha256(a.data).hexdigest() for a in (vertices, triangles)))
-    found = cache.load_or_make("mesh_index", key, image)
-    with suppress(ValueError, KeyError):  # a file of the right name with other contents: built anew
-        return built[0] if built else _core.Mesh.from_image(found["image"])
-    return _core.Mesh(vertices, triangles)
+def load(key: str) -> _core.Mesh | None:
+    """The mesh of a key; None if the cache does not hold it."""
+    image = cache.load_bytes("mesh_index", key)
+    with suppress(ValueError):  # a file of the right name with other contents: built anew
+        return None if image is None else _core.Mesh.from_image(image)
+    return None
+
+
+def file_key(path: Path, *choices: object) -> str:
+    """Key of the content of a large file and what is chosen of it; empty for a file that is read each time."""
+    with suppress(OSError):  # reading the file then says why
+        if path.suffix.lower() in _WHOLE and path.stat().st_size >= CACHED_SIZE:
+            with path.open("rb") as file:
+                content = hashlib.file_digest(file, "sha256").hexdigest()
+            return cache.source_key(_libraries(), content, *choices)
+    return ""
+
+
+def load_file(key: str) -> tuple[_core.Mesh, str, str] | None:
+    """The mesh of a file by `file_key`, with its key and its unit; None if the cache does not hold it."""
+    known = cache.load("mesh_file", key) if key else None
+    mesh = None if known is None else load(str(known.get("key", "")))
+    return None if known is None or mesh is None else (mesh, str(known["key"]), str(known["unit"]))
+
+
+def keep_file(file: str, key: str, unit: str) -> None:
+    """Keep which mesh a file holds, by `file_key` and the mesh's key, unless one of them is empty."""
+    if file and key:
+        cache.keep("mesh_file", file, {"key": np.array(key), "unit": np.array(unit)})
 
 
 def _libraries() -> list[Path]:

@@ -42,6 +42,7 @@ class Mesh:
     vertices: npt.NDArray[np.float64]  #: (n, 3) [m], read-only
     triangles: npt.NDArray[np.int32]  #: (m, 3), read-only
     core: _core.Mesh  #: the C++ mesh with its index
+    key: str  #: of the mesh in the user's cache; empty for a small mesh, which is not kept there
     report: check.MeshReport  #: what was found and repaired
     name: str  #: name in messages
     unit: Unit  #: unit of the file's numbers; metres for a mesh made from arrays
@@ -75,7 +76,16 @@ class Mesh:
         """
         if unit is not None and unit not in FILE_UNITS:
             raise MeshError(f"unknown unit {unit!r}", where=str(path), mend=f"use one of {', '.join(FILE_UNITS)}")
-        vertices, triangles, stated = mesh_files.read_with_unit(Path(path), Selection(label, threshold))
+        mesh, file = cls.__new__(cls), index.file_key(Path(path), unit, label, threshold)
+        known = index.load_file(file)
+        if known is not None:
+            mesh._take(known[0], known[1], str(path), known[2])
+            return mesh
+        with warnings.catch_warnings(record=True) as doubts:
+            warnings.simplefilter("always", PalpateWarning)
+            vertices, triangles, stated = mesh_files.read_with_unit(Path(path), Selection(label, threshold))
+        for doubt in doubts:
+            warnings.warn(doubt.message, stacklevel=2)
         unit = unit or stated or "mm"  # type: ignore[assignment]
         assert unit is not None
         _require_finite(vertices, str(path))
@@ -83,22 +93,27 @@ class Mesh:
         del vertices  # frees the memory of a large file
         triangles = _triangles(triangles, str(path))
         _require_indices(triangles, len(metres), str(path))
-        mesh = cls.__new__(cls)
         mesh._build(metres, triangles, str(path), unit)
+        if not doubts:  # which are told at each start
+            index.keep_file(file, mesh.key, unit)
         return mesh
 
     def _build(self, v: npt.NDArray[np.float64], t: npt.NDArray[np.int32], name: str, unit: str) -> None:
         """Build the core mesh, which welds, repairs and indexes, and warn of its findings."""
         try:
-            self.core = index.build(np.ascontiguousarray(v), np.ascontiguousarray(t))
+            core, key = index.build(np.ascontiguousarray(v), np.ascontiguousarray(t))
         except ValueError as error:
             what, _, mend = str(error).removeprefix("mesh: ").partition("; ")
             raise MeshError(what, where=name, mend=mend) from None
+        self._take(core, key, name, unit)
+
+    def _take(self, core: _core.Mesh, key: str, name: str, unit: str) -> None:
+        self.core, self.key = core, key
         self.vertices, self.triangles, self.name = self.core.vertices, self.core.triangles, name
         self.unit = unit  # type: ignore[assignment]
         self.report = check.report_of(self.core.report, unit)
         for f in self.report.findings:
-            warnings.warn(PalpateWarning(f.what, where=name, why=f.why, mend=f.mend), stacklevel=4)
+            warnings.warn(PalpateWarning(f.what, where=name, why=f.why, mend=f.mend), stacklevel=5)
 
     def closest(
         self, points: npt.ArrayLike, max_distance: float = np.inf

@@ -169,7 +169,7 @@ class _Choice:
 
 def _extreme(ticks: Ticks) -> Ticks:
     """The first and the last tick, and those at which a drawn quantity is smallest or largest."""
-    drawn = np.concatenate(list(_drawn(ticks)), axis=1)
+    drawn = np.nan_to_num(np.concatenate(list(_drawn(ticks)), axis=1), copy=False)
     rows = np.unique([0, len(ticks) - 1, *drawn.argmin(axis=0), *drawn.argmax(axis=0)])
     found: Ticks = ticks[rows]
     return found
@@ -179,8 +179,8 @@ def _drawn(ticks: Ticks) -> Iterator[Array]:
     """The drawn quantities (n, k)."""
     n = len(ticks)
     for name in _NORMS:
-        yield np.linalg.norm(np.nan_to_num(ticks[name]), axis=1)[:, None]
+        yield np.linalg.norm(ticks[name], axis=1)[:, None]
     for name in (*_SINGLE, *_EACH, "touch_force"):
-        yield np.nan_to_num(ticks[name]).reshape(n, -1)
+        yield ticks[name].reshape(n, -1)
     for name in _TERMS:
-        yield np.einsum("ij,ij->i", np.nan_to_num(ticks[name]), np.nan_to_num(ticks["normal"]))[:, None]
+        yield np.einsum("ij,ij->i", ticks[name], ticks["normal"])[:, None]

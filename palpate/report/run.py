@@ -160,11 +160,12 @@ class Run:
 
     @cached_property
     def surface(self) -> list[tuple[NDArray[np.float64], NDArray[np.int32]]]:
-        """Touched surfaces in W: vertices (n, 3) [m] and triangles (m, 3). Empty if they cannot be rebuilt."""
+        """Touched surfaces in W, to draw: vertices (n, 3) [m] and triangles (m, 3). Empty if they cannot be rebuilt."""
         from palpate.errors import PalpateError
 
         try:
             from palpate.mesh import quiet
+            from palpate.mesh.coarse import MOST_TRIANGLES
             from palpate.scene.surface import placed
             from palpate.session.recorded import recorded_scene
 
@@ -172,7 +173,8 @@ class Run:
                 surfaces = placed(recorded_scene(self.record))
         except (ImportError, PalpateError, OSError, ValueError):
             return []  # the mesh was moved, or the record comes from another machine
-        return [(s.body.vertices @ s.X_WO[:3, :3].T + s.X_WO[:3, 3], s.body.triangles) for s in surfaces]
+        drawn = [(one.X_WO, *one.drawable(MOST_TRIANGLES)) for one in surfaces]
+        return [(vertices @ X_WO[:3, :3].T + X_WO[:3, 3], triangles) for X_WO, vertices, triangles in drawn]
 
     def _time(self, tick: int) -> float:
         return self.digest.time(min(tick, len(self.record) - 1))

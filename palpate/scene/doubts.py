@@ -47,7 +47,7 @@ def warn_of_coarse_meshes(scene: Scene, placed: list[PlacedSurface]) -> None:
     """Warn of meshes whose facets the hand would feel (the paper's section 4)."""
     for obj, one in zip(scene.objects, placed, strict=True):
         if isinstance(one.body, Mesh):
-            touchable.warn_of_facets(touchable.fineness(one.body.core, max(obj.stiffness)), f"object {obj.name!r}")
+            touchable.warn_of_facets(touchable.fineness_of(one.body, max(obj.stiffness)), f"object {obj.name!r}")
 
 
 def check_press(scene: Scene, index: int, depth: float, wide: float) -> None:

@@ -6,15 +6,18 @@ import sys
 import warnings
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from palpate import _core, surfaces
 from palpate.arrays import Array
 from palpate.errors import CloudError, MeshError, PalpateWarning, SceneError, SurfaceError
 from palpate.mesh import Mesh
+from palpate.mesh.coarse import drawable
 from palpate.mesh.denoise import denoise
 from palpate.scene import materials, placing
 from palpate.scene.clouds import CloudSection
@@ -36,11 +39,18 @@ class PlacedSurface:
         _, q, n = self.body.core.nearest(np.ascontiguousarray((points_W - p) @ R))
         return q @ R.T + p, n @ R.T
 
-    @property
+    @cached_property
     def bounds(self) -> Array:
         """Lowest and highest corner (2, 3) of the drawn surface in W [m]."""
+        if isinstance(self.body, Mesh) and np.array_equal(self.X_WO[:3, :3], np.eye(3)):
+            return np.stack([self.body.core.report.lowest, self.body.core.report.highest]) + self.X_WO[:3, 3]
         v = self.body.vertices @ self.X_WO[:3, :3].T + self.X_WO[:3, 3]
         return np.stack([v.min(axis=0), v.max(axis=0)])
+
+    def drawable(self, most: int) -> tuple[Array, NDArray[np.int32]]:
+        """Vertices (n, 3) in O [m] and triangles (m, 3) of a surface of about `most` triangles or fewer, to draw."""
+        key = self.body.key if isinstance(self.body, Mesh) else ""
+        return drawable(self.body.vertices, self.body.triangles, most, key)
 
     @property
     def top(self) -> Array:

@@ -6,7 +6,6 @@ import numpy as np
 
 from palpate.arm import Arm
 from palpate.arrays import Array, so3
-from palpate.mesh.coarse import drawable
 from palpate.record.extra import (
     MARKERS,
     TEXT,
@@ -77,7 +76,7 @@ class RecordedFrames:
     def _objects(self) -> list[Marker]:
         found = []
         for obj, placed in zip(self._rig.scene.objects, self._rig.surfaces, strict=True):
-            vertices, triangles = drawable(placed.body.vertices, placed.body.triangles, MOST_TRIANGLES)
+            vertices, triangles = placed.drawable(MOST_TRIANGLES)
             points = vertices[triangles.reshape(-1)]
             found.append(Marker(f"palpate_object_{obj.name}", obj.name, 11, _TISSUE, points=points))
         return found

@@ -18,7 +18,7 @@ from palpate.guidance.context import FixtureContext
 from palpate.guidance.fixture import Fixture
 from palpate.guidance.plot import curve, drawing
 from palpate.mesh import Mesh
-from palpate.mesh.coarse import drawable
+from palpate.mesh.coarse import MOST_TRIANGLES
 from palpate.mesh.colors import colors_of
 from palpate.record import live
 from palpate.record.reader import Record
@@ -102,7 +102,7 @@ def file_colors(rig: Rig, index: int) -> Array | None:
     body = rig.surfaces[index].body
     if rig.scene.objects[index].mesh is None or not isinstance(body, Mesh):
         return None
-    vertices, _ = drawable(body.vertices, body.triangles)
+    vertices, _ = rig.surfaces[index].drawable(MOST_TRIANGLES)
     return colors_of(rig.scene.path_of(index), vertices / FILE_UNITS[body.unit])
 
 
@@ -240,7 +240,7 @@ def _shape_track(record: Record, topic: str) -> Track | None:
 
 def _shape(placed: PlacedSurface, felt: _core.Object) -> tuple[Array, NDArray[np.int32]]:
     """Drawn vertices and triangles; those of a soft object are the loop's, in its order."""
-    return rest_shape(felt) or drawable(placed.body.vertices, placed.body.triangles)
+    return rest_shape(felt) or placed.drawable(MOST_TRIANGLES)
 
 
 def _touched_object(

@@ -1,5 +1,6 @@
 """The estimates of `palpate check`, against measurements on surfaces with a closed form."""
 
+from dataclasses import fields
 from itertools import pairwise
 
 import numpy as np
@@ -9,6 +10,7 @@ import palpate.contact
 from palpate import _core
 from palpate.contact import touchable
 from palpate.contact.judging import RADIUS, STIFFNESS
+from palpate.mesh import Mesh, index
 from palpate.shapes.analytic import SHAPES
 from palpate.shapes.paths import tool_path
 from palpate.studies.radius import work as study
@@ -130,3 +132,25 @@ def test_share_of_slivers_and_creases():
 @pytest.mark.parametrize(("depth", "degrees"), [(0.0, 1.43), (1e-3, 2.86), (2e-3, np.inf), (3e-3, np.inf)])
 def test_an_edge_turns_the_force_faster_the_deeper_the_tip(depth, degrees):
     assert touchable.turn_per_ms_deg(2e-3, depth) == pytest.approx(degrees, abs=0.01)
+
+
+def test_a_sample_of_a_large_mesh_tells_what_the_whole_does(monkeypatch):
+    mesh = _core.Mesh(*SHAPES["wavy"].mesh(40_000))
+    whole, hollows = touchable.fineness(mesh, 500.0), touchable.radius(mesh, 0.002).largest_mm
+    monkeypatch.setattr(touchable, "MOST_TRIANGLES", 5_000)
+    sample = touchable.fineness(mesh, 500.0)
+    for one in fields(whole):
+        assert getattr(sample, one.name) == pytest.approx(getattr(whole, one.name), rel=0.06, abs=1e-3), one.name
+    assert touchable.radius(mesh, 0.002).largest_mm == pytest.approx(hollows, rel=0.06)
+
+
+def test_the_fineness_of_a_large_mesh_is_kept(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setattr(index, "CACHED_FROM", 1)
+    mesh = Mesh(*SHAPES["wavy"].mesh(3_000))
+    first = touchable.fineness_of(mesh, 500.0)
+    assert first == touchable.fineness(mesh.core, 500.0)
+    monkeypatch.setattr(touchable, "fineness", None)
+    assert touchable.fineness_of(mesh, 500.0) == first
+    with pytest.raises(TypeError):
+        touchable.fineness_of(mesh, 600.0)

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate import Mesh, _core, cache
-from palpate.mesh import index, quiet
+from palpate.mesh import files, index, quiet
 
 BALL = trimesh.creation.icosphere(subdivisions=3, radius=0.03)
 SOUP = {  # a closed ball, an open disc, and three triangles at one edge
@@ -181,7 +181,37 @@ def test_a_small_mesh_leaves_no_file(tmp_path, monkeypatch):
 
 def test_a_foreign_file_in_the_cache_is_ignored(cached):
     Mesh(BALL.vertices, BALL.faces)
-    np.savez(cache.entries()[0].path, image=np.zeros(100, np.uint8))
-    assert len(Mesh(BALL.vertices, BALL.faces).triangles) == len(BALL.faces)
-    np.savez(cache.entries()[0].path, other=np.zeros(100, np.uint8))
-    assert len(Mesh(BALL.vertices, BALL.faces).triangles) == len(BALL.faces)
+    for content in (np.zeros(100, np.uint64), np.zeros(100, np.uint8), np.zeros(0, np.uint64)):
+        np.save(cache.entries()[0].path, content)
+        assert len(Mesh(BALL.vertices, BALL.faces).triangles) == len(BALL.faces)
+
+
+def test_a_flipped_bit_of_a_stored_index_is_seen(cached):
+    """It might be the bit of a coordinate, which no other check sees."""
+    Mesh(BALL.vertices, BALL.faces)
+    (entry,) = cache.entries()
+    data = bytearray(entry.path.read_bytes())
+    for at in range(128, len(data), len(data) // 50):
+        data[at] ^= 1 << at % 8
+        entry.path.write_bytes(data)
+        assert cache.load_bytes("mesh_index", entry.path.stem.rpartition("-")[2]) is None
+        data[at] ^= 1 << at % 8
+
+
+def test_a_known_file_is_not_read_again(cached, tmp_path, monkeypatch):
+    monkeypatch.setattr(index, "CACHED_SIZE", 1)
+    path = tmp_path / "ball.stl"
+    BALL.export(path)
+    with quiet():
+        first = Mesh.load(path)
+        monkeypatch.setattr(files, "read_with_unit", None)
+        second = Mesh.load(path)
+    assert second.unit == "mm"
+    assert second.report == first.report
+    np.testing.assert_array_equal(first.vertices, second.vertices)
+    np.testing.assert_array_equal(first.triangles, second.triangles)
+    with pytest.raises(TypeError):
+        Mesh.load(path, "cm")  # another unit is another mesh
+    path.write_bytes(path.read_bytes()[:-1] + b"\1")
+    with pytest.raises(TypeError):
+        Mesh.load(path)

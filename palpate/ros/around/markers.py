@@ -8,7 +8,6 @@ import numpy as np
 
 from palpate.arrays import Array
 from palpate.arrays.so3 import pose
-from palpate.mesh.coarse import drawable
 from palpate.record.ticks import Ticks
 from palpate.ros.around.convert import WORLD, latched, point, vector
 
@@ -66,7 +65,7 @@ class Markers:
 
         drawn = [Marker(action=Marker.DELETEALL)]
         for placed, obj in zip(self._session.rig.surfaces, self._session.rig.snapshot.objects, strict=True):
-            vertices, triangles = drawable(placed.body.vertices, placed.body.triangles, MOST_TRIANGLES)
+            vertices, triangles = placed.drawable(MOST_TRIANGLES)
             mesh = self._marker(f"object_{obj.name}", Marker.TRIANGLE_LIST, _TISSUE)
             mesh.header.frame_id, mesh.frame_locked = f"palpate_object_{obj.name}", True
             mesh.scale = vector(np.ones(3))
