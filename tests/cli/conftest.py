@@ -36,7 +36,7 @@ class Outcome:
 
 
 @pytest.fixture
-def palpate(capsys, monkeypatch, tmp_path, unarranged_figures):
+def palpate(capsys, monkeypatch, tmp_path, unarranged_figures, without_figures):
     """Run a command in this process; its changes to warnings are undone."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(warnings, "showwarning", warnings.showwarning)

@@ -67,7 +67,7 @@ def test_last_duration_wins(palpate, scene, tmp_path):
 
 
 def test_report_and_replay_find_the_record_in_its_folder(palpate, scene, tmp_path, monkeypatch):
-    monkeypatch.setattr("palpate.report.html.report", lambda record: "page " * 300)  # figures: test_run_writes_...
+    monkeypatch.setattr("palpate.report.html._page", lambda run: "page " * 300)
     palpate("run", scene, "--headless", "--duration", 0.5, "--out", tmp_path / "o", "--json", tmp_path / "run.json")
     folder = next((tmp_path / "o").iterdir())
     done = palpate("report", folder, "--out", tmp_path / "page.html", "--json", tmp_path / "again.json")

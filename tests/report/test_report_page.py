@@ -119,7 +119,7 @@ def test_unusual_runs_have_a_page_too(tmp_path, one_width, case):
 
 
 def test_unwritable_page_is_reported(tmp_path, monkeypatch):
-    monkeypatch.setattr("palpate.report.html.report", lambda record: "")
+    monkeypatch.setattr("palpate.report.html._page", lambda run: "")
     record = record_of(tmp_path, synthetic_run.run(0.3))
     with pytest.raises(OutputError, match="the report cannot be written"):
         write_report(record.path, tmp_path / "no" / "page.html")

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 HERE = Path(__file__).parent
-RATE = 250.0  # a rate that the mock master in Python reaches on a busy machine
+RATE = 125.0  # a rate that the mock master in Python reaches on a busy machine
 NUMBERS = count(1)
 SCENE = """
 objects: [{name: wall, box: {size: [0.2, 0.2, 0.05]}, stiffness: 300, damping: 2}]

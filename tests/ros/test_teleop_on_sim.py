@@ -10,7 +10,7 @@ import time
 import numpy as np
 import pytest
 
-RATE = 250
+RATE = 125
 ARMS = ("MTMR", "PSM1", "MTML", "ECM")
 START = {"MTMR": [0.0] * 7, "PSM1": [0.0, 0.0, 0.12, 0.0, 0.0, 0.0]}  # where each test begins [rad, m]
 NEAR = {"MTMR": 0.06, "PSM1": 1e-3}  # [rad, m]; the MTM has friction

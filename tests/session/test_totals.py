@@ -29,11 +29,11 @@ def test_memory_of_totals_is_bounded_and_percentiles_stay(monkeypatch):
     assert told.cycle_p99_us == pytest.approx(14.9, abs=0.2)
 
 
-@pytest.mark.parametrize("chunk", [1, 7, 100, 50_000])
+@pytest.mark.parametrize("chunk", [1, 7, 100, 12_500])
 def test_times_are_thinned_out_evenly_whatever_the_number_of_ticks_at_once(monkeypatch, chunk):
     """A node on ROS 2 adds few ticks at a time: every 64th of all stays, not the first of each addition."""
-    monkeypatch.setattr(samples, "MOST", 1000)
-    times = np.arange(50_000.0)
+    monkeypatch.setattr(samples, "MOST", 250)
+    times = np.arange(12_500.0)
     long = totals(times, chunk)
     np.testing.assert_array_equal(long._cycle_us.values, times[::64])
 

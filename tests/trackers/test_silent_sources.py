@@ -43,6 +43,7 @@ def session(begin, end, tmp_path):
     return made
 
 
+@pytest.mark.usefixtures("without_figures")
 @pytest.mark.parametrize(
     ("begin", "end", "words"),
     [
@@ -67,6 +68,7 @@ def test_a_tool_that_is_not_seen_is_told_in_summary_and_record(begin, end, words
         assert words.split(";")[0] in write_report(record.path).read_text()
 
 
+@pytest.mark.usefixtures("without_figures")
 def test_the_command_tells_it(tmp_path, capsys):
     pytest.importorskip("pyigtl", reason="OpenIGTLink needs the extra tracking")
     from palpate.cli import main

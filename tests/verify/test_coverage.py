@@ -5,6 +5,7 @@ import re
 import json_contract
 import numpy as np
 import pytest
+from effort import LONG
 
 from palpate.verify.coverage import run
 from palpate.verify.coverage.trial import RIGHT
@@ -19,7 +20,7 @@ WITHOUT = {
     "study force": "the payload; tests/identify/test_payload.py judges it",
 }
 _INTERVAL = re.compile(r"_95$|^covariance$|_covariance$|interval|_low$|_high$|deviation|^std|_std|^p_|^uncertain$")
-_TRIALS = {"bench": 2, "surface": 4}
+_TRIALS = {"bench": 2, "surface": 4, "tissue": 10} if LONG else {"bench": 2, "surface": 2, "tissue": 5}
 
 
 def commands_with_intervals() -> set[str]:

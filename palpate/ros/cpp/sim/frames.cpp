@@ -8,7 +8,7 @@
 namespace palpate::ros {
 namespace {
 
-constexpr std::int64_t kPeriod = 20'000'000;  // [ns]
+constexpr std::int64_t kFramePeriod = 20'000'000;  // [ns]
 
 }  // namespace
 
@@ -27,7 +27,7 @@ Frames::Frames(Node& node, const dvrk::System& robot)
 Frames::~Frames() = default;
 
 bool Frames::due(std::int64_t now) noexcept {
-  if (now - sent_ < kPeriod) return false;
+  if (now - sent_ < kFramePeriod) return false;
   sent_ = now;
   return to_->publisher.listeners() > 0;
 }

@@ -10,7 +10,7 @@
 namespace palpate::ros {
 namespace {
 
-constexpr std::int64_t kPeriod = 200'000'000;  // [ns]
+constexpr std::int64_t kStatisticsPeriod = 200'000'000;  // [ns]
 
 std::string lower(std::string name) {
   std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
@@ -43,7 +43,7 @@ void Statistics::add(const std::string& name, IntervalMeter& meter) {
 }
 
 void Statistics::send(std::int64_t now, std::int64_t time_ns) {
-  if (now - sent_ < kPeriod) return;
+  if (now - sent_ < kStatisticsPeriod) return;
   sent_ = now;
   for (const auto& to : publishers_) {
     if (to->publisher.listeners() == 0) continue;
