@@ -744,6 +744,11 @@ class LocalModel:
         after the last one [s].
         """
 
+    def synchronise(self, ahead: float) -> None:
+        """
+        Moving objects are shown ahead of the time that step() is given, where the loop's clock is not the site's [s].
+        """
+
     @property
     def scene(self) -> palpate._core.Snapshot:
         """The objects as they are rendered."""
@@ -751,6 +756,33 @@ class LocalModel:
     @property
     def updates(self) -> list[ModelUpdate]:
         """The updates of all objects, in order."""
+
+def displaced(
+    scene: palpate._core.Snapshot,
+    shift: Annotated[NDArray[numpy.float64], "(3,)"],
+    stiffness: float = 0.0,
+) -> palpate._core.Snapshot:
+    """
+    A copy of a scene with all objects displaced by shift (3,) [m], and with another stiffness [N/m]; 0: as it is.
+    """
+
+class Port:
+    """Work of a force on a measured position, taken and given apart."""
+
+    def __init__(self) -> None: ...
+
+    def step(self, F: Annotated[NDArray[numpy.float64], "(3,)"], x: Annotated[NDArray[numpy.float64], "(3,)"]) -> float:
+        """
+        One tick: force (3,) [N], position (3,) [m]; the work that went in [J].
+        """
+
+    @property
+    def taken(self) -> float:
+        """Energy taken, without returns [J]."""
+
+    @property
+    def given(self) -> float:
+        """Energy given [J]."""
 
 class Peer:
     """The other end: its clock, the ages of its packets, outages."""
@@ -782,6 +814,10 @@ class Peer:
     @property
     def outage(self) -> bool:
         """True while packets are missing."""
+
+    @property
+    def lost(self) -> bool:
+        """True once an outage has lasted, in either direction."""
 
     @property
     def clock(self) -> ClockSync:
@@ -861,6 +897,9 @@ class Site:
     def step(self, state: SiteInput, dt: float) -> SiteGoal:
         """One tick, dt after the last one [s]; the goal of the tool."""
 
+    def forget_operator(self) -> None:
+        """A new operator comes; what was learnt is kept."""
+
     def send(self) -> Datagram:
         """The datagram that leaves now."""
 
@@ -899,6 +938,10 @@ class Instrument:
     @property
     def force(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
         """True force of the tissue (3,) [N]."""
+
+    @property
+    def x(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """True position (3,) [m]."""
 
     @property
     def largest(self) -> float:

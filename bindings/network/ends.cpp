@@ -97,11 +97,32 @@ void bind_learning(nb::module_& m) {
       .def("step", &LocalModel::step, "p"_a, "v"_a, "radius"_a, "t"_a, "dt"_a,
            "Updates for a tool with this radius at p (3,) [m] with velocity v (3,) [m/s], at the time t of the scene, "
            "dt after the last one [s].")
+      .def("synchronise", &LocalModel::synchronise, "ahead"_a,
+           "Moving objects are shown ahead of the time that step() is given, where the loop's clock is not the site's "
+           "[s].")
       .def_prop_ro("scene", &LocalModel::scene, "The objects as they are rendered.")
       .def_prop_ro("updates", &LocalModel::updates, "The updates of all objects, in order.");
 }
 
+/// A copy of a scene, its objects displaced, with another stiffness unless it is 0.
+scene::Snapshot displaced(scene::Snapshot scene, const Vec3& shift, double stiffness) {
+  for (scene::Object& object : scene.objects) {
+    object.X_WO.p += shift;
+    if (stiffness > 0.0) object.material.K.setConstant(stiffness);
+  }
+  return scene;
+}
+
 void bind_peer(nb::module_& m) {
+  m.def(
+      "displaced", &displaced, "scene"_a, "shift"_a, "stiffness"_a = 0.0,
+      "A copy of a scene with all objects displaced by shift (3,) [m], and with another stiffness [N/m]; 0: as it is.");
+  nb::class_<network::Port>(m, "Port", "Work of a force on a measured position, taken and given apart.")
+      .def(nb::init<>())
+      .def("step", &network::Port::step, "F"_a, "x"_a,
+           "One tick: force (3,) [N], position (3,) [m]; the work that went in [J].")
+      .def_prop_ro("taken", &network::Port::in, "Energy taken, without returns [J].")
+      .def_prop_ro("given", &network::Port::out, "Energy given [J].");
   nb::class_<Peer>(m, "Peer", "The other end: its clock, the ages of its packets, outages.")
       .def(nb::init<>())
       .def("receive", &Peer::receive, "datagram"_a, "now"_a,
@@ -112,6 +133,7 @@ void bind_peer(nb::module_& m) {
       .def_prop_ro("newest", &Peer::newest, "The newest datagram.")
       .def_prop_ro("known", &Peer::known, "True once a datagram has arrived.")
       .def_prop_ro("outage", &Peer::outage, "True while packets are missing.")
+      .def_prop_ro("lost", &Peer::lost, "True once an outage has lasted, in either direction.")
       .def_prop_ro("clock", &Peer::clock, "The peer's clock.")
       .def_prop_ro("arrivals", &Peer::arrivals, "Ages of the newest packet.");
 }
@@ -137,6 +159,7 @@ void bind_site(nb::module_& m) {
       .def("receive", &Site::receive, "datagram"_a, "now"_a, "A datagram that arrived at the own time `now` [s].")
       .def("step", &Site::step, "state"_a, "dt"_a, "One tick, dt after the last one [s]; the goal of the tool.",
            nb::rv_policy::copy)
+      .def("forget_operator", &Site::forget_operator, "A new operator comes; what was learnt is kept.")
       .def("send", &Site::send, "The datagram that leaves now.")
       .def_prop_ro("peer", &Site::peer, "The operator's end.")
       .def_prop_ro(
@@ -149,6 +172,7 @@ void bind_site(nb::module_& m) {
       .def("step", &Instrument::step, "goal"_a, "t"_a, "dt"_a, "One tick with this goal from the time t on [s].")
       .def("measure", &Instrument::measure, "t"_a, "What the sensors report at the time t [s].")
       .def_prop_ro("force", &Instrument::force, "True force of the tissue (3,) [N].")
+      .def_prop_ro("x", &Instrument::x, "True position (3,) [m].")
       .def_prop_ro("largest", &Instrument::largest, "Largest force of the tissue so far [N].");
 }
 

@@ -69,6 +69,10 @@ class Command:
     """Store the follower's joints at each press of the pedal coag: start, way points and goal of a plan."""
     speed: float = 1.0
     """Pace of the plan, 1: as planned [-]."""
+    remote: Annotated[str | None, arg(metavar="HOST:PORT")] = None
+    """Feel the scene as the follower there measures it (palpate serve follower); in real time (docs/network.md)."""
+    key: Annotated[Path | None, arg(metavar="FILE")] = None
+    """The key that is shared with that follower; default: that of `palpate keys`."""
     pedals: Annotated[str | None, arg(metavar="KIND:FILE")] = None
     """Foot switches, keyboards or gamepads as pedals, several in quotes, e.g. footswitch:/dev/input/event7."""
     port: int = PORT
@@ -95,6 +99,7 @@ class Command:
         if self.plan is not None and (scene.pairs or scene.arms.leader.driver is not None):
             what = "a scene with several pairs" if scene.pairs else "a scene with a driver"
             raise PalpateError(f"--plan has no effect on {what}", mend="leave it out; palpate ros move moves real arms")
+        self._require_remote(scene)
         if scene.pairs:
             from palpate.cli._pairs import run_pairs
 
@@ -148,17 +153,23 @@ class Command:
         return session
 
     def _run(self, session: Session, console: Console, realtime: bool) -> Summary:
+        from palpate.cli._remote import joined
         from palpate.console.output import say
         from palpate.console.progress import Progress
 
         duration = session.scene.duration if self.duration is None else self.duration
+        realtime = realtime or self._is_remote(session.scene)
         mode = "real time" if realtime else "lockstep, as fast as possible"
         with (
             Progress(console, duration, mode, session.nearest) as progress,
             self._sender(session),
             pedals(self.pedals, session.console, realtime),
+            joined(session, self.remote, self.key) as link,
         ):
             summary = session.run(duration, realtime=realtime, on_progress=progress)
+        if link is not None:
+            summary = replace(summary, remote=link.figures())
+            say(console, link.words())
         if session.execution is not None:
             say(console, session.execution.words())
         return summary
@@ -187,6 +198,18 @@ class Command:
         write_json(self.json, summary)
         ended = replace(summary, interrupted=summary.interrupted and self.duration is not None)
         return outcome.exit_code(ended) or int(failed)
+
+    def _is_remote(self, scene: Scene) -> bool:
+        return self.remote is not None or (scene.remote is not None and scene.remote.together)
+
+    def _require_remote(self, scene: Scene) -> None:
+        """Refuse what cannot run across a network, before anything starts."""
+        from palpate.cli._remote import require
+
+        if self._is_remote(scene):
+            require(scene, self.remote, self.fast)
+        elif self.key is not None:
+            raise PalpateError("--key has no effect without --remote", mend="give --remote HOST:PORT, or leave it out")
 
     def _sender(self, session: Session) -> AbstractContextManager[object]:
         if self.openigtlink is None:

@@ -34,6 +34,7 @@ from palpate.scene.operator import OperatorSection
 from palpate.scene.pairs import InstrumentsSection, PairSection
 from palpate.scene.planning import PlanningSection
 from palpate.scene.registration import RegistrationSection
+from palpate.scene.remote import RemoteSection
 from palpate.scene.sensors import SensorSection, with_topics
 from palpate.scene.stability import StabilitySection
 from palpate.scene.trackers import TrackerSection
@@ -97,6 +98,8 @@ class Scene(Section):
     """the simulated hand"""
     planning: PlanningSection = Field(default=PlanningSection(), exclude_if=lambda s: not s.model_fields_set)
     """motion plans of the follower (docs/planning.md)"""
+    remote: RemoteSection | None = Field(default=None, exclude_if=lambda s: s is None)
+    """a follower that is felt across a network (docs/network.md)"""
     seed: Annotated[int, Field(strict=True, ge=0, lt=2**64)] = _C.seed
     """seed of all random numbers"""
     duration: Positive = 20.0

@@ -55,6 +55,7 @@ class Summary:
     record: str | None = None  # path
     report: str | None = None  # path
     record_sha256: str | None = None
+    remote: dict[str, Any] | None = None  # the link to a follower across a network; None: there was none
 
     to_json = RenamedMethod("palpate.arrays.plain.plain(summary)")
 

@@ -42,6 +42,12 @@ void LocalModel::take(const ModelEstimate& estimate) noexcept {
   if (estimate.object < goals_.size()) goals_[estimate.object] = estimate;
 }
 
+void LocalModel::synchronise(double ahead) noexcept {
+  for (std::size_t i = 0; i < shown_.objects.size(); ++i) {
+    shown_.objects[i].motion.t0 = given_.objects[i].motion.t0 - ahead;
+  }
+}
+
 void LocalModel::step(const Vec3& p, const Vec3& v, double radius, double t, double dt) noexcept {
   for (std::size_t i = 0; i < updates_.size(); ++i) {
     scene::Object& object = shown_.objects[i];

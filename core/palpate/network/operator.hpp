@@ -40,6 +40,9 @@ class LocalModel {
   /// Updates the parameters for a tool at p with this radius, at the time t of the scene; held: see Held. v: velocity
   /// of the tool [m/s].
   void step(const Vec3& p, const Vec3& v, double radius, double t, double dt) noexcept;
+  /// Moving objects are shown `ahead` of the time that step() is given, where the clock of the loop is not that of the
+  /// site [s].
+  void synchronise(double ahead) noexcept;
   /// The objects as they are rendered.
   [[nodiscard]] const scene::Snapshot& scene() const noexcept { return shown_; }
   [[nodiscard]] const std::vector<ModelUpdate>& updates() const noexcept { return updates_; }

@@ -36,6 +36,14 @@ void Site::receive(const Datagram& d, double now) noexcept {
   playout_.add(d);
 }
 
+void Site::forget_operator() noexcept {
+  peer_ = Peer{};
+  playout_ = Playout{};
+  account_ = options_.allowance;
+  hand_in_ = 0.0;
+  aligning_ = true;
+}
+
 const SiteGoal& Site::step(const SiteInput& in, double dt) noexcept {
   peer_.step(in.t);
   if (!started_) {

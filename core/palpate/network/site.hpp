@@ -54,6 +54,8 @@ class Site {
   Site(const SiteOptions& options, scene::Snapshot scene);
   /// A packet that arrived at the own time `now` [s].
   void receive(const Datagram& d, double now) noexcept;
+  /// A new operator comes: clock, motion and energies of the one before are forgotten, what was learnt is kept.
+  void forget_operator() noexcept;
   /// One tick, dt after the last one [s].
   const SiteGoal& step(const SiteInput& in, double dt) noexcept;
   /// The packet that leaves now.

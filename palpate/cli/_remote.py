@@ -1,0 +1,70 @@
+"""`palpate run --remote`: the operator's end of a link beside a session."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from palpate.errors import PalpateError, SceneError
+
+if TYPE_CHECKING:
+    from palpate.scene import Scene
+    from palpate.session import Session
+    from palpate.session.remote.link import RemoteLink
+
+
+def require(scene: Scene, at: str | None, fast: bool) -> None:
+    """Refuse what cannot run across a network, and wrong addresses.
+
+    Raises:
+        PalpateError: the message names the part.
+    """
+    from palpate.network import network
+    from palpate.network.channel import address
+    from palpate.network.keys import require_cryptography
+
+    require_cryptography()
+    if at is not None:
+        address(at)
+    if fast:
+        raise PalpateError("--fast has no effect across a network, which runs in real time", mend="leave it out")
+    for part, given in (("pairs", scene.pairs), ("trackers", scene.trackers), ("sensors", scene.sensors)):
+        if given:
+            raise SceneError(f"a scene with {part} does not run across a network", where=scene.where(part),
+                             mend="leave the section out")  # fmt: skip
+    if scene.arms.leader.driver is not None:
+        raise PalpateError("a leader with a driver does not run across a network yet", mend="leave --leader out")
+    section = scene.remote
+    if section is not None:
+        network(section.network)
+        if section.mode != "model":
+            what = f"the mode {section.mode!r} runs only in palpate study network"
+            raise SceneError(what, where=scene.where("remote", "mode"), mend="write mode: model")
+
+
+@contextmanager
+def joined(session: Session, at: str | None, key: Path | None) -> Iterator[RemoteLink | None]:
+    """The link of a session: to the address, to processes on this machine as the scene says, or none.
+
+    Raises:
+        PalpateError: there is no follower, or it refuses.
+    """
+    section = session.scene.remote
+    if at is None and (section is None or not section.together):
+        yield None
+        return
+    from palpate.network.channel import address
+    from palpate.network.keys import default_path, read_key
+    from palpate.session.remote.link import RemoteLink
+    from palpate.session.remote.together import Together
+
+    rate = 1000.0 if section is None else section.rate
+    if at is not None:
+        link = RemoteLink(session, address(at), read_key(key or default_path()), rate)
+        with link:
+            yield link
+        return
+    with Together(session.scene) as both, RemoteLink(session, both.at, both.key, rate) as link:
+        yield link

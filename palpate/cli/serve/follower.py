@@ -1,0 +1,59 @@
+"""`palpate serve follower`."""
+
+from __future__ import annotations
+
+import signal
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import Positional, arg
+
+from palpate.console import HOST
+
+
+@dataclass
+class Command:
+    """Let a simulated instrument follow an operator across the network (docs/network.md).
+
+    examples:
+      palpate serve follower remote
+      palpate serve follower my.yaml --host 192.168.1.7 --port 7410 --key link.key
+
+    The operator's end is `palpate run SCENE --remote HOST:PORT` with the same scene and the same key. Ctrl-C ends it.
+    """
+
+    scene: Positional[Path]
+    """Scene file (YAML), or the name of a shipped scene."""
+    port: int = 7410
+    """Port of UDP and TCP; 0: any free one, which is printed."""
+    host: str = HOST
+    """Address on which it listens: 127.0.0.1 for this machine only."""
+    key: Annotated[Path | None, arg(metavar="FILE")] = None
+    """The shared key; default: that of `palpate keys`."""
+
+    def __call__(self) -> int:
+        """Serve until Ctrl-C; returns the exit code."""
+        from rich.console import Console
+
+        from palpate.network.keys import default_path, read_key, require_cryptography
+        from palpate.scene import Scene
+        from palpate.scene.rig import build
+        from palpate.session.remote.site import FollowerServer
+
+        require_cryptography()
+        key, console = read_key(self.key or default_path()), Console()
+        rig = build(Scene.load(self.scene))
+        rate = rig.scene.remote.rate if rig.scene.remote is not None else 1000.0
+        server = FollowerServer(rig, key, self.host, self.port, rate, lambda line: console.print(line, highlight=False))
+        console.print(f"listening on {self.host} port {server.port}; Ctrl-C ends it", highlight=False)
+        signal.signal(signal.SIGTERM, lambda *_: server.stop())
+        try:
+            server.run()
+        except KeyboardInterrupt:
+            server.stop()
+        console.print(
+            f"{server.ticks} ticks, {server.missed} missed, {server.strangers} packets refused, largest force "
+            f"{server.largest:.2f} N, {server.cpu:.2f} s of processor time", highlight=False,
+        )  # fmt: skip
+        return 0

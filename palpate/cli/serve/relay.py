@@ -1,0 +1,51 @@
+"""`palpate serve relay`."""
+
+from __future__ import annotations
+
+import signal
+from dataclasses import dataclass
+from typing import Annotated
+
+from tyro.conf import arg
+
+from palpate.console import HOST
+
+
+@dataclass
+class Command:
+    """Pass the packets of a link on through an emulated network: delay, jitter, loss, outages (docs/network.md).
+
+    examples:
+      palpate serve relay --to 127.0.0.1:7410 --network netfi-delay-2
+      palpate serve relay --to 192.168.1.7:7410 --network my_link.csv --port 7420
+    """
+
+    to: Annotated[str, arg(metavar="HOST:PORT")]
+    """Address of the follower's end."""
+    network: Annotated[str, arg(metavar="NAME")] = "none"
+    """The network, by name, or a measured trace: FILE.csv, FILE.pcap."""
+    port: int = 7411
+    """Port on which it listens; 0: any free one, which is printed."""
+    host: str = HOST
+    """Address on which it listens."""
+    seed: int = 0
+    """Seed of delays and losses."""
+
+    def __call__(self) -> int:
+        """Relay until Ctrl-C; returns the exit code."""
+        from rich.console import Console
+
+        from palpate.network import network
+        from palpate.network.channel import address
+        from palpate.network.relay import Relay
+
+        console = Console()
+        relay = Relay(self.port, address(self.to), network(self.network), self.seed, self.host)
+        console.print(f"listening on {self.host} port {relay.port}; Ctrl-C ends it", highlight=False)
+        signal.signal(signal.SIGTERM, lambda *_: relay.stop())
+        try:
+            relay.run()
+        except KeyboardInterrupt:
+            relay.stop()
+        console.print(f"{relay.passed} packets passed, {relay.lost} lost", highlight=False)
+        return 0

@@ -1,0 +1,129 @@
+"""A relay between both ends: packets pass through the emulator of the studies, the reliable channel passes as it is."""
+
+from __future__ import annotations
+
+import contextlib
+import heapq
+import select
+import socket
+import threading
+import time
+
+from palpate import _network
+from palpate.errors import PalpateError
+from palpate.network.conditions import Network
+
+_LARGEST = 2048  # of a packet [bytes]
+_WAIT = 1e-3  # longest wait for a packet [s]
+
+
+class Relay:
+    """Listens on one port, and passes everything on to another address.
+
+    Args:
+        port: port of UDP and TCP on 127.0.0.1, or on `host`; 0: any free one.
+        to: address of the follower's end.
+        link: what happens to the packets of both directions.
+
+    Raises:
+        PalpateError: the port is taken.
+    """
+
+    def __init__(self, port: int, to: tuple[str, int], link: Network, seed: int = 0, host: str = "127.0.0.1") -> None:
+        self._to, self._stop = to, threading.Event()
+        self._links = (_network.Link(link.to_site, seed + 1), _network.Link(link.to_operator, seed + 2))
+        self._tcp, self._front = listen(host, port)
+        self.port = int(self._tcp.getsockname()[1])  #: the port on which it listens
+        self._back = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._back.setblocking(False)
+        self._master: tuple[str, int] | None = None
+        self._flight: list[tuple[float, int, bool, bytes]] = []
+        self.passed = self.lost = 0  #: packets
+
+    def run(self) -> None:
+        """Pass packets on until `stop`."""
+        threading.Thread(target=self._accept, name="palpate-relay", daemon=True).start()
+        begin = time.monotonic()
+        while not self._stop.is_set():
+            now = time.monotonic() - begin
+            wait = min(max(self._flight[0][0] - now, 0.0), _WAIT) if self._flight else _WAIT
+            for ready in select.select([self._front, self._back], [], [], wait)[0]:
+                self._take(ready, time.monotonic() - begin)
+            self._send(time.monotonic() - begin)
+        for each in (self._tcp, self._front, self._back):
+            each.close()
+
+    def stop(self) -> None:
+        """End `run`."""
+        self._stop.set()
+
+    def _take(self, ready: socket.socket, now: float) -> None:
+        forwards = ready is self._front
+        while True:
+            try:
+                data, sender = ready.recvfrom(_LARGEST)
+            except OSError:  # nothing more, or the other end is not there yet
+                return
+            if forwards:
+                self._master = sender
+            arrivals = self._links[0 if forwards else 1].send(now, len(data))
+            self.lost += not arrivals
+            for at in arrivals:
+                self.passed += 1
+                heapq.heappush(self._flight, (at, self.passed, forwards, data))
+
+    def _send(self, now: float) -> None:
+        while self._flight and self._flight[0][0] <= now:
+            _, _, forwards, data = heapq.heappop(self._flight)
+            try:
+                if forwards:
+                    self._back.sendto(data, self._to)
+                elif self._master is not None:
+                    self._front.sendto(data, self._master)
+            except OSError:
+                self.lost += 1
+
+    def _accept(self) -> None:
+        while not self._stop.is_set():
+            try:
+                near, _ = self._tcp.accept()
+                far = socket.create_connection(self._to, 5.0)
+                far.settimeout(None)
+            except OSError:
+                continue
+            for one, other in ((near, far), (far, near)):
+                threading.Thread(target=_pump, args=(one, other), daemon=True).start()
+
+
+def _pump(source: socket.socket, sink: socket.socket) -> None:
+    try:
+        while data := source.recv(65536):
+            sink.sendall(data)
+    except OSError:
+        pass
+    finally:
+        for each in (source, sink):  # the thread of the other direction waits in recv, which only shutdown ends
+            with contextlib.suppress(OSError):
+                each.shutdown(socket.SHUT_RDWR)
+
+
+def listen(host: str, port: int) -> tuple[socket.socket, socket.socket]:
+    """Sockets of TCP and UDP on the same port; 0: any that is free for both.
+
+    Raises:
+        PalpateError: the port is taken, or the host has no such address.
+    """
+    tcp = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    tcp.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        tcp.bind((host, port))
+        udp.bind((host, tcp.getsockname()[1]))
+    except OSError as error:
+        tcp.close()
+        udp.close()
+        raise PalpateError(f"port {port} of {host} cannot be used", why=str(error),
+                           mend="give another --port, or end what uses it") from None  # fmt: skip
+    tcp.listen(8)
+    udp.setblocking(False)
+    return tcp, udp

@@ -1,0 +1,1 @@
+"""Two processes of one teleoperation: the follower's end (`site`), and the link of a session to it (`link`)."""

@@ -1,0 +1,148 @@
+"""A session and a follower's end over loopback: felt, learnt, refused, held."""
+
+import socket
+import threading
+import time
+import warnings
+from types import SimpleNamespace
+
+import pytest
+
+from palpate.errors import PalpateError, SceneError
+from palpate.network import network
+from palpate.scene import Scene
+from palpate.scene.rig import build
+from palpate.session import Session
+
+pytest.importorskip("cryptography", reason="links need the extra remote")
+from palpate.cli._remote import require
+from palpate.network import channel as channels
+from palpate.network.relay import Relay
+from palpate.session.remote import link as links
+from palpate.session.remote import site as sites
+
+KEY = bytes(range(32))
+
+
+def scene(**remote):
+    return Scene.model_validate({
+        "objects": [{"name": "table", "plane": {}, "stiffness": 300, "damping": 1}],
+        "arms": {"leader": {"model": "mtm_right", "base": {"xyz": [0.345, 0.243, 0.219], "rpy_deg": [0, 0, -20]}},
+                 "follower": {"model": "psm_lnd", "base": {"xyz": [-0.12, -0.06, 0.155], "rpy_deg": [0, 0, 205]}}},
+        "operator": {"palpate": {"object": "table", "at": [0, 0, 0.1], "force": 1.2, "length": 0.01}},
+        "remote": {"site_shift": [0, 0, -0.0015], "site_stiffness": 450, **remote},
+    })  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def rig():
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return build(scene())
+
+
+@pytest.fixture
+def follower(rig):
+    said = []
+    server = sites.FollowerServer(rig, KEY, "127.0.0.1", 0, 500.0, said.append)
+    server.said = said
+    thread = threading.Thread(target=server.run)
+    thread.start()
+    yield server
+    server.stop()
+    thread.join()
+
+
+def session(rig):
+    return Session(rig.scene, rig=rig)
+
+
+def at(server):
+    return ("127.0.0.1", server.port)
+
+
+def test_the_hand_feels_what_the_follower_has_learnt_through_a_relay(rig, follower):
+    link = network("none")
+    link.to_site.delay = link.to_operator.delay = 0.05
+    relay = Relay(0, at(follower), link)
+    thread = threading.Thread(target=relay.run)
+    thread.start()
+    try:
+        mine = session(rig)
+        with links.RemoteLink(mine, ("127.0.0.1", relay.port), KEY, 500.0) as remote:
+            summary = mine.run(6.0, realtime=True)
+        found = remote.figures()
+    finally:
+        relay.stop()
+        thread.join()
+    (model,) = found["models"]
+    assert model["stiffness_N_per_m"] == pytest.approx(450.0, rel=0.1)
+    assert model["shift_m"][2] == pytest.approx(-0.0015, abs=3e-4)
+    assert 0.09 < 1e-3 * found["round_trip_ms"] < 0.2
+    assert found["received"] > 1000
+    assert found["refused"] == 0
+    assert summary.peak_force_N < 3.0
+    assert follower.largest < 3.0
+    for _ in range(50):
+        time.sleep(0.02 * ("has left" not in " ".join(follower.said)))
+    assert "the operator has left" in " ".join(follower.said)
+
+
+def test_a_second_master_another_scene_version_key_or_clock_is_refused(rig, follower, monkeypatch):
+    first = links.RemoteLink(session(rig), at(follower), KEY)
+    with pytest.raises(PalpateError, match=r"another operator drives this follower: 127.0.0.1:\d+"):
+        links.RemoteLink(session(rig), at(follower), KEY)
+    first.close()
+    time.sleep(0.2)
+    later = SimpleNamespace(time=lambda: time.time() + 3 * 3600, monotonic=time.monotonic, sleep=time.sleep)
+    for name, value, words in (
+        ("digest", lambda scene: "0" * 16, r"(?s)another scene .*same scene file"),
+        ("__version__", "0.0.1", r"(?s)this end has Palpate .*same version"),
+        ("time", later, r"(?s)clocks of both machines differ by -?3\.0 h.*NTP"),
+    ):
+        monkeypatch.setattr(links, name, value)
+        with pytest.raises(PalpateError, match=words):
+            links.RemoteLink(session(rig), at(follower), KEY)
+        monkeypatch.undo()
+    with pytest.raises(PalpateError, match=r"(?s)ended the connection.*same key file"):
+        links.RemoteLink(session(rig), at(follower), bytes(32))
+    links.RemoteLink(session(rig), at(follower), KEY).close()  # the right one still may
+
+
+def test_nobody_there_and_a_small_mtu_are_told(rig, follower, monkeypatch):
+    free = socket.socket()
+    free.bind(("127.0.0.1", 0))
+    with pytest.raises(PalpateError, match=r"(?s)no follower answers at 127.0.0.1.*palpate serve follower"):
+        links.RemoteLink(session(rig), ("127.0.0.1", free.getsockname()[1]), KEY)
+    free.close()
+    monkeypatch.setattr(channels, "DATAGRAM", 100_000)
+    with pytest.raises(PalpateError, match=r"passes packets of 6553[56] bytes"):
+        links.RemoteLink(session(rig), at(follower), KEY)
+
+
+def test_strangers_move_nothing(rig, follower):
+    """A flood of packets and connections of strangers: all refused, and the tool rests."""
+    before = follower._instrument.x.copy()
+    udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    for k in range(3000):
+        udp.sendto(bytes([k % 256]) * (k % 300), at(follower))
+    for text in (b"", b"GET / HTTP/1.1\r\n\r\n" + b"x" * 100, b"\0" * 200):
+        with socket.create_connection(at(follower), 2.0) as tcp:
+            tcp.sendall(text)
+    time.sleep(0.3)
+    assert follower.strangers > 100  # more did not fit into the buffer of the system
+    assert abs(follower._instrument.x - before).max() < 1e-5
+    links.RemoteLink(session(rig), at(follower), KEY).close()
+
+
+@pytest.mark.parametrize(
+    ("remote", "fast", "words"),
+    [
+        ({"mode": "direct"}, False, "the mode 'direct' runs only in palpate study network"),
+        ({"network": "wifi"}, False, "no network condition is named 'wifi'"),
+        ({}, True, "--fast has no effect across a network"),
+    ],
+)
+def test_what_cannot_run_across_a_network_is_told(remote, fast, words):
+    with pytest.raises((PalpateError, SceneError), match=words):
+        require(scene(**remote), None, fast)
