@@ -31,7 +31,7 @@ NAVIGATION = {
     "Arms and devices": "arms calibrate dynamics device device-* haply ecm",
     "Several hands": "pairs pairs-*",
     "ROS 2": "ros2 ros2-*",
-    "Records and studies": "record studies coverage operators paper requirements * json json/*",
+    "Records and studies": "record metrics studies coverage operators paper requirements * json json/*",
     "Python": "/api/*",
     "Project": "/ARCHITECTURE /NOTATION /CONTRIBUTING changes security /SECURITY /CHANGELOG",
 }

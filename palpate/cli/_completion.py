@@ -17,7 +17,9 @@ _BASH = """\
     case "$command $word" in
 {commands}
         command+=" $word" ;;
-      *) break ;;
+      *) # an argument of a command, or no command
+        [[ $command == palpate ]] && command="unknown"
+        break ;;
     esac
   done
   local words=""

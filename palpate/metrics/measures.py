@@ -1,0 +1,157 @@
+"""All measures of one record."""
+
+from __future__ import annotations
+
+from os import PathLike
+
+import numpy as np
+
+from palpate.arrays import Array
+from palpate.arrays.peaks import SustainedPeak
+from palpate.metrics.force import HARM, NEED, TOUCH, force_sensitivity
+from palpate.metrics.smoothness import log_dimensionless_jerk, movements, sparc
+from palpate.record import Record
+from palpate.record.ticks import STATUS, Ticks
+
+MOTION_RATE = 100.0
+"""Rate at which motion is judged [Hz]: tremor, at 8 to 12 Hz, is seen, and noise of encoders hardly."""
+_SIGNALS = (
+    "t",
+    "p_LH",
+    "p_WT",
+    "F_T_W",
+    "F_touch_W",
+    "contacts",
+    "status",
+    "guidance_gap",
+    "guidance_fixture",
+    "holding",
+)
+_CLUTCHED = STATUS["clutched"][0]
+
+
+def summary(
+    record: Record | str | PathLike[str], *, need: float = NEED, harm: float = HARM, threshold: float = NEED
+) -> dict[str, float]:
+    """Measures of how a task was performed.
+
+    Args:
+        record: of one pair.
+        need: force that the task needs [N].
+        harm: force above which the tissue is harmed [N].
+        threshold: force above which time is counted [N].
+
+    Returns:
+        In SI units, by names that end in their unit (docs/metrics.md). A record of any length needs memory for
+        MOTION_RATE samples a second. NaN: not defined, e.g. a force where nothing was touched.
+
+    Raises:
+        RecordError: the record cannot be read. ValueError: `need` or `harm` is not positive.
+    """
+    record = record if isinstance(record, Record) else Record.open(record)
+    taken = _Taken(record.rate)
+    for ticks in record.blocks(_SIGNALS):
+        taken.add(ticks)
+    return taken.measures(need, harm, threshold)
+
+
+class _Taken:
+    """What is kept of the ticks so far."""
+
+    def __init__(self, rate: float) -> None:
+        self.rate, self.every, self.ticks = rate, max(1, round(rate / MOTION_RATE)), 0
+        self.hand: list[Array] = []
+        self.tool: list[Array] = []
+        self.force: list[Array] = []
+        self.peak = SustainedPeak(1.0 / rate)
+        self.clutch, self.touch, self.margin, self.drop = (_Edges() for _ in range(4))
+
+    def add(self, ticks: Ticks) -> None:
+        """Take in the next block."""
+        first = -self.ticks % self.every
+        self.hand.append(ticks["p_LH"][first :: self.every])
+        self.tool.append(ticks["p_WT"][first :: self.every])
+        self.ticks += len(ticks)
+        F = true_force(ticks)
+        self.force.append(F.astype(np.float32))
+        self.peak.add(F)
+        self.clutch.add(ticks["status"].astype(np.uint64) & np.uint64(_CLUTCHED) != 0)
+        self.touch.add(F > TOUCH)
+        self.margin.add((ticks["guidance_fixture"] >= 0) & (ticks["guidance_gap"] < 0.0))
+        self.drop.add(ticks["holding"] == 0, begun=True)
+
+    def measures(self, need: float, harm: float, threshold: float) -> dict[str, float]:
+        """The measures of all ticks."""
+        rate, F = self.rate / self.every, np.concatenate([*self.force, np.zeros(0, np.float32)])
+        hand, tool = (np.concatenate([*rows, np.empty((0, 3))]) for rows in (self.hand, self.tool))
+        touching = F[F > TOUCH]
+        sensitivity = force_sensitivity(F, need, harm)
+        path = _path(tool)
+        return {
+            "time_s": self.ticks / self.rate,
+            "path_hand_m": _path(hand),
+            "path_tool_m": path,
+            **_smoothness(tool, rate),
+            "clutches": self.clutch.count,
+            "touches": self.touch.count,
+            "margin_entries": self.margin.count,
+            "drops": self.drop.count,
+            "contact_s": len(touching) / self.rate,
+            "mean_force_N": _mean(touching),
+            "peak_force_N": float(F.max(initial=0.0)),
+            "peak_50ms_N": self.peak.value,
+            "above_threshold_s": float((threshold < F).sum()) / self.rate,
+            "impulse_Ns": float(F.sum(dtype=float)) / self.rate,
+            "force_per_path_N_per_m": _mean(touching) / path if path else float("nan"),
+            "force_sensitivity": sensitivity.score,
+            "excess": sensitivity.excess,
+            "peaks": sensitivity.peaks,
+            "unsteady": sensitivity.unsteady,
+        }
+
+
+class _Edges:
+    """Counts how often a condition begins, also between blocks."""
+
+    def __init__(self) -> None:
+        self.count, self._before = 0, False
+        self._first = True
+
+    def add(self, holds: Array, begun: bool = False) -> None:
+        """Take in a block; `begun`: the condition does not count if it holds at the start."""
+        if self._first:
+            self._before, self._first = begun, False
+        self.count += int((holds & ~np.concatenate(([self._before], holds[:-1]))).sum())
+        self._before = bool(holds[-1]) if len(holds) else self._before
+
+
+def true_force(ticks: Ticks) -> Array:
+    """Magnitude (n,) of the true force on the instrument [N]: of simulated tissue, else of the rendered contact."""
+    touch = np.nan_to_num(np.linalg.norm(ticks["F_touch_W"], axis=1))
+    rendered = np.nan_to_num(np.linalg.norm(ticks["F_T_W"], axis=1))
+    return np.where(touch > 0.0, touch, rendered)
+
+
+def _smoothness(tool: Array, rate: float) -> dict[str, float]:
+    """Means over the movements of the tool, each weighted by its duration."""
+    speed = np.linalg.norm(np.diff(tool, axis=0), axis=1) * rate
+    spans = movements(speed, rate)
+    if not spans:
+        return {"movements": 0, "sparc": float("nan"), "log_dimensionless_jerk": float("nan")}
+    weights = [span.stop - span.start for span in spans]
+    return {
+        "movements": len(spans),
+        "sparc": float(np.average([sparc(speed[span], rate) for span in spans], weights=weights)),
+        "log_dimensionless_jerk": float(
+            np.average([log_dimensionless_jerk(speed[span], rate) for span in spans], weights=weights)
+        ),
+    }
+
+
+def _path(p: Array) -> float:
+    """Length of a path (n, 3) [m]; not of what is NaN."""
+    return float(np.nansum(np.linalg.norm(np.diff(p, axis=0), axis=1)))
+
+
+def _mean(values: Array) -> float:
+    return float(values.mean(dtype=float)) if len(values) else float("nan")
