@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from os import PathLike
+from pathlib import Path
 
 import numpy as np
+import numpy.typing as npt
 
 from palpate.arrays import Array
 from palpate.arrays.peaks import SustainedPeak
@@ -31,7 +32,7 @@ _CLUTCHED = STATUS["clutched"][0]
 
 
 def summary(
-    record: Record | str | PathLike[str], *, need: float = NEED, harm: float = HARM, threshold: float = NEED
+    record: Record | str | Path, *, need: float = NEED, harm: float = HARM, threshold: float = NEED
 ) -> dict[str, float]:
     """Measures of how a task was performed.
 
@@ -117,7 +118,7 @@ class _Edges:
         self.count, self._before = 0, False
         self._first = True
 
-    def add(self, holds: Array, begun: bool = False) -> None:
+    def add(self, holds: npt.NDArray[np.bool_], begun: bool = False) -> None:
         """Take in a block; `begun`: the condition does not count if it holds at the start."""
         if self._first:
             self._before, self._first = begun, False
@@ -129,7 +130,8 @@ def true_force(ticks: Ticks) -> Array:
     """Magnitude (n,) of the true force on the instrument [N]: of simulated tissue, else of the rendered contact."""
     touch = np.nan_to_num(np.linalg.norm(ticks["F_touch_W"], axis=1))
     rendered = np.nan_to_num(np.linalg.norm(ticks["F_T_W"], axis=1))
-    return np.where(touch > 0.0, touch, rendered)
+    found: Array = np.where(touch > 0.0, touch, rendered)
+    return found
 
 
 def _smoothness(tool: Array, rate: float) -> dict[str, float]:
