@@ -2,8 +2,10 @@
 
 Three topics carry the signals, one message a tick each: `/leader` (operator's side), `/follower` (patient's side) and
 `/loop`. A message is a ROS 2 structure of `float64` fields with the names of the signals, so its bytes are the doubles
-of the tick in a fixed order. A signal that stays constant is not in it: `/leader/all` and its kin hold every signal, in
-one message whenever the layout changes. The text of the message type is the layout: readers need nothing else.
+of the tick in a fixed order. ROS allows no capital letters in these names: the signal F_H_L is the field f_h_l.
+
+A signal that stays constant is not in the messages: `/leader/all` and its kin hold every signal, in one message
+whenever the layout changes. The text of the message type is the layout: readers need nothing else.
 """
 
 from __future__ import annotations
@@ -41,8 +43,13 @@ def group_of(signal: Signal) -> str:
 
 
 def topic(signal: Signal) -> str:
-    """Where other tools find a signal: topic and field, e.g. ``/follower/F_T_W``."""
-    return f"/{group_of(signal)}/{signal.name}"
+    """Where other tools find a signal: topic and field, e.g. ``/follower/f_t_w``."""
+    return f"/{group_of(signal)}/{field_name(signal.name)}"
+
+
+def field_name(signal: str) -> str:
+    """Name of the field that carries a signal."""
+    return signal.lower()
 
 
 def type_name(group: str, number: int | None) -> str:
@@ -62,6 +69,7 @@ class Field:
     """One field of a message."""
 
     name: str
+    """Of the signal."""
     kind: str
     """``float64``, ``uint64``, ``geometry_msgs/Vector3`` or ``geometry_msgs/Quaternion``."""
     count: int
@@ -101,8 +109,11 @@ class Layout:
         return cls(tuple(fields))
 
     @classmethod
-    def parse(cls, definition: str) -> Layout | None:
-        """The layout of a message definition; None for one that is not of numbers with a name each."""
+    def parse(cls, definition: str, names: Mapping[str, str]) -> Layout | None:
+        """The layout of a message definition; None for one that is not of numbers with a name each.
+
+        names: name of the signal by that of its field; the same for a field that is not in it.
+        """
         fields: list[Field] = []
         place = 0
         for line in definition.partition("=" * 80)[0].splitlines():
@@ -111,7 +122,7 @@ class Layout:
                 return None
             kind, number, name = found.groups()
             size = {_VECTOR: 3, _QUATERNION: 4}.get(kind, int(number or 1))
-            fields.append(Field(name, kind, size, place))
+            fields.append(Field(names.get(name, name), kind, size, place))
             place += size
         return cls(tuple(fields)) if fields else None
 
@@ -132,7 +143,7 @@ class Layout:
 
     def definition(self, signals: Mapping[str, Signal]) -> str:
         """The message definition, with unit, frame and meaning of each signal as a comment."""
-        lines = [f"{field.text} {field.name}  # {_words(signals[field.name])}\n" for field in self.fields]
+        lines = [f"{f.text} {field_name(f.name)}  # {f.name} {_words(signals[f.name])}\n" for f in self.fields]
         inner = (_VECTOR, _QUATERNION)
         return "".join(lines) + nested([k for k in inner if any(f.kind == k for f in self.fields)])
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from palpate.errors import RecordError
 from palpate.record import per_signal
-from palpate.record.layout import CDR, Layout, group_of_topic
+from palpate.record.layout import CDR, Layout, field_name, group_of_topic
 from palpate.record.mcap_file import MESSAGE_HEAD
 from palpate.record.mcap_scan import Index, Place, damaged
 from palpate.record.ticks import SIGNALS, Signal
@@ -164,7 +164,7 @@ def groups_of(index: Index, signals: dict[str, Signal]) -> list[Group]:
 
 
 def _typed(index: Index, described: dict[str, Signal]) -> list[Group]:
-    layouts, wholes = _layouts(index)
+    layouts, wholes = _layouts(index, {field_name(name): name for name in (*SIGNALS, *described)})
     if not layouts:
         return []
     for _, group in wholes.values():
@@ -189,13 +189,16 @@ def _typed(index: Index, described: dict[str, Signal]) -> list[Group]:
     return list(found.values())
 
 
-def _layouts(index: Index) -> tuple[dict[str, dict[int, Layout]], dict[int, tuple[Layout, str]]]:
-    """The layouts of each group by channel, and by channel those with all signals, with their group."""
+def _layouts(index: Index, names: dict[str, str]) -> tuple[dict[str, dict[int, Layout]], dict[int, tuple[Layout, str]]]:
+    """The layouts of each group by channel, and by channel those with all signals, with their group.
+
+    names: of the signals by their fields.
+    """
     layouts: dict[str, dict[int, Layout]] = {}
     wholes: dict[int, tuple[Layout, str]] = {}
     for number, channel in sorted(index.channels.items()):
         found, schema = group_of_topic(channel.topic), index.schema_of(number)
-        layout = None if found is None or schema is None else Layout.parse(schema.data.decode(errors="replace"))
+        layout = None if found is None or schema is None else Layout.parse(schema.data.decode(errors="replace"), names)
         if found is None or layout is None:
             continue
         if found[1]:

@@ -1,5 +1,6 @@
 """Independent readers open the record: the mcap library, and rosbags, which has its own ROS 2 decoder."""
 
+import re
 import tracemalloc
 from pathlib import Path
 
@@ -39,8 +40,9 @@ def test_stock_mcap_finds_every_signal_by_name_with_unit_and_frame(recorded):
         count = sum(1 for _ in reader.iter_messages(topics=["/follower"], starting_at=250_000_000))
     text = {c.topic: summary.schemas[c.schema_id].data.decode() for c in summary.channels.values()}
     for name, signal in SIGNALS.items():
-        assert topic(signal) == f"/{group_of(signal)}/{name}"
-        (line,) = [one for one in text[f"/{group_of(signal)}/all"].splitlines() if one.split()[1:2] == [name]]
+        assert topic(signal) == f"/{group_of(signal)}/{name.lower()}"
+        (line,) = [one for one in text[f"/{group_of(signal)}/all"].splitlines() if one.split()[1:2] == [name.lower()]]
+        assert line.split()[3] == name
         assert line.endswith(signal.doc)
         assert (f"[{signal.unit}]" in line) == (signal.unit not in ("1", "bits"))
         assert (f"in {signal.frame}: " in line) == bool(signal.frame)
@@ -66,6 +68,7 @@ def fields(message):
 def test_rosbags_reads_each_column_by_name(recorded):
     """A constant signal stands in the newest message of /all, a moving one in each tick's message."""
     path, ticks = recorded
+    by_field, seen_names = {name.lower(): name for name in SIGNALS}, set[str]()
     seen: dict[str, int] = {}
     whole: dict[str, dict[str, list[float]]] = {}
     with AnyReader([path]) as bag:
@@ -79,10 +82,42 @@ def test_rosbags_reads_each_column_by_name(recorded):
             assert time == round(ticks["t"][row] * 1e9)
             for name, first in whole[group].items():
                 moving = message.get(name, [])
-                expected = np.atleast_1d(ticks[name][row])
+                expected = np.atleast_1d(ticks[by_field[name]][row])
                 assert [*moving, *first[len(moving) :]] == list(expected), name
+                seen_names.add(name)
+    assert seen_names == {name.lower() for name in SIGNALS}
     assert set(seen) == set(GROUPS)
     assert set(seen.values()) == {len(ticks) - 1}
+
+
+def test_every_name_is_legal_in_ros(recorded):
+    """By rosidl's own patterns: Foxglove's decoder for Python and ROS itself refuse any other name."""
+    path, _ = recorded
+    with path.open("rb") as file:
+        schemas = make_reader(file).get_summary().schemas.values()
+    field, kind = re.compile(r"(?!.*__)(?!.*_$)[a-z][a-z0-9_]*"), re.compile(r"[a-z][a-z0-9_]*/msg/[A-Z][A-Za-z0-9]*")
+    for schema in schemas:
+        assert kind.fullmatch(schema.name), schema.name
+        for line in schema.data.decode().splitlines():
+            if line and not line.startswith(("=", "MSG:")):
+                assert field.fullmatch(line.split()[1]), line
+
+
+def test_the_decoder_of_foxglove_reads_each_column_by_name(recorded):
+    """`mcap-ros2-support`, which Foxglove keeps: the same numbers, through another parser of the definitions."""
+    decoder = pytest.importorskip("mcap_ros2.decoder", reason="mcap-ros2-support (test group) is not installed")
+    path, ticks = recorded
+    seen: dict[str, int] = {}
+    with path.open("rb") as file:
+        reader = make_reader(file, decoder_factories=[decoder.DecoderFactory()])
+        for _, channel, _, message in reader.iter_decoded_messages():
+            if channel.topic[1:] in GROUPS:
+                row = seen[channel.topic] = seen.get(channel.topic, -1) + 1
+                for name in SIGNALS:
+                    value = getattr(message, name.lower(), None)
+                    expected = np.atleast_1d(ticks[name][row])
+                    assert value is None or number(value) == list(expected[: len(number(value))]), name
+    assert seen == dict.fromkeys((f"/{name}" for name in GROUPS), len(ticks) - 1)
 
 
 def test_definitions_agree_with_ros(recorded):
