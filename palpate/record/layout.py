@@ -43,8 +43,8 @@ def group_of(signal: Signal) -> str:
 
 
 def topic(signal: Signal) -> str:
-    """Where other tools find a signal: topic and field, e.g. ``/follower/f_t_w``."""
-    return f"/{group_of(signal)}/{field_name(signal.name)}"
+    """Where other tools find a signal: its topic and its name, e.g. ``/follower/F_T_W``; see `field_name`."""
+    return f"/{group_of(signal)}/{signal.name}"
 
 
 def field_name(signal: str) -> str:

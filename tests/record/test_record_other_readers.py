@@ -40,7 +40,7 @@ def test_stock_mcap_finds_every_signal_by_name_with_unit_and_frame(recorded):
         count = sum(1 for _ in reader.iter_messages(topics=["/follower"], starting_at=250_000_000))
     text = {c.topic: summary.schemas[c.schema_id].data.decode() for c in summary.channels.values()}
     for name, signal in SIGNALS.items():
-        assert topic(signal) == f"/{group_of(signal)}/{name.lower()}"
+        assert topic(signal) == f"/{group_of(signal)}/{name}"
         (line,) = [one for one in text[f"/{group_of(signal)}/all"].splitlines() if one.split()[1:2] == [name.lower()]]
         assert line.split()[3] == name
         assert line.endswith(signal.doc)
