@@ -194,8 +194,8 @@ def start_once(built, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def sim(start_once):
-    """`palpate ros sim` with a pair of arms at 250 Hz, shared by the tests of a file."""
-    process = start_once("-m", "palpate", "ros", "sim", "--arms", "MTMR", "PSM1", "--rate", "250")
+    """`palpate ros sim` with a pair of arms at 125 Hz, shared by the tests of a file."""
+    process = start_once("-m", "palpate", "ros", "sim", "--arms", "MTMR", "PSM1", "--rate", "125")
     lines = []
     for line in process.stdout:
         lines.append(line)

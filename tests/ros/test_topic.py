@@ -106,7 +106,7 @@ def test_commands_of_the_page_work_unchanged(built, start, tmp_path, capsys):
 def test_page_from_the_simulation_to_the_wall(built, start, tmp_path):
     """The scene and the client of docs/ros2.md; commands of the page list, echo and hz."""
     scene_of_the_page(tmp_path, "record: {report: false}\n")  # the test above waits for the report
-    sim = start("-m", "palpate", "ros", "sim", "--arms", "MTMR", "PSM1", "--rate", "250")
+    sim = start("-m", "palpate", "ros", "sim", "--arms", "MTMR", "PSM1", "--rate", "125")
     options = [
         "--follower",
         "virtual",
@@ -117,7 +117,7 @@ def test_page_from_the_simulation_to_the_wall(built, start, tmp_path):
         "--force-cap",
         "2",
         "--rate",
-        "250",
+        "125",
     ]
     haptics = start("-m", "palpate", "ros", "haptics", tmp_path / "wall.yaml", *options)
     client = start(ROOT / "examples" / "ros2_client.py")

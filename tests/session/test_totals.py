@@ -13,6 +13,7 @@ def totals(times, chunk=100):
         ticks = np.zeros(len(times[begin : begin + chunk]), TICK)
         ticks["cycle_us"] = times[begin : begin + chunk]
         out.add(ticks)
+    assert out.ticks == len(times)
     return out
 
 
