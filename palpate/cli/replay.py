@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from tyro.conf import Positional, arg
 
@@ -26,6 +26,7 @@ class Command:
     examples:
       palpate replay runs/palpation-20260101-120000/record.mcap
       palpate replay rosbag2_2026_01_01-12_00_00 --scene my.yaml
+      palpate replay record.mcap --to rerun --out run.rrd
     """
 
     record: Positional[Path]
@@ -37,8 +38,15 @@ class Command:
     host: str = HOST
     """Address on which the viewer listens: 127.0.0.1 for this machine only; others ask for the printed token."""
 
+    to: Literal["viewer", "rerun"] = "viewer"
+    """viewer: our own; rerun: write a file for Rerun (rerun-sdk), with every signal and the scene."""
+    out: Annotated[Path | None, arg(metavar="FILE")] = None
+    """File for rerun; the name of the run with .rrd when left out."""
+
     def __call__(self) -> int:
         """Print the summary of the record and show it until Ctrl-C."""
+        if self.to == "rerun":
+            return self._to_rerun()
         from palpate.console.view import require_viewer
         from palpate.record.bags.open import open_any
         from palpate.record.reader import Record
@@ -55,6 +63,27 @@ class Command:
             self._show_record(found, console)
         else:
             self._show_bag(found, console)
+        return 0
+
+    def _to_rerun(self) -> int:
+        """Write the record for Rerun."""
+        from palpate.errors import OutputError
+        from palpate.export.demonstration import demonstrations
+        from palpate.export.folder import whole_folder
+        from palpate.export.formats.rerun import write
+        from palpate.export.options import Options
+
+        console = console_for(None)
+        runs = demonstrations([self.record])
+        out = self.out or Path(f"{runs[0].name}.rrd")
+        if len(runs[0].arms) > 1:
+            mend = f"palpate export {self.record} --to rerun --out DIR writes one for each"
+            raise OutputError("a run of several pairs gives several files", where=str(self.record), mend=mend)
+        with whole_folder(out.with_name(f".{out.name}.parts")) as draft:
+            (file,) = write(runs, draft, Options())["files"]
+            (draft / str(file)).replace(out)
+        out.with_name(f".{out.name}.parts").rmdir()
+        say(console, f"{out}   (rerun {out} shows it)", "wrote")
         return 0
 
     def _show_record(self, record: Record, console: Console) -> None:

@@ -7,7 +7,7 @@ from palpate.record import Recorder
 
 SCENE = """\
 arms: {leader: {model: mtm_right}, follower: {model: psm_lnd}}
-objects: [{name: floor, stiffness: 500}]
+objects: [{name: floor, plane: {size: 0.2}, stiffness: 500}]
 """
 
 

@@ -27,7 +27,7 @@ class Command:
     out: Annotated[Path, arg(metavar="DIR")]
     """Folder of the data set; new, or empty."""
     to: Annotated[str, arg(metavar="FORMAT")] = "lerobot"
-    """lerobot, minari, parquet, csv, mat, hdf5, or a format of an installed package (entry point palpate.exporters)."""
+    """lerobot, minari, parquet, csv, mat, hdf5, rerun, or one of an installed package."""
     names: Literal["openh", "dvrk"] = "openh"
     """lerobot: names of Open-H-Embodiment, or of the dVRK's data collection."""
     version: Literal["3.0", "2.1"] = "3.0"
