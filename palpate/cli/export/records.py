@@ -36,6 +36,8 @@ class Command:
     """lerobot: frames per second."""
     task: Annotated[str, arg(metavar="TEXT")] = ""
     """lerobot: instruction of all episodes; named after the scene when left out."""
+    video: bool = False
+    """lerobot: also render what both eyes of the endoscope see, 1280 x 720 as H.264 (docs/demonstrations.md)."""
     mixed: bool = False
     """lerobot: allow records of different scenes in one data set."""
     keep_records: bool = False
@@ -58,7 +60,7 @@ class Command:
             self.version,
             self.fps,
             self.task,
-            False,
+            self.video,
             self.keep_records,
             self.mixed,
             self.signals,

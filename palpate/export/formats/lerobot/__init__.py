@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import shutil
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from palpate.export.formats.lerobot.data_set import DataSet
 from palpate.export.formats.lerobot.page import page
 from palpate.export.formats.lerobot.splits import ordered, splits_of
 from palpate.export.options import Options
+from palpate.export.video.film import Clip, Film
 
 
 def write(runs: Sequence[Demonstration], folder: Path, options: Options) -> dict[str, Any]:
@@ -27,13 +29,21 @@ def write(runs: Sequence[Demonstration], folder: Path, options: Options) -> dict
     """
     require_alike(runs, options.mixed)
     listed = ordered(runs, lambda run: bool(run.faults))
-    facts = write_episodes((episode_of(run, options.fps, options.task) for run in listed), folder, options)
+    episodes = (episode_of(run, options.fps, options.task) for run in listed)
+    films = _films(listed, folder, options.fps) if options.video else None
+    facts = write_episodes(episodes, folder, options, films=films)
     if options.keep_records:
         _copy(listed, folder / "records")
     return facts
 
 
-def write_episodes(episodes: Iterable[Episode], folder: Path, options: Options, collected: str = "") -> dict[str, Any]:
+def write_episodes(
+    episodes: Iterable[Episode],
+    folder: Path,
+    options: Options,
+    collected: str = "",
+    films: Callable[[Episode], dict[str, Clip]] | None = None,
+) -> dict[str, Any]:
     """Write episodes as one data set. Those that failed must come last.
 
     Args:
@@ -41,6 +51,7 @@ def write_episodes(episodes: Iterable[Episode], folder: Path, options: Options, 
         folder: an empty folder.
         options: names, version and frames per second.
         collected: how they were collected, for the page of the data set; of recorded runs when left out.
+        films: gives the films of an episode, by the name of their feature.
     """
     if options.names not in NAMINGS or options.version not in ("3.0", "2.1") or options.fps < 1:
         what = f"names {options.names!r}, version {options.version!r}, {options.fps} frames/s"
@@ -52,7 +63,8 @@ def write_episodes(episodes: Iterable[Episode], folder: Path, options: Options, 
             first, data = episode, DataSet(folder, options.version, options.fps, _robot(episode))
         columns = NAMINGS[options.names](episode)
         _require_state(columns, episode, options.names)
-        data.add(columns, episode.task, episode.failed, episode.name)
+        clips = None if films is None else films(episode)
+        data.add(columns, episode.task, episode.failed, episode.name, clips)
     if data is None or first is None:
         raise PalpateError("there is no episode to write", mend="give at least one record")
     splits = splits_of([entry.failed for entry in data.entries])
@@ -60,6 +72,24 @@ def write_episodes(episodes: Iterable[Episode], folder: Path, options: Options, 
     (folder / "meta" / "README.md").write_text(page(data, first, splits, collected), encoding="utf-8")
     return {"episodes": len(data.entries), "frames": data.frames, "fps": options.fps, "splits": splits,
             "version": options.version, "names": options.names, "features": list(data.features)}  # fmt: skip
+
+
+def _films(runs: Sequence[Demonstration], folder: Path, fps: int) -> Callable[[Episode], dict[str, Clip]]:
+    """What films the episode of each run, and describes the camera of the first."""
+    by_name = {run.name: run for run in runs}
+
+    def shoot(episode: Episode) -> dict[str, Clip]:
+        film = Film(by_name[episode.name])
+        try:
+            about = folder / "meta" / "calibration" / "camera_intrinsics.json"
+            if not about.exists():
+                about.parent.mkdir()
+                about.write_text(json.dumps(film.intrinsics, indent=4) + "\n", encoding="utf-8")
+            return film.shoot(episode, folder, fps)
+        finally:
+            film.close()
+
+    return shoot
 
 
 def _require_state(columns: Mapping[str, Column], episode: Episode, names: str) -> None:

@@ -15,7 +15,8 @@ import numpy as np
 
 from palpate.errors import MissingExtraError, RecordError
 from palpate.export.formats.lerobot.columns import Column
-from palpate.export.formats.lerobot.statistics import Moments, joined, of_columns
+from palpate.export.formats.lerobot.statistics import Moments, joined, moments, of_columns
+from palpate.export.video.film import Clip
 
 DATA_MB, VIDEO_MB, IN_CHUNK = 100, 200, 1000
 """Largest files [MB], and files of a chunk, as lerobot has them."""
@@ -41,7 +42,7 @@ class _Entry:
     source: str
     moments: dict[str, Moments]
     file: int = 0  # of its frames
-    videos: dict[str, tuple[int, float]] = field(default_factory=dict)  # file and first time [s], by camera
+    videos: dict[str, Moments] = field(default_factory=dict)  # of the colours, by camera; a file an episode
 
 
 class DataSet:
@@ -76,7 +77,14 @@ class DataSet:
         """Number of frames so far."""
         return self.entries[-1].begin + self.entries[-1].length if self.entries else 0
 
-    def add(self, columns: Mapping[str, Column], task: str, failed: bool = False, source: str = "") -> None:
+    def add(
+        self,
+        columns: Mapping[str, Column],
+        task: str,
+        failed: bool = False,
+        source: str = "",
+        clips: Mapping[str, Clip] | None = None,
+    ) -> None:
         """Write one episode.
 
         Args:
@@ -84,16 +92,20 @@ class DataSet:
             task: its instruction.
             failed: True puts it into the split `failure`.
             source: where it came from, for the table of episodes and messages.
+            clips: films by the name of their feature; their files are moved.
 
         Raises:
             RecordError: its features are not those of the episodes before.
         """
-        self._require_same(columns, source)
+        self._require_same(columns, source, clips or {})
         n = len(next(iter(columns.values())).values)
         entry = _Entry(task, n, self.frames, failed, source, {})
         counters = self._counters(n, len(self.entries), entry.begin, self._tasks.setdefault(task, len(self._tasks)))
         entry.moments = of_columns(columns) | of_columns(counters)
         entry.file = self._write(self._table({**columns, **counters}))
+        for camera, clip in (clips or {}).items():
+            self._take(camera, clip, len(self.entries))
+            entry.videos[camera] = moments(clip.samples)
         self.entries.append(entry)
 
     def finish(self, splits: Mapping[str, str]) -> None:
@@ -112,12 +124,22 @@ class DataSet:
         }  # fmt: skip
         return {name: Column(values[name][:, None], ()) for name in _COUNTERS}
 
-    def _require_same(self, columns: Mapping[str, Column], source: str) -> None:
+    def _take(self, camera: str, clip: Clip, episode: int) -> None:
+        """Move the film of an episode to its place."""
+        name = self._path_21("videos", episode, ".mp4", camera)
+        if self.version == "3.0":
+            name = _path_30(f"videos/{camera}", episode, ".mp4")
+        file = self.folder / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        clip.file.replace(file)
+
+    def _require_same(self, columns: Mapping[str, Column], source: str, clips: Mapping[str, Clip]) -> None:
         features: dict[str, dict[str, Any]] = {
             name: {"dtype": c.dtype, "shape": [len(c.names)], "names": list(c.names)}
             | ({"info": dict(c.info)} if c.info else {})
             for name, c in columns.items()
         }
+        features |= {name: _of_video(clip, self.fps) for name, clip in clips.items()}
         features |= {name: {"dtype": kind, "shape": [1], "names": None} for name, kind in _COUNTERS.items()}
         if not self.features:
             self.features = features
@@ -167,8 +189,8 @@ class DataSet:
         return f"{kind}/chunk-{episode // IN_CHUNK:03d}{middle}/episode_{episode:06d}{ending}"
 
     def _describe_30(self) -> None:
-        pa, stats = self._pa, self._stats()
-        self._json("meta/stats.json", {name: one.lists() for name, one in stats.items()})
+        pa = self._pa
+        self._json("meta/stats.json", self._stats())
         tasks = pa.table({"task_index": list(self._tasks.values()), "task": list(self._tasks)})
         tasks = tasks.replace_schema_metadata({"pandas": json.dumps(_TASKS)})
         self._pq.write_table(tasks, self.folder / "meta/tasks.parquet")
@@ -184,14 +206,13 @@ class DataSet:
             "dataset_from_index": entry.begin, "dataset_to_index": entry.begin + entry.length,
             "meta/episodes/chunk_index": 0, "meta/episodes/file_index": 0,
         }  # fmt: skip
-        for camera, (file, start) in entry.videos.items():
+        for camera in entry.videos:
             row |= {
-                f"videos/{camera}/chunk_index": file // IN_CHUNK, f"videos/{camera}/file_index": file % IN_CHUNK,
-                f"videos/{camera}/from_timestamp": start,
-                f"videos/{camera}/to_timestamp": start + entry.length / self.fps,
+                f"videos/{camera}/chunk_index": k // IN_CHUNK, f"videos/{camera}/file_index": k % IN_CHUNK,
+                f"videos/{camera}/from_timestamp": 0.0, f"videos/{camera}/to_timestamp": entry.length / self.fps,
             }  # fmt: skip
-        for name, one in entry.moments.items():
-            row |= {f"stats/{name}/{key}": values for key, values in one.lists().items()}
+        for name, lists in _lists(entry.moments, entry.videos).items():
+            row |= {f"stats/{name}/{key}": values for key, values in lists.items()}
         return row
 
     def _describe_21(self) -> None:
@@ -199,12 +220,16 @@ class DataSet:
         self._lines("meta/tasks.jsonl", tasks)
         episodes = [{"episode_index": k, "tasks": [e.task], "length": e.length} for k, e in enumerate(self.entries)]
         self._lines("meta/episodes.jsonl", episodes)
-        stats = [{"episode_index": k, "stats": {name: one.lists() for name, one in e.moments.items()}}
+        stats = [{"episode_index": k, "stats": _lists(e.moments, e.videos)}
                  for k, e in enumerate(self.entries)]  # fmt: skip
         self._lines("meta/episodes_stats.jsonl", stats)
 
-    def _stats(self) -> dict[str, Moments]:
-        return {name: joined([entry.moments[name] for entry in self.entries]) for name in self.entries[0].moments}
+    def _stats(self) -> dict[str, Any]:
+        first = self.entries[0]
+        return _lists(
+            {name: joined([entry.moments[name] for entry in self.entries]) for name in first.moments},
+            {name: joined([entry.videos[name] for entry in self.entries]) for name in first.videos},
+        )
 
     def _info(self, splits: Mapping[str, str]) -> dict[str, Any]:
         cameras = [name for name, one in self.features.items() if one["dtype"] == "video"]
@@ -237,8 +262,25 @@ class DataSet:
         (self.folder / name).write_text(text, encoding="utf-8")
 
 
-def _path_30(kind: str, file: int) -> str:
-    return f"{kind}/chunk-{file // IN_CHUNK:03d}/file-{file % IN_CHUNK:03d}.parquet"
+def _path_30(kind: str, file: int, ending: str = ".parquet") -> str:
+    return f"{kind}/chunk-{file // IN_CHUNK:03d}/file-{file % IN_CHUNK:03d}{ending}"
+
+
+def _lists(columns: Mapping[str, Moments], videos: Mapping[str, Moments]) -> dict[str, Any]:
+    """Statistics as LeRobot stores them; those of a film have a number for each colour, (3, 1, 1)."""
+    found: dict[str, Any] = {name: one.lists() for name, one in columns.items()}
+    for name, one in videos.items():
+        lists = one.lists()
+        found[name] = {key: [[[v]] for v in values] if key != "count" else values for key, values in lists.items()}
+    return found
+
+
+def _of_video(clip: Clip, fps: int) -> dict[str, Any]:
+    """The feature of a film."""
+    height, width = clip.size
+    info = {"video.height": height, "video.width": width, "video.codec": "h264", "video.pix_fmt": "yuv420p",
+            "video.fps": fps, "video.channels": 3, "video.is_depth_map": False, "has_audio": False}  # fmt: skip
+    return {"dtype": "video", "shape": [height, width, 3], "names": ["height", "width", "channels"], "info": info}
 
 
 def _words(feature: dict[str, Any] | None) -> str:

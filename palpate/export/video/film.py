@@ -1,0 +1,177 @@
+"""Films a record: both eyes of its endoscope at every frame of an episode, as H.264."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.arm import Arm
+from palpate.arrays import Array
+from palpate.errors import MissingExtraError, RecordError
+from palpate.export.demonstration import ArmOfRun, Demonstration
+from palpate.export.episode import Episode
+from palpate.export.video.drawing import Body, Canvas, Image
+from palpate.record.reader import Record
+from palpate.record.snapshots import CAMERA, Track, topic_of
+from palpate.scene import placed_ecm
+from palpate.scene.ecm import EcmSection
+from palpate.scene.hand import HandPlan
+from palpate.scene.placed_ecm import PlacedEcm
+from palpate.scene.scene import Scene
+from palpate.scene.surface import PlacedSurface, placed
+from palpate.session.recorded import recorded_scene
+from palpate.viewer.solids import merged
+
+SIZE = (720, 1280)
+"""Height and width of a picture [pixels]."""
+Eye = Literal["left", "right"]
+EYES: tuple[Eye, ...] = ("left", "right")
+TISSUE = ((170, 62, 52), (205, 140, 110), (150, 165, 100), (200, 165, 125))
+_EVERY = 10  # frames between two that the statistics take
+_COARSE = 8  # pixels between two that they take
+_ENCODER = {"preset": "superfast", "crf": "23", "g": "10"}  # a key frame each third of a second: for random access
+
+
+@dataclass(frozen=True)
+class Clip:
+    """A film of one eye."""
+
+    file: Path
+    samples: Array
+    """(n, 3) colours of some pixels, 0 to 1, for the statistics."""
+    size: tuple[int, int]
+    """Height and width [pixels]."""
+
+
+@dataclass
+class _Links:
+    """An arm with a body for each of its links and colours."""
+
+    arm: Arm
+    X_WA: Array
+    bodies: list[tuple[str, Body]]
+
+
+class Film:
+    """What a run shows, ready to be drawn at any of its frames.
+
+    Args:
+        run: a run of records with their scene.
+        size: height and width of a picture [pixels].
+
+    Raises:
+        RecordError: the run has no scene to draw. MissingExtraError, PalpateError: as `Canvas`.
+    """
+
+    def __init__(self, run: Demonstration, size: tuple[int, int] = SIZE) -> None:
+        first = run.arms[0].ticks
+        if not isinstance(first, Record):
+            mend = "export it without --video"
+            raise RecordError("the bag has no scene to draw", where=str(run.path), mend=mend)
+        self.record, self.size = first, size
+        scene = recorded_scene(first)
+        self.ecm = _endoscope(scene, first)
+        self.canvas = Canvas(size, self.ecm.section.endoscope.width_deg)
+        self._camera = first.snapshots(CAMERA)
+        self._surfaces = self._objects(scene, first)
+        self._arms = [self._arm(arm) for arm in run.arms]
+
+    @property
+    def intrinsics(self) -> dict[str, Any]:
+        """Intrinsics of an eye: a pinhole without distortion [pixels], and the distance of the eyes [m]."""
+        height, width = self.size
+        f = 0.5 * width / np.tan(0.5 * np.radians(self.ecm.section.endoscope.width_deg))
+        eye = {"fx": f, "fy": f, "cx": 0.5 * width, "cy": 0.5 * height, "width": width, "height": height,
+               "distortion_model": "opencv_radtan", "distortion": [0.0, 0.0, 0.0, 0.0]}  # fmt: skip
+        return {**{f"endoscope.{side}": eye for side in EYES}, "baseline_m": self.ecm.section.endoscope.baseline}
+
+    def pictures(self, episode: Episode) -> Iterator[dict[Eye, Image]]:
+        """The picture (h, w, 3) of each eye at every frame."""
+        for k, t in enumerate(episode.arms[0].frames.t.tolist()):
+            for links, arm in zip(self._arms, episode.arms, strict=True):
+                poses = links.arm.link_poses(arm.frames.q[k, : links.arm.n], float(np.nan_to_num(arm.frames.jaw[k, 0])))
+                for name, body in links.bodies:
+                    body.X_WB = links.X_WA @ poses[name]
+            for body, surface, track in self._surfaces:
+                if track is not None:
+                    body.replace(surface.body.vertices + track.at(t))
+            q = self.ecm.q0 if self._camera is None else self._camera.at(t)
+            yield {side: self.canvas.picture(self.ecm.eye(q, side)) for side in EYES}
+
+    def shoot(self, episode: Episode, folder: Path, fps: int) -> dict[str, Clip]:
+        """Write the film of each eye into a folder, by the name of its feature."""
+        writers = {side: _Writer(folder / f"{side}.mp4", self.size, fps) for side in EYES}
+        samples: dict[Eye, list[NDArray[Any]]] = {side: [] for side in EYES}
+        for k, pictures in enumerate(self.pictures(episode)):
+            for side, picture in pictures.items():
+                writers[side].add(picture)
+                if k % _EVERY == 0:
+                    samples[side].append(picture[::_COARSE, ::_COARSE].reshape(-1, 3) / 255.0)
+        return {
+            f"observation.images.endoscope.{side}": Clip(
+                writers[side].close(), np.concatenate(samples[side]), self.size
+            )
+            for side in EYES
+        }
+
+    def close(self) -> None:
+        """Release what draws."""
+        self.canvas.close()
+
+    def _objects(self, scene: Scene, record: Record) -> list[tuple[Body, PlacedSurface, Track | None]]:
+        found = []
+        for k, (section, surface) in enumerate(zip(scene.objects, placed(scene), strict=True)):
+            body = self.canvas.add(surface.body.vertices, surface.body.triangles, TISSUE[k % len(TISSUE)], 0.25)
+            body.X_WB = surface.X_WO
+            found.append((body, surface, record.snapshots(topic_of(section.name))))
+        return found
+
+    def _arm(self, one: ArmOfRun) -> _Links:
+        assert isinstance(one.ticks, Record)
+        scene = recorded_scene(one.ticks)
+        arm, base = scene.arm("follower"), scene.arms.follower.base
+        bodies = []
+        for link in dict.fromkeys(visual.link for visual in arm.visuals):
+            for colour in dict.fromkeys(v.colour for v in arm.visuals if v.link == link):
+                own = [v for v in arm.visuals if v.link == link and v.colour == colour]
+                points, triangles, _ = merged(own)
+                bodies.append((link, self.canvas.add(points, triangles, [255 * c for c in colour[:3]], 0.5)))
+        return _Links(arm, np.eye(4) if base is None else base.matrix(), bodies)
+
+
+class _Writer:
+    """An H.264 file."""
+
+    def __init__(self, file: Path, size: tuple[int, int], fps: int) -> None:
+        try:
+            import av
+        except ImportError:
+            raise MissingExtraError("av, which writes video,", "learning") from None
+        self._av, self.file = av, file
+        self._out = av.open(str(file), "w")
+        self._stream = self._out.add_stream("libx264", rate=fps, options=_ENCODER)
+        self._stream.height, self._stream.width = size
+        self._stream.pix_fmt = "yuv420p"
+
+    def add(self, picture: Image) -> None:
+        frame = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
+        self._out.mux(self._stream.encode(frame))
+
+    def close(self) -> Path:
+        self._out.mux(self._stream.encode())
+        self._out.close()
+        return self.file
+
+
+def _endoscope(scene: Scene, record: Record) -> PlacedEcm:
+    """The endoscope of a scene; one that sees the start of the motion if the scene has none."""
+    start = HandPlan(np.zeros(1), np.array(record.read(["p_WT"], 0, 1)["p_WT"]))
+    own = scene if scene.ecm is not None else scene.model_copy(update={"ecm": EcmSection()})
+    found = placed_ecm.place(own, start)
+    assert found is not None
+    return found

@@ -1,0 +1,113 @@
+"""Video of the surgeon's view: a pinhole by closed form, both eyes, and films that PyAV decodes."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+from lerobot_rules import faults
+from scipy.spatial.transform import Rotation
+
+from palpate.cli import main
+from palpate.errors import MissingExtraError, PalpateError, RecordError
+from palpate.export import export
+from palpate.export.demonstration import demonstrations
+from palpate.export.episode import episode_of
+from palpate.export.video.drawing import Canvas
+from palpate.export.video.film import Film
+from palpate.session import Session
+from palpate.viewer.solids import ball
+
+av = pytest.importorskip("av", reason="av (extra learning) is not installed")
+SIZE = (480, 640)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _opengl():
+    try:
+        Canvas((8, 8), 60.0).close()
+    except (PalpateError, MissingExtraError) as error:
+        pytest.skip(f"no OpenGL without a window: {error.what}")
+
+
+def test_camera_is_the_pinhole_of_its_intrinsics():
+    """A ball at a place is drawn at the pixel of the closed form: x right, y down, z ahead."""
+    rng = np.random.default_rng(0)
+    width_deg, f = 70.0, 0.5 * SIZE[1] / np.tan(np.radians(35.0))
+    for _ in range(4):
+        X_WC = np.eye(4)
+        X_WC[:3, :3] = Rotation.from_rotvec(rng.normal(size=3)).as_matrix()
+        X_WC[:3, 3] = 0.1 * rng.normal(size=3)
+        p_C = np.array([rng.uniform(-0.03, 0.03), rng.uniform(-0.02, 0.02), rng.uniform(0.08, 0.15)])
+        canvas = Canvas(SIZE, width_deg)
+        body = canvas.add(*ball(0.002), (255, 255, 255))
+        body.X_WB[:3, 3] = X_WC[:3, :3] @ p_C + X_WC[:3, 3]
+        picture = canvas.picture(X_WC)
+        canvas.close()
+        rows, columns = np.nonzero(picture[:, :, 2] > 60)
+        expected = f * p_C[:2] / p_C[2] + [0.5 * SIZE[1], 0.5 * SIZE[0]]
+        np.testing.assert_allclose([columns.mean() + 0.5, rows.mean() + 0.5], expected, atol=1.0)
+
+
+def test_nearer_bodies_hide_those_behind():
+    canvas = Canvas(SIZE, 70.0)
+    behind, ahead = canvas.add(*ball(0.02), (255, 0, 0)), canvas.add(*ball(0.005), (0, 255, 0))
+    behind.X_WB[2, 3], ahead.X_WB[2, 3] = 0.12, 0.06
+    red, green, _ = canvas.picture(np.eye(4))[SIZE[0] // 2, SIZE[1] // 2]
+    canvas.close()
+    assert green > 2 * red
+
+
+@pytest.fixture(scope="module")
+def felt(tmp_path_factory):
+    """Record of a short simulated palpation."""
+    scene = {
+        "objects": [{"name": "liver", "shape": "organ", "triangles": 3000}],
+        "operator": {"palpate": {"approach": 0.2, "press": 0.1, "slide": 0.2, "leave": 0.2}},
+        "record": {"report": False},
+    }
+    return Session(scene, out=tmp_path_factory.mktemp("felt")).run(0.3).record
+
+
+def frames_of(file):
+    with av.open(str(file)) as film:
+        return [frame.to_ndarray(format="rgb24") for frame in film.decode(video=0)]
+
+
+@pytest.mark.parametrize(
+    ("version", "name"), [("3.0", "{}/chunk-000/file-000.mp4"), ("2.1", "chunk-000/{}/episode_000000.mp4")]
+)
+def test_films_of_both_eyes_belong_to_the_frames(felt, tmp_path, monkeypatch, version, name):
+    monkeypatch.setattr(Film.__init__, "__defaults__", (SIZE,))
+    words = ["export", felt, "--out", str(tmp_path / "out"), "--video", "--version", version, "--fps", "20"]
+    assert main(words) == 0
+    assert faults(tmp_path / "out", images=True) == []
+    films = {
+        side: frames_of(tmp_path / "out/videos" / name.format(f"observation.images.endoscope.{side}"))
+        for side in ("left", "right")
+    }
+    assert {len(film) for film in films.values()} == {6}
+    assert films["left"][0].shape == (*SIZE, 3)
+    assert np.abs(films["left"][0].astype(int) - films["right"][0]).mean() > 0.5
+    camera = json.loads((tmp_path / "out/meta/calibration/camera_intrinsics.json").read_text())
+    assert camera["endoscope.left"]["fx"] == pytest.approx(0.5 * SIZE[1] / np.tan(np.radians(35.0)))
+    assert camera["baseline_m"] == 0.005
+
+
+def test_film_shows_the_motion_of_the_tool(felt):
+    run = demonstrations([felt])[0]
+    film = Film(run, SIZE)
+    first, *_, last = [shown["left"].astype(int) for shown in film.pictures(episode_of(run, 10))]
+    film.close()
+    assert (np.abs(first - last).max(axis=2) > 20).mean() > 0.005
+
+
+def test_what_cannot_be_filmed_is_named(make, tmp_path, monkeypatch):
+    from crtk_bag import write as write_bag
+
+    with pytest.raises(RecordError, match="no scene to draw"):
+        export(write_bag(tmp_path / "bag", posed=True), tmp_path / "out", video=True)
+    monkeypatch.setitem(sys.modules, "moderngl", None)
+    with pytest.raises(MissingExtraError, match="moderngl"):
+        export(make().path, tmp_path / "out", video=True)
+    assert not (tmp_path / "out").exists()
