@@ -9,11 +9,12 @@ from __future__ import annotations
 import os
 import struct
 import zlib
-from collections.abc import Callable, Iterator
+from array import array
+from collections.abc import Callable, Iterable, Iterator, MutableSequence
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import IO, Any, NamedTuple
+from typing import IO, Any, NamedTuple, overload
 
 import zstandard
 from mcap import records
@@ -61,6 +62,49 @@ class Place(NamedTuple):
     """Channels of its messages, in ascending order; empty if unknown."""
 
 
+class Places(MutableSequence[Place]):
+    """Chunks in the order of the file, in 50 bytes each: an hour has 40,000."""
+
+    def __init__(self, places: Iterable[Place] = ()) -> None:
+        self._numbers = array("Q")  # of each place all but its channels
+        self._kinds: list[tuple[int, ...]] = []  # of the places, of which most are alike
+        self._known: dict[tuple[int, ...], tuple[int, ...]] = {}
+        self.extend(places)
+
+    def __len__(self) -> int:
+        """Number of chunks."""
+        return len(self._kinds)
+
+    @overload
+    def __getitem__(self, k: int) -> Place: ...
+    @overload
+    def __getitem__(self, k: slice) -> Places: ...
+    def __getitem__(self, k: int | slice) -> Place | Places:
+        """Chunk number k, or some of them."""
+        if isinstance(k, slice):
+            return Places(self[i] for i in range(*k.indices(len(self))))
+        kind = self._kinds[k]
+        at = 5 * (k % len(self._kinds))
+        return Place(*self._numbers[at : at + 5], kind)
+
+    def __setitem__(self, k: Any, place: Any) -> None:
+        """Replace chunk number k."""
+        at = 5 * (k % len(self._kinds))
+        self._numbers[at : at + 5] = array("Q", place[:5])
+        self._kinds[k] = self._known.setdefault(place.channels, place.channels)
+
+    def __delitem__(self, k: Any) -> None:
+        """Drop the chunks of a slice."""
+        kept = Places(place for i, place in enumerate(self) if i not in range(len(self))[k])
+        self._numbers, self._kinds = kept._numbers, kept._kinds
+
+    def insert(self, index: int, value: Place) -> None:
+        """Insert a chunk; only at the end."""
+        assert index >= len(self._kinds)
+        self._numbers.extend(value[:5])
+        self._kinds.append(self._known.setdefault(value.channels, value.channels))
+
+
 @dataclass
 class Index:
     """What a file holds, and where."""
@@ -70,7 +114,7 @@ class Index:
     schemas: dict[int, records.Schema] = field(default_factory=dict)
     attachments: dict[str, bytes] = field(default_factory=dict)
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
-    chunks: list[Place] = field(default_factory=list)
+    chunks: Places = field(default_factory=Places)
     loose: list[records.Message] = field(default_factory=list)
     """Messages outside any chunk."""
     complete: bool = False
@@ -309,9 +353,9 @@ def _by_records(path: Path, file: int, size: int) -> Index:
 
 def _drop_unsound(index: Index) -> None:
     """Drop the chunks from the first damaged one on: a full disk or a lost machine leaves zeros at the end."""
-    index.chunks = [
-        place if place.channels else place._replace(channels=_channels_in(index, place)) for place in index.chunks[:-1]
-    ] + index.chunks[-1:]
+    for k, place in enumerate(index.chunks[:-1]):
+        if not place.channels:
+            index.chunks[k] = place._replace(channels=_channels_in(index, place))
     for k in range(max(0, len(index.chunks) - 64), len(index.chunks)):
         try:
             found = _channels_in(index, index.chunks[k])

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from array import array
 from bisect import bisect_right
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, overload
 
 import numpy as np
 from mcap.opcode import Opcode
@@ -15,7 +16,7 @@ from palpate.errors import RecordError
 from palpate.record import per_signal
 from palpate.record.layout import CDR, Layout, field_name, group_of_topic
 from palpate.record.mcap_file import MESSAGE_HEAD
-from palpate.record.mcap_scan import Index, Place, damaged
+from palpate.record.mcap_scan import Index, Place, Places, damaged
 from palpate.record.ticks import SIGNALS, Signal
 
 Bytes = NDArray[np.uint8]
@@ -71,26 +72,44 @@ class Group:
 
     def __init__(self, index: Index, signals: dict[str, Signal]) -> None:
         self.signals = signals
-        self.pieces: list[Piece] = []
         self.kept = 1
         """Number of pieces that stay unpacked."""
         self._index = index
-        self._starts: list[int] = []
+        self._starts = array("q", [0])  # number of the first tick of each piece, and of the tick after the last
+        self._forms: list[Rows] = []
+        self._places = Places()  # of the pieces in the file
+        self._bytes: list[Bytes] = []  # of the pieces in memory
         self._unpacked: dict[int, Bytes] = {}  # by the number of the first tick, the newest last
 
     @property
     def count(self) -> int:
         """Number of ticks."""
-        return self.pieces[-1].start + self.pieces[-1].length if self.pieces else 0
+        return self._starts[-1]
+
+    @property
+    def pieces(self) -> Sequence[Piece]:
+        """Its pieces, made when they are asked for: an hour has 14,400."""
+        return _Pieces(self)
+
+    def piece(self, k: int) -> Piece:
+        """Piece number k."""
+        start = self._starts[k]
+        source = self._bytes[k] if self._bytes else self._places[k]
+        return Piece(start, self._starts[k + 1] - start, self._forms[k], source)
 
     def add(self, count: int, rows: Rows, source: Place | Bytes) -> None:
-        """Append a piece."""
-        self._starts.append(self.count)
-        self.pieces.append(Piece(self.count, count, rows, source))
+        """Append a piece; all are in the file, or all in memory."""
+        self._starts.append(self.count + count)
+        self._forms.append(rows)
+        if isinstance(source, np.ndarray):
+            self._bytes.append(source)
+        else:
+            self._places.append(source)
 
     def within(self, start: int, stop: int) -> Iterator[Piece]:
         """The pieces that hold ticks from `start` up to `stop`."""
-        for piece in self.pieces[max(0, bisect_right(self._starts, start) - 1) :]:
+        first = max(0, bisect_right(self._starts, start) - 1)
+        for piece in map(self.piece, range(first, len(self._forms))):
             if piece.start >= stop or start >= stop:
                 return
             if piece.start + piece.length > start:
@@ -128,6 +147,24 @@ class Group:
         if len(self._unpacked) > self.kept:
             del self._unpacked[next(iter(self._unpacked))]
         return rows
+
+
+class _Pieces(Sequence[Piece]):
+    """The pieces of a group."""
+
+    def __init__(self, group: Group) -> None:
+        self._group = group
+
+    def __len__(self) -> int:
+        return len(self._group._forms)
+
+    @overload
+    def __getitem__(self, k: int) -> Piece: ...
+    @overload
+    def __getitem__(self, k: slice) -> list[Piece]: ...
+    def __getitem__(self, k: int | slice) -> Piece | list[Piece]:
+        numbers = range(len(self))[k]
+        return self._group.piece(numbers) if isinstance(numbers, int) else [self._group.piece(i) for i in numbers]
 
 
 def _set(into: NDArray[Any], name: str, column: Column, rows: Bytes) -> None:
