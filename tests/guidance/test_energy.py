@@ -1,8 +1,10 @@
 """Springs are conservative: work on closed loops of poses, and the wrench against energy differences."""
 
+import itertools
+
 import numpy as np
 import pytest
-from fixtures import Stage, fixture, placed, pose
+from fixtures import Stage, fixture, placed, plane, pose
 from scipy.spatial.transform import Rotation
 
 from palpate import _core, _guidance
@@ -148,3 +150,25 @@ def test_constraint_gradient_vanishes_where_the_normals_disagree():
         along = f.evaluate(pose((0.0, y, 0.0), TILT.as_matrix()))["along"]
         assert np.linalg.norm(along[3:]) == pytest.approx(y / AROUND)
         assert np.linalg.norm(along[:3]) <= np.sqrt(3.0) / AROUND * np.hypot(1.0, np.pi)
+
+
+@pytest.mark.parametrize("priorities", [(1, 0), (0, 1), (0, 0)])
+@pytest.mark.parametrize("seed", range(3))
+def test_loops_over_two_walls_of_different_priority_hand_out_no_energy(priorities, seed):
+    """The lower wall loses what opposes the higher one; what it thus stores for nothing it never pays back."""
+    rng = np.random.default_rng(seed)
+    normals = ((0.0, 0.0, 1.0), (0.8, 0.0, -0.6))
+    walls = []
+    for k, n in enumerate(normals):
+        R = Rotation.align_vectors([n], [[0.0, 0.0, 1.0]])[0].as_matrix()
+        walls.append(fixture(plane(pose(R=R)), name=f"wall {k}", law_={"B": 0.0}, priority=priorities[k]))
+    free = [0.006, 0.0, 0.002]
+    inner = rng.uniform(-0.004, 0.004, (5, 3))
+    knots = np.array([free, *inner, free])
+    way = np.concatenate([np.linspace(a, b, 400, endpoint=False) for a, b in itertools.pairwise(knots)] + [knots[-1:]])
+    for tips in (way, way[::-1]):
+        stage = Stage(*walls)
+        stage.settle(tips[0], 200)
+        F = np.array([stage.step(p)["F_T_W"][:3] for p in tips])
+        done = -np.cumsum((0.5 * (F[1:] + F[:-1]) * np.diff(tips, axis=0)).sum(axis=1))
+        assert done[-1] > -2e-3 * done.max()

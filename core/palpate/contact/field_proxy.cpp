@@ -37,7 +37,7 @@ FieldProxy::ProxyContact FieldProxy::step(const scene::Surface& surface, const V
   if (settled && !projected_) projected_ = project_tool(g);
   if (projected_) {
     const double depth = radius - tool_.distance;
-    return {true, depth * tool_.normal, tool_.normal, depth};
+    return {true, depth * tool_.normal, tool_.normal, depth, depth};
   }
   if (settled || active_.active > 0) touching_ = active_.active > 0;
   if (!touching_) started_inside_ = false;
@@ -173,7 +173,7 @@ FieldProxy::ProxyContact FieldProxy::contact_from_deflection(const Vec3& g) cons
   const Vec3 delta = centre_ - g;
   const double depth = delta.norm();
   if (!(depth > 0.0)) return {};
-  return {true, delta, delta / depth, depth};
+  return {true, delta, delta / depth, depth, depth};
 }
 
 }  // namespace palpate::contact

@@ -33,7 +33,7 @@ double ramp(double x, double low, double high) { return std::clamp((x - low) / (
 ObjectProxy::ProxyContact contact_from_gradient(const Vec3& gradient, double depth) {
   const double steep = gradient.norm();
   if (!(steep > 0.0)) return {};
-  return {depth > 0.0, depth * gradient, gradient / steep, depth * steep};
+  return {depth > 0.0, depth * gradient, gradient / steep, depth * steep, std::max(depth, 0.0)};
 }
 
 }  // namespace
@@ -220,7 +220,7 @@ ObjectProxy::ProxyContact ObjectProxy::contact_in_motion(const Vec3& g) const no
   const Vec3 delta = centre_ - g;
   const double depth = delta.norm();
   if (!touching_ || !(depth > 0.0)) return {};
-  return {true, delta, delta / depth, depth};
+  return {true, delta, delta / depth, depth, depth};
 }
 
 /// Contact of a proxy that does not touch the facets: the smooth surface may rise above them.
@@ -274,7 +274,7 @@ ObjectProxy::ProxyContact ObjectProxy::limit_to_free_space(const ProxyContact& t
   if (travelled >= length) return touch;
   const Vec3 delta = centre_ + travelled / length * (target - centre_) - g;
   const double depth = delta.norm();
-  return depth > 0.0 ? ProxyContact{true, delta, delta / depth, depth} : ProxyContact();
+  return depth > 0.0 ? ProxyContact{true, delta, delta / depth, depth, depth} : ProxyContact();
 }
 
 /// True if all triangles at the constraint's point belong to one smooth surface: no crease, rim or branch passes
@@ -380,7 +380,7 @@ ObjectProxy::ProxyContact ObjectProxy::contact_at_crease(const Vec3& g, double r
   const Vec3 off = p.x - centre_;
   const double far = off.norm();
   out.delta = (far > radius ? Vec3(centre_ + radius / far * off) : p.x) - g;
-  out.depth = out.delta.norm();
+  out.depth = out.stretch = out.delta.norm();
   if (!(out.depth > 0.0)) return {};
   out.touching = true;
   // Only a centre on one half-space's plane is displaced along that half-space's normal; a limited centre is not.

@@ -40,6 +40,7 @@ class ObjectProxy {
     Vec3 delta = Vec3::Zero();   ///< deflection p_proxy - p_tool [m]
     Vec3 normal = Vec3::Zero();  ///< unit normal, points out of the object
     double depth = 0.0;          ///< penetration depth, delta . normal [m]
+    double stretch = 0.0;        ///< the contact stores 1/2 k stretch^2 [m]
   };
 
   /// Discards the state: the next step() places the proxy anew.

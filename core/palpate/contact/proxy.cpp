@@ -57,7 +57,7 @@ ObjectProxy::ProxyContact Proxy::on_soft(const scene::Deformable& soft, const Ob
   const scene::Response met =
       soft.respond({p_OT - (radius - touch.depth) * touch.normal, touch.normal, touch.depth, radius, options_.sphere});
   if (!(met.depth > 0.0)) return {};
-  return {true, met.depth * met.normal, met.normal, met.depth};
+  return {true, met.depth * met.normal, met.normal, met.depth, met.depth};
 }
 
 void Proxy::touch(const scene::Object& object, int index, const Pose& X_WO, const Vec3& p_WT) noexcept {
@@ -78,6 +78,7 @@ void Proxy::touch(const scene::Object& object, int index, const Pose& X_WO, cons
   c.delta_x = X_WO.R * touch.delta;
   c.p_proxy = p_WT + c.delta_x;
   c.depth = touch.depth;
+  c.stretch = touch.stretch;
   if (turns_force(object, p_OT - options_.radius * touch.normal)) {
     const Mat3 dn = surface.mesh() ? state.proxy.normal_gradient(touch.normal, p_OT, options_.radius)
                                    : state.field.normal_gradient(touch.normal, p_OT);

@@ -11,6 +11,23 @@
 
 namespace palpate::contact {
 
+namespace {
+
+constexpr double kRounding = 1e-9;  // of a stored energy
+
+/// Shortens the springs of a contact of a sphere at p_WS to a share.
+void shorten(Contact& c, const Vec3& p_WS, double share) noexcept {
+  if (share == 1.0) return;
+  c.delta_x *= share;
+  c.lag *= share;
+  c.F_grad_K *= share;
+  c.depth *= share;
+  c.stretch *= share;
+  c.p_proxy = p_WS + c.delta_x;
+}
+
+}  // namespace
+
 Tool::Tool(std::string_view method, const Options& options) : real_objects_(options.real_objects) {
   if (options.spheres.size() >= kMaxSpheres) {
     throw std::invalid_argument("contact: " + std::to_string(options.spheres.size()) +
@@ -29,7 +46,10 @@ Tool::Tool(std::string_view method, const Options& options) : real_objects_(opti
     radius_[methods_.size()] = one.radius = sphere.radius;
     methods_.push_back(make_method(method, one));
   }
-  if (methods_.front()->has_friction()) rubbing_.resize(methods_.size() * to_index(scene::kMaxObjects));
+  if (methods_.front()->has_friction()) {
+    rubbing_.resize(methods_.size() * to_index(scene::kMaxObjects));
+    springs_.resize(rubbing_.size());
+  }
 }
 
 void Tool::reset() noexcept {
@@ -63,6 +83,7 @@ const ContactSet& Tool::step(const scene::Snapshot& scene, const Vec3* p_WS, dou
       c.p_TS = p_WS[s] - p_WS[0];
       complete(c, object, t);
       if (!rubbing_.empty()) rub(c, p_WS[s], object, t);
+      if (!springs_.empty()) keep_energy(c, p_WS[s], object, t);
       if (!room) keep_if_stronger(c);
     }
   }
@@ -135,6 +156,30 @@ void Tool::rub(Contact& c, const Vec3& p_WS, const scene::Object& object, double
   state.felt = felt;
   c.delta_x += c.lag;
   c.p_proxy += c.lag;
+}
+
+/// Keeps the energy of a contact where its surface jumps. It is that of an object of stiffness 1, so that edits of the
+/// material do not count as jumps. A soft body answers for its own energy.
+void Tool::keep_energy(Contact& c, const Vec3& p_WS, const scene::Object& object, double t) noexcept {
+  const double k = object.material.K.mean();
+  if (object.surface->deformable() != nullptr || !(k > 0.0)) return;
+  Spring& s = springs_[to_index(c.sphere * scene::kMaxObjects + c.object)];
+  const Pose X_WO = object.pose(t);
+  const Vec3 x = X_WO.R.transpose() * (p_WS - X_WO.p), F = X_WO.R.transpose() * spring_force(c) / k;
+  const double stored = spring_energy(c) / k;
+  if (s.tick + 1 != tick_ || s.surface != object.surface.get()) {
+    s.rest.start(stored);
+  } else {
+    // The force between both positions lies between those at them, unless the surface jumps.
+    const Vec3 dx = x - s.x;
+    const double before = -s.F.dot(dx), now = -F.dot(dx);
+    const double inexact = object.surface->normal_error() * F.norm() * dx.norm() + kRounding * stored;
+    shorten(c, p_WS, s.rest.step(stored, std::min(before, now), std::max(before, now), inexact));
+  }
+  s.surface = object.surface.get();
+  s.tick = tick_;
+  s.x = x;
+  s.F = F;
 }
 
 /// Motion of a surface that steps beside the cycle: its shape moves once in so many ticks, by `shape`. In between it is

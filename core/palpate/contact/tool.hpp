@@ -13,6 +13,7 @@
 
 #include "palpate/contact/contact.hpp"
 #include "palpate/contact/friction.hpp"
+#include "palpate/types/spring_rest.hpp"
 
 namespace palpate::contact {
 
@@ -58,6 +59,14 @@ class Tool {
     Vec3 to_come = Vec3::Zero();   ///< part of the friction's lag that is not felt yet
     int leading = 0;               ///< ticks until it is felt
   };
+  /// Spring of a sphere on an object, which a jump of the surface does not load, in the tick of their last contact.
+  struct Spring {
+    SpringRest rest;
+    const scene::Surface* surface = nullptr;
+    std::uint64_t tick = 0;
+    Vec3 x = Vec3::Zero();  ///< centre of the sphere, in O [m]
+    Vec3 F = Vec3::Zero();  ///< its whole force, in O [N]
+  };
   /// Centre [m] and contact normal of a sphere, in O.
   struct SphereMotion {
     Vec3 x, normal;
@@ -66,6 +75,7 @@ class Tool {
   void complete(Contact& contact, const scene::Object& object, double t) const noexcept;
   void press_along_normal(Contact& contact) const noexcept;
   void rub(Contact& contact, const Vec3& p_WS, const scene::Object& object, double t) noexcept;
+  void keep_energy(Contact& contact, const Vec3& p_WS, const scene::Object& object, double t) noexcept;
   static Vec3 follow(Rubbing& state, const Vec3& shape, const Vec3& x, int ticks) noexcept;
   static Vec3 lead(Rubbing& state, const Contact& contact, const SphereMotion& sphere, const Vec3& lag,
                    int ticks) noexcept;
@@ -74,6 +84,7 @@ class Tool {
 
   std::vector<std::unique_ptr<Method>> methods_;
   std::vector<Rubbing> rubbing_;  ///< kMaxObjects for each sphere; none for a method without friction
+  std::vector<Spring> springs_;   ///< as rubbing_
   std::uint64_t tick_ = 1;        ///< number of this step
   bool real_objects_;
   std::array<double, kMaxSpheres> radius_{};

@@ -12,11 +12,7 @@ ForceTerms step(const ContactSet& contacts, const Twist& V_WT, double stiffness_
     const Material& material = c.material;
     const Vec3& n = c.normal;
 
-    const double k = n.dot(material.K.cwiseProduct(n));
-    Vec3 F_spring = stiffness_scale * (material.K.cwiseProduct(c.delta_x - c.lag) + k * c.lag + c.F_grad_K);
-    // An anisotropic K may tilt the spring force until it pulls along the normal. The pulling part is not rendered.
-    const double F_adhesive = std::min(n.dot(F_spring), 0.0);
-    F_spring -= F_adhesive * n;
+    const Vec3 F_spring = stiffness_scale * spring_force(c);
 
     const double b = damping_scale * n.dot(material.B.cwiseProduct(n));
     const Vec3 v_WS = V_WT.v + V_WT.w.cross(c.p_TS);

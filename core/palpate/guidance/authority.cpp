@@ -54,8 +54,9 @@ unsigned Authority::step(FixtureStates& states, const Input& in) const noexcept 
     const bool has_place = placed(f);
     if (f.on && !has_place) status |= kFrameLost;
     const double wanted = target(f, now, has_place, in);
-    now.needs_slack |= std::any_of(f.frames.begin(), f.frames.end(), [](const auto& frame) { return frame->jumped(); });
-    if (now.authority == 0.0 && wanted > 0.0) now.needs_slack = true;
+    const bool jumped =
+        std::any_of(f.frames.begin(), f.frames.end(), [](const auto& frame) { return frame->jumped(); });
+    if (jumped || (now.authority == 0.0 && wanted > 0.0)) now.needs_slack = now.edited = true;
     const double before = now.authority;
     now.authority = std::clamp(wanted, before - dt_ / f.policy.fall, before + dt_ / f.policy.rise);
     now.rise = std::max(now.authority - before, 0.0);

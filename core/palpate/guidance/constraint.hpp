@@ -62,6 +62,14 @@ struct ConstraintForce {
   double U = 0.0;         ///< stored energy [J]
 };
 
+/// Scales a force by an authority.
+inline void scale(ConstraintForce& force, double by) noexcept {
+  force.F = {by * force.F.f, by * force.F.t};
+  force.F_of_B.f *= by;
+  force.B *= by;
+  force.U *= by;
+}
+
 /// Length that makes a rotation of 1 rad comparable to a displacement [m].
 inline constexpr double kLength = 0.05;
 

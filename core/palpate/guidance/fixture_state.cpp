@@ -30,7 +30,7 @@ void FixtureStates::take(const FixtureList& fixtures) noexcept {
     FixtureState& now = (*this)[i];
     now = old != end ? *old : FixtureState{};
     now.key = key;
-    now.needs_slack = true;
+    now.needs_slack = now.edited = true;
   }
 }
 

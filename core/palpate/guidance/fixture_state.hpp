@@ -18,6 +18,7 @@ struct FixtureState {
   double slack =
       0.0;  ///< tolerated violation: that found when the fixture appeared, less the return speed times time [m, rad]
   bool engaged = false, needs_slack = true;  ///< fresh: new, edited or jumped, and its slack is not yet set
+  bool edited = true;     ///< appeared, edited or jumped: what the fixture stores does not follow from its last force
   bool corrects = false;  ///< a hard fixture that moves the goal: its wrench acts at the mapped, not the corrected goal
   double preload = 0.0;   ///< force along the gradient that the tool had when the fixture began to hold it [N, N m]
   Constraint constraint;  ///< at the goal where the wrench acts; for a corrected fixture gap and gradient of its share

@@ -24,13 +24,6 @@ bool finite(const ConstraintForce& force) noexcept {
   return force.F.f.allFinite() && force.F.t.allFinite() && force.B.allFinite() && force.F_of_B.f.allFinite();
 }
 
-void scale(ConstraintForce& force, double by) noexcept {
-  force.F = {by * force.F.f, by * force.F.t};
-  force.F_of_B.f *= by;
-  force.B *= by;
-  force.U *= by;
-}
-
 /// True if the energy that a rising authority stores is credited. What the hand can trigger by its motion earns
 /// nothing, because it could be repeated: a ramp by distance or force, an engagement by distance.
 bool earns_credit(const Policy& policy) noexcept {

@@ -30,6 +30,7 @@ Guidance::Guidance(const Options& options, double dt)
       follower_(checked(options), dt),
       hard_(&corrects_goal, options, dt, &follower_),
       joint_(&has_joint_law, options, dt),
+      kept_(dt),
       blend_(options, dt) {}
 
 std::unique_ptr<Stage> Fixtures::make_stage(const Options& options, double dt) const {
@@ -92,6 +93,7 @@ void Guidance::act(const Input& in) noexcept {
   joint_started_ = joint;
   out_.energy = apply_laws(states_, hard_, joint_, follower_, {in, at_tool, J_before_});
   priorities_.apply(states_, in.handle.renders_damping);
+  kept_.step(states_, out_.X_WT_goal);
   out_.on_tool = blend_.step(states_, in, before_, out_.J_goal);
   for (int i = 0; i < states_.size(); ++i) {  // every wrench is reported as the hand feels it
     FixtureState& now = states_[i];

@@ -13,6 +13,7 @@
 #include "palpate/guidance/follower_limits.hpp"
 #include "palpate/guidance/forces.hpp"
 #include "palpate/guidance/interface/stage.hpp"
+#include "palpate/guidance/kept_energy.hpp"
 
 namespace palpate::guidance {
 
@@ -42,6 +43,7 @@ class Guidance final : public Stage {
   Corrector hard_;   ///< corrects the goal
   Corrector joint_;  ///< finds the pose to which soft fixtures with a joint law pull
   Priorities priorities_;
+  KeptEnergy kept_;
   Blend blend_;
   ToolGoal before_;                   ///< mapped goal of the previous tick
   Mat6 J_before_ = Mat6::Identity();  ///< J_goal of the previous tick

@@ -35,11 +35,7 @@ void Ledger::book(const PortForces& forces, const Vec3& dx, const Vec3& turn, do
 double spring_energy(const ContactSet& contacts, double stiffness_scale) noexcept {
   double energy = 0.0;
   for (int i = 0; i < contacts.size; ++i) {
-    const Contact& c = contacts.contact[static_cast<std::size_t>(i)];
-    const Vec3& K = c.material.K;
-    const Vec3 d = c.delta_x - c.lag;
-    energy += c.stored >= 0.0 ? c.stored : 0.5 * stiffness_scale * d.dot(K.cwiseProduct(d));
-    energy += 0.5 * stiffness_scale * c.normal.dot(K.cwiseProduct(c.normal)) * c.lag.squaredNorm();
+    energy += stiffness_scale * palpate::spring_energy(contacts.contact[static_cast<std::size_t>(i)]);
   }
   return energy;
 }

@@ -1,6 +1,7 @@
 // Result of the stage `contact`, read by the stages after it: the touched surfaces and their materials.
 #pragma once
 
+#include <algorithm>
 #include <array>
 
 #include "palpate/types/spatial.hpp"
@@ -37,10 +38,28 @@ struct Contact {
   Vec3 F_grad_K = Vec3::Zero();   ///< force caused by the stiffness gradient (force/force.hpp) [N]
   int sphere = 0;                 ///< index of the tool sphere; 0 is the SPR at the tip
   Vec3 p_C = Vec3::Zero();        ///< contact point C of the proxy sphere on the surface [m]
-  double stored = -1.0;           ///< energy stored across the surface; negative: 1/2 d^T K d, d = delta_x - lag [J]
-  double stiffening = 1.0;        ///< tangent stiffness over K, along the normal [-]
-  Vec3 p_TS = Vec3::Zero();       ///< vector from the tool tip T to the sphere centre S, the lever arm of the force [m]
+  double stored = -1.0;           ///< energy stored across the surface of a soft body; negative: a rigid one [J]
+  /// A rigid surface stores 1/2 n^T K n stretch^2; negative: 1/2 d^T K d with d = delta_x - lag [m].
+  double stretch = -1.0;
+  double stiffening = 1.0;   ///< tangent stiffness over K, along the normal [-]
+  Vec3 p_TS = Vec3::Zero();  ///< vector from the tool tip T to the sphere centre S, the lever arm of the force [m]
 };
+
+/// The spring force of a contact, without the part that pulls, at the stiffness scale 1 and in W [N].
+[[nodiscard]] inline Vec3 spring_force(const Contact& c) noexcept {
+  const Vec3 &K = c.material.K, &n = c.normal;
+  const Vec3 F = K.cwiseProduct(c.delta_x - c.lag) + n.dot(K.cwiseProduct(n)) * c.lag + c.F_grad_K;
+  // An anisotropic K may tilt the spring force until it pulls along the normal. The pulling part is not rendered.
+  return F - std::min(n.dot(F), 0.0) * n;
+}
+
+/// The energy that the springs of a contact store, at the stiffness scale 1 [J].
+[[nodiscard]] inline double spring_energy(const Contact& c) noexcept {
+  const Vec3 &K = c.material.K, d = c.delta_x - c.lag;
+  const double k = c.normal.dot(K.cwiseProduct(c.normal));
+  const double rigid = 0.5 * (c.stretch >= 0.0 ? k * c.stretch * c.stretch : d.dot(K.cwiseProduct(d)));
+  return (c.stored >= 0.0 ? c.stored : rigid) + 0.5 * k * c.lag.squaredNorm();
+}
 
 /// All contacts of one tick; the first `size` entries are valid.
 struct ContactSet {

@@ -1,0 +1,45 @@
+// Soft fixtures pay back no more than what was put into them.
+#pragma once
+
+#include <array>
+
+#include "palpate/guidance/fixture_state.hpp"
+#include "palpate/types/spring_rest.hpp"
+
+namespace palpate::guidance {
+
+/// A soft fixture is the gradient of its energy but for two cases: priorities take away the part of its force that
+/// opposes a higher fixture, and the nearest place of its geometry may jump. Motion then changes the energy without
+/// work. The rest of its spring is displaced by that (types/spring_rest.hpp), so that no loop of the hand gains energy.
+class KeptEnergy {
+ public:
+  /// dt: period of the cycle [s].
+  explicit KeptEnergy(double dt) : dt_(dt) {}
+  /// Scales the wrenches of the soft fixtures of a tool at X_WT, after the priorities. Fixtures with a joint law, which
+  /// share one correction, share one energy as well.
+  void step(FixtureStates& states, const Pose& X_WT) noexcept;
+
+ private:
+  /// Sums over the fixtures of an account, at an authority of one.
+  struct Sum {
+    Wrench F;
+    double U = 0.0;          ///< stored energy [J]
+    double by_motion = 0.0;  ///< energy by the motion of the fixtures since the last tick [J]
+    std::uint64_t keys = 0;  ///< of the fixtures
+    bool by_others = false;  ///< appeared, edited, jumped or returns its slack: not the hand changes the energy
+  };
+  /// The energy of a fixture, or of all those with a joint law.
+  struct Account {
+    Sum last;
+    SpringRest rest;
+    double share = 1.0;
+  };
+  void add(FixtureState& fixture, Sum& sum) const noexcept;
+  static void settle(Account& account, const Sum& now, const Twist& moved) noexcept;
+
+  double dt_;
+  Pose X_WT_;
+  std::array<Account, kMaxFixtures + 1> account_{};  ///< of each fixture; the last one of all with a joint law
+};
+
+}  // namespace palpate::guidance
