@@ -85,7 +85,8 @@ class Places(MutableSequence[Place]):
             return Places(self[i] for i in range(*k.indices(len(self))))
         kind = self._kinds[k]
         at = 5 * (k % len(self._kinds))
-        return Place(*self._numbers[at : at + 5], kind)
+        offset, length, start, end, size = self._numbers[at : at + 5]
+        return Place(offset, length, start, end, size, kind)
 
     def __setitem__(self, k: Any, place: Any) -> None:
         """Replace chunk number k."""
