@@ -30,16 +30,22 @@ struct Touch {
   Vec3 normal = Vec3::Zero();  ///< outward normal at the nearest point
   Vec3 v = Vec3::Zero();       ///< velocity of the tool relative to the surface [m/s]
   Vec3 F = Vec3::Zero();       ///< measured force on the tool [N]
+  Mat3 dn = Mat3::Zero();      ///< derivative of the normal with the tool's position; zero: flat or unknown [1/m]
+  Vec3 shift = Vec3::Zero();   ///< displacement for which normal and dn were found [m]
 };
 
 /// The force along the normal n is linear in theta = (K, K shift, B):
 ///
 ///   F . n = K depth + (K shift) . n - B v . n
 ///
-/// so a Kalman filter with a slow random walk of theta is the exact minimum-variance estimate. Without a measured force
-/// the surface is no deeper than the tool, which is a measurement of zero where the estimate says contact. If the
-/// innovation exceeds its standard deviation kSurprise times for kSurprised ticks, the object has moved: the place
-/// becomes unknown again. Friction is the share of tangential force while the tool slides.
+/// so a Kalman filter with a slow random walk of theta is the exact minimum-variance estimate. Across the normal, along
+/// a tangent e, a tool that slides along s feels friction, and on a curved surface that the normal is another one:
+///
+///   F . e / F . n = - mu s . e - e^T dn (shift - shift of the query)
+///
+/// Friction changes its sign with s, so theta has mu as well. Without a measured force the surface is no deeper than
+/// the tool, which is a measurement of zero where the estimate says contact. If the innovation along the normal exceeds
+/// its standard deviation kSurprise times for kSurprised ticks, the object has moved: the place becomes unknown again.
 class Estimator {
  public:
   explicit Estimator(const EstimatorOptions& options);
@@ -53,18 +59,19 @@ class Estimator {
   [[nodiscard]] int moved() const noexcept { return moved_; }
 
  private:
-  static constexpr int kN = 5;
+  static constexpr int kN = 6;  ///< K, K shift (3), B, mu
   using Vec = Eigen::Matrix<double, kN, 1>;
   using Mat = Eigen::Matrix<double, kN, kN>;
   [[nodiscard]] static Vec row(const Touch& touch) noexcept;
   void forget_place() noexcept;
+  void measure(const Vec& h, double innovation, double sd) noexcept;
   void rub(const Touch& touch, double F_normal) noexcept;
 
   EstimatorOptions options_;
   Vec theta_;
   Mat P_;
   Vec3 normal_ = Vec3::UnitZ();  ///< last touched normal
-  double mu_ = 0.0, residual2_ = 0.0;
+  double residual2_ = 0.0;
   int surprised_ = 0, moved_ = 0, rest_ = 0;
 };
 
