@@ -54,6 +54,7 @@ class Command:
         from palpate.certificate import certify_all
         from palpate.certificate.device import is_device
         from palpate.certificate.entry import stiffness
+        from palpate.certificate.remote import remote_limits
         from palpate.certificate.scene import worst_of
         from palpate.certificate.touched import touched
         from palpate.certificate.words import number
@@ -86,9 +87,13 @@ class Command:
         if self.figure is not None:
             _draw(scene, surfaces, found, self.figure)
             say(console, str(self.figure), "figure:")
+        limits = remote_limits(rig)
+        if limits is not None:
+            say(console, limits.words(), "remote:", "bold")
         fixtures = [_Pressed(name, K, stiffness(presses, force_scale), presses) for name, K, presses in pressed]
         objects = [{"name": one.name, **plain(one.figures())} for one in found]
-        write_json(self.json, {**plain(worst.figures()), "objects": objects, "fixtures": fixtures})
+        write_json(self.json, {**plain(worst.figures()), "objects": objects, "fixtures": fixtures,
+                               "remote": None if limits is None else plain(limits)})  # fmt: skip
         return 0
 
     def _certify_pairs(self, scene: Scene, console: Console) -> int:

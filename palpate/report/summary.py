@@ -75,6 +75,10 @@ def rows(summary: Summary) -> list[tuple[str, str, str]]:
     calm = "the inertia and Coriolis forces that the control law neglects stayed small"
     fast = "too fast for the control law: the hand also felt the arm's inertia"
     lines.append(("fast motion", f"{s.fast_s:.2f} s", fast if s.fast_s > 0 else calm))
+    if s.remote is not None:
+        r = s.remote
+        ages = f"{r['round_trip_ms']:.0f} ms; {r['age_p50_ms']:.0f}, 99 %: {r['age_p99_ms']:.0f} ms; {r['outages']}"
+        lines.append(("remote", ages, f"smallest round trip; age of the newest packet from {r['at']}; outages"))
     if s.cycle_max_us > 0:
         cycle = f"{s.cycle_p50_us:.1f} / {s.cycle_p99_us:.1f} / {s.cycle_p999_us:.1f} / {s.cycle_max_us:.0f} us"
         lines.append(("haptic cycle", cycle, "compute time of a cycle: p50 / p99 / p99.9 / longest"))

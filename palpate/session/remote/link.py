@@ -52,6 +52,7 @@ class RemoteLink:
         self._radius = session.rig.scene.contact.radius
         self._peer = _network.Peer()
         self._udp = _packets_to(at)
+        self.port = int(self._udp.getsockname()[1])  #: port to which the packets of the follower come
         self._channel = self._connect(key)
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._run, name="palpate-remote", daemon=True)

@@ -29,6 +29,7 @@ class Together:
     def __init__(self, scene: Scene) -> None:
         self._scene, self._stack = scene, ExitStack()
         self.at = ("127.0.0.1", 0)  #: address of the relay
+        self.follower = 0  #: port of the follower's end
         self.key = b""  #: the shared key
         self.words: list[str] = []  #: what both processes said at their end
 
@@ -44,9 +45,11 @@ class Together:
         section = self._scene.remote
         with ExitStack() as opened:
             opened.push(self._stack.pop_all())
-            follower = self._start(opened, "follower", self._scene.file, "--port", "0", "--key", str(folder / "key"))
+            self.follower = self._start(
+                opened, "follower", self._scene.file, "--port", "0", "--key", str(folder / "key")
+            )
             name = "none" if section is None else section.network
-            port = self._start(opened, "relay", "--to", f"127.0.0.1:{follower}", "--network", name, "--port", "0")
+            port = self._start(opened, "relay", "--to", f"127.0.0.1:{self.follower}", "--network", name, "--port", "0")
             self.at = ("127.0.0.1", port)
             self._stack = opened.pop_all()
         return self
