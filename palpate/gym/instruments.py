@@ -63,10 +63,19 @@ class Instruments:
         self._advance(np.array([i]), np.zeros((1, self.substeps, 6)))
 
     def step(self, actions: Array) -> None:
-        """Move all instruments by actions (n, 6), which are clipped to their limits, for `substeps` ticks."""
+        """Move all instruments by actions (n, 6), which are clipped to their limits, for `substeps` ticks.
+
+        Raises:
+            ValueError: the actions have another shape, or one is not a number.
+        """
         dt, m = self.substeps / RATE, self.motion
         low, high = self.low_high
-        wanted = np.clip(np.asarray(actions, dtype=np.float64), low, high)
+        actions = np.asarray(actions, dtype=np.float64)
+        if actions.shape != (self.n, 6) or np.isnan(actions).any():
+            raise ValueError(
+                f"actions are (n, 6) numbers with n = {self.n}; got {actions.shape}: {actions.ravel()[:6]}"
+            )
+        wanted = np.clip(actions, low, high)
         goal = np.concatenate([self._p, self._r], axis=1)
         most = dt * np.repeat([m.speed, m.turn], 3)
         move = dt * wanted if self.action == "twist" else np.clip(wanted - goal, -most, most)

@@ -168,3 +168,14 @@ def test_without_gymnasium_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "gymnasium", None)
     with pytest.raises(MissingExtraError, match="learning"):
         import palpate.gym  # noqa: F401
+
+
+@pytest.mark.parametrize("action", [[np.nan] * 6, [0.0] * 5, 0.0])
+def test_an_action_that_is_no_motion_is_refused_and_moves_nothing(action):
+    env = gymnasium.make("palpate.gym:Palpate-v0", scene="palpation").unwrapped
+    before, _ = env.reset(seed=1)
+    with pytest.raises(ValueError, match=r"actions are \(n, 6\) numbers"):
+        env.step(action)
+    after, *_ = env.step([0.0] * 6)
+    np.testing.assert_allclose(after["goal"], before["goal"], atol=1e-9)
+    env.close()
