@@ -12,9 +12,10 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Iterator
-from functools import cached_property
+from copy import deepcopy
+from functools import cache, cached_property
 from pathlib import Path
-from typing import Self
+from typing import Self, cast
 from xml.etree import ElementTree
 
 import numpy as np
@@ -362,11 +363,17 @@ class Arm(_core.Arm):
                 raise ArmError(f"{self.name}: joint {joint!r} {fault}", mend=mend)
 
 
+@cache
+def _own(path: Path, changed: int) -> Content:
+    """Values of one of our own model files; `changed`: when the file was changed, so that an edit is seen."""
+    return cast(Content, yaml.load(limits.read_text(path), OwnLoader))
+
+
 def _read(path: Path) -> Content:
     """Read a model file and check its keys."""
     try:
         own = path.parent == models_folder()
-        data = yaml.load(limits.read_text(path), OwnLoader) if own else read_yaml(path)
+        data = deepcopy(_own(path, path.stat().st_mtime_ns)) if own else read_yaml(path)
     except (OSError, UnicodeDecodeError) as error:
         mend = f"models that come with Palpate: {', '.join(NAMES)}"
         raise ArmError("the arm's model file cannot be read", where=str(path), why=str(error), mend=mend) from None

@@ -34,7 +34,7 @@ HandPath::HandPath(std::vector<double> times, std::vector<Vec3> positions_W, std
     : times_(std::move(times)),
       positions_(std::move(positions_W)),
       grippers_(std::move(grippers)),
-      grip_times_(grip_times.empty() ? times_ : std::move(grip_times)) {
+      grip_times_(grip_times.empty() && !grippers_.empty() ? times_ : std::move(grip_times)) {
   const auto wrong = [](std::size_t i, const std::string& what) {
     throw std::invalid_argument("hand path: way point " + std::to_string(i) + ": " + what);
   };
@@ -56,20 +56,15 @@ HandPath::HandPath(std::vector<double> times, std::vector<Vec3> positions_W, std
                    std::to_string(times_[i - 1]) + " s)");
     }
   }
-  std::vector<Vec3> velocities(times_.size(), Vec3::Zero());
-  for (std::size_t i = 1; i + 1 < times_.size(); ++i) {
-    const Vec3 a = (positions_[i] - positions_[i - 1]) / (times_[i] - times_[i - 1]);
-    const Vec3 b = (positions_[i + 1] - positions_[i]) / (times_[i + 1] - times_[i]);
-    if (a.dot(b) > 0.0) {
-      velocities[i] = 2.0 * a.dot(b) / (a + b).squaredNorm() * (a + b);
-    }
-  }
-  for (std::size_t i = 0; i + 1 < times_.size(); ++i) {  // positions and velocities of both ends, zero acceleration
-    const double T = times_[i + 1] - times_[i];
-    const Vec3 whole = positions_[i + 1] - positions_[i], a = T * velocities[i], b = T * velocities[i + 1];
-    quintics_.push_back({positions_[i], a, 10.0 * whole - 6.0 * a - 4.0 * b, -15.0 * whole + 8.0 * a + 7.0 * b,
-                         6.0 * whole - 3.0 * a - 3.0 * b});
-  }
+}
+
+// The velocity at a way point.
+Vec3 HandPath::velocity(std::size_t i) const noexcept {
+  if (i == 0 || i + 1 >= times_.size()) return Vec3::Zero();
+  const Vec3 a = (positions_[i] - positions_[i - 1]) / (times_[i] - times_[i - 1]);
+  const Vec3 b = (positions_[i + 1] - positions_[i]) / (times_[i + 1] - times_[i]);
+  if (!(a.dot(b) > 0.0)) return Vec3::Zero();
+  return 2.0 * a.dot(b) / (a + b).squaredNorm() * (a + b);
 }
 
 HandPath::Point HandPath::at(double t, Cursor& cursor) const noexcept {
@@ -78,11 +73,17 @@ HandPath::Point HandPath::at(double t, Cursor& cursor) const noexcept {
   const std::size_t after = cursor.point = first_after(times_, t, cursor.point);
   if (after == 0) return {positions_.front(), Vec3::Zero(), gripper};
   if (after == times_.size()) return {positions_.back(), Vec3::Zero(), gripper};
-  const double per_time = 1.0 / (times_[after] - times_[after - 1]), s = (t - times_[after - 1]) * per_time;
+  // The quintic from one way point to the next, in powers of the share s of the time that has passed: positions and
+  // velocities of both ends, zero acceleration. Kept for an hour of way points, quintics would fill 24 MB.
+  const std::size_t before = after - 1;
+  const double T = times_[after] - times_[before], per_time = 1.0 / T, s = (t - times_[before]) * per_time;
   const double s2 = s * s, s3 = s2 * s, s4 = s2 * s2, s5 = s3 * s2;
-  const Quintic& c = quintics_[after - 1];
-  return {c.power0 + s * c.power1 + (s3 * c.power3 + s4 * c.power4 + s5 * c.power5),
-          per_time * (c.power1 + (3.0 * s2) * c.power3 + (4.0 * s3) * c.power4 + (5.0 * s4) * c.power5), gripper};
+  const Vec3 start = positions_[before], whole = positions_[after] - start;
+  const Vec3 power1 = T * velocity(before), b = T * velocity(after);
+  const Vec3 power3 = 10.0 * whole - 6.0 * power1 - 4.0 * b, power4 = -15.0 * whole + 8.0 * power1 + 7.0 * b,
+             power5 = 6.0 * whole - 3.0 * power1 - 3.0 * b;
+  return {start + s * power1 + (s3 * power3 + s4 * power4 + s5 * power5),
+          per_time * (power1 + (3.0 * s2) * power3 + (4.0 * s3) * power4 + (5.0 * s4) * power5), gripper};
 }
 
 // The pinch angle at the time t.

@@ -42,15 +42,11 @@ class HandPath {
   [[nodiscard]] Point at(double t, Cursor& cursor) const noexcept;
 
  private:
-  /// Quintic from one way point to the next, in powers of the share of the time that has passed; the second is zero.
-  struct Quintic {
-    Vec3 power0, power1, power3, power4, power5;
-  };
+  [[nodiscard]] Vec3 velocity(std::size_t i) const noexcept;
   [[nodiscard]] double pinch(double t, std::size_t& cursor) const noexcept;
 
   std::vector<double> times_;
   std::vector<Vec3> positions_;
-  std::vector<Quintic> quintics_;
   std::vector<double> grippers_, grip_times_;
 };
 
