@@ -56,7 +56,7 @@ _BOUNDS = (
     *(f"{key}_more_{end}" for key in ("path_error_mm", "mean_force_N", "peak_force_N", "time_s")
       for end in ("low", "high")),
 )  # fmt: skip
-_TIMES = ("p50_us", "p99_us", "load_s", "memory_MB")
+_TIMES = ("p50_us", "p99_us", "load_s", "again_s", "memory_MB", "bytes_per_triangle")
 
 RUNS: dict[str, Run] = {
     "wall": Run("study wall --hands 1000", (), lambda row: row.get("kd") not in (2.5, 7.5, 30.0)),
@@ -91,6 +91,7 @@ RUNS: dict[str, Run] = {
         "study contact", ("planes", *_TIMES), lambda row: row.get("path") == "shallow" and row["triangles"] > 50_000
     ),
     "contact_bench": Run("bench contact", _TIMES, lambda row: row.get("path") != "tool"),
+    "record": Run("bench record --hours 1"),  # on an idle machine
     "contact_times": Run("bench contact", (), lambda row: row.get("path") == "deep"),  # on an idle machine
     "organs": Run("bench contact --organs"),  # with the organ meshes of the test data
     "laws": Run(
