@@ -1,6 +1,7 @@
 """What is read of a record in parts is what the cycle wrote, bit by bit: columns, ranges, blocks, tables."""
 
 import os
+from functools import lru_cache
 
 import numpy as np
 import pytest
@@ -109,6 +110,7 @@ def test_a_million_ticks_are_read_back_bit_by_bit(tmp_path):
     rng = np.random.default_rng(seed)
     wake = rng.integers(0, n, TICK_DOUBLES)
 
+    @lru_cache(maxsize=2)  # several blocks are compared with each
     def rows(start):
         one = np.random.default_rng([seed, start])
         found = np.where(np.arange(start, start + step)[:, None] >= wake, one.normal(size=(step, TICK_DOUBLES)), 0.5)
