@@ -24,6 +24,7 @@ def test_both_ends_are_measured_beside_forged_packets_of_which_none_is_accepted(
     assert bench.table(found).row_count == 3
 
 
+@pytest.mark.long
 def test_the_scene_remote_runs_both_ends_by_one_command(tmp_path, capsys):
     file = tmp_path / "r.json"
     code = main(["run", "remote", "--headless", "--duration", "2", "--out", str(tmp_path), "--json", str(file)])

@@ -87,7 +87,7 @@ def test_wrong_options_are_told(tmp_path):
     for options, words in (
         ({"conditions": ("wifi",)}, "no network condition is named 'wifi'"),
         ({"modes": ("wave",)}, "--modes wave: there is no such mode"),
-        ({"runs": -1}, "--runs -1: must be from 0"),
+        ({"runs": 0}, "--runs 0: must be from 1"),
     ):
         with pytest.raises(PalpateError, match=words):
             Command(None, tmp_path, **options)()

@@ -19,7 +19,7 @@ class Command(SweepStudy):
     examples:
       palpate study network --json network.json
       palpate study network --runs 10000 --modes model
-      palpate study network --conditions satellite my_link.csv --runs 0
+      palpate study network --conditions satellite my_link.csv --runs 1
     """
 
     conditions: Annotated[tuple[str, ...], arg(metavar="NAME")] = ()
@@ -27,7 +27,7 @@ class Command(SweepStudy):
     modes: tuple[str, ...] = ("model", "passivity", "direct")
     """What crosses the network: model, passivity or direct."""
     runs: int = 200
-    """Number of random networks, worlds and hands for each mode; 0: none."""
+    """Number of random networks, worlds and hands for each mode."""
     seed: int = 0
     """First seed of the random runs."""
 
@@ -43,14 +43,14 @@ class Command(SweepStudy):
             if mode not in MODES:
                 mend = "give one or more of: " + ", ".join(MODES)
                 raise PalpateError(f"--modes {mode}: there is no such mode", mend=mend)
-        if not 0 <= self.runs <= 1_000_000:
-            raise PalpateError(f"--runs {self.runs}: must be from 0 to 1000000", mend="give e.g. --runs 200")
+        if not 1 <= self.runs <= 1_000_000:
+            raise PalpateError(f"--runs {self.runs}: must be from 1 to 1000000", mend="give e.g. --runs 200")
         names = self.conditions or NAMES
         for name in names:
             network(name)  # a wrong name is told before the computation starts
         sweep = self.sweeper(console)
         rows = conditions(names, self.modes, sweep, self.seed)
-        random, ran = random_runs(self.runs, self.modes, sweep, self.seed) if self.runs else ([], [])
+        random, ran = random_runs(self.runs, self.modes, sweep, self.seed)
         worlds = moving(sweep, self.seed) if "model" in self.modes else []
         found: StudyResult = {"simulated": True, "seed": self.seed, "conditions": rows, "random": random,
                               "moving": worlds}  # fmt: skip
