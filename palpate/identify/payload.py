@@ -40,6 +40,7 @@ _ROUNDS, _STILL = 10, 1e-4  # linearisations about the load's place, and the cha
 _LIGHT = 0.02  # lighter loads do not show their place [kg]
 _LONGEST = 0.3  # largest distance of a load from its bar's pivot [m]
 _BLOCKS = 6  # blocks of time of the jackknife
+_MISFIT = 2.7  # F(12, 12) at 95 %: six blocks of yaw and pitch
 _TUNING = 2.385  # constant of the Cauchy weights: 95 % efficient for normal errors (Holland and Welsch, 1977)
 
 
@@ -72,6 +73,18 @@ class Load:
     tared: Array  # (k, 2) torque of yaw and pitch minus the mean tare and its drift [N m]
     fitted: Array  # (k, 2) torque of the fitted load [N m]
     by_tare: tuple[float, ...]  # mass with each unloaded recording alone as the tare [kg]
+    misfit: float  # variance that the load leaves over that between unloaded recordings, each of one recording
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Why the interval may be wrong: the load leaves more than recordings differ by, so it hangs otherwise."""
+        if self.misfit < _MISFIT:
+            return ()
+        return (
+            f"the load leaves {self.misfit:.1f} times the variance by which unloaded recordings differ (below "
+            f"{_MISFIT:g} in 99 % of right ones): it hangs otherwise, or something else has changed; do not believe "
+            "the interval",
+        )
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -126,8 +139,22 @@ def estimate_load(
     t = np.arange(len(loaded))[rows] / loaded.rate
     return Load(
         float(x[0]), float(np.sqrt(variance)), freedom, (float(place[0]), float(place[1])), explained, hang, t, tared,
-        fitted, tuple(map(float, tares)),
+        fitted, tuple(map(float, tares)), _misfit(tared - fitted, r[1:], drift),
     )  # fmt: skip
+
+
+def _misfit(residual: Array, tares: list[Array], drift: Array) -> float:
+    """Variance of one recording by what the load leaves (k, 2), over that by the unloaded ones less their drift.
+
+    Recordings that differ by friction, noise and drift alone give 1; the mean of the ratios of yaw and pitch.
+    """
+    u, mean, between = len(tares), np.mean(tares, axis=0), np.zeros(2)
+    columns = drift.reshape(-1, drift.shape[2])
+    for tare in tares:
+        apart = (tare - mean).ravel()
+        left = apart - columns @ np.linalg.lstsq(columns, apart, rcond=None)[0]
+        between += np.square(left.reshape(-1, 2)).mean(axis=0) / (u - 1)
+    return float(np.mean(np.square(residual).mean(axis=0) / (1.0 + 1.0 / u) / np.maximum(between, 1e-18)))
 
 
 def _place(x: Array, about: Array) -> Array:

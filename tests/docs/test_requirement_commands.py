@@ -6,6 +6,9 @@ one of them.
 """
 
 import json
+import signal
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +18,7 @@ import trimesh
 import yaml
 
 import palpate.report
+from palpate.arm import Arm
 from palpate.cli import main
 from palpate.devices.wrist import COLUMNS
 from palpate.record import Record
@@ -42,8 +46,6 @@ LONG = {
     "bench contact": "--quick --json r.json",
     "calibrate dynamics moving.csv --arm mtm --out m.yaml": "--json r.json",
     "export moveit planning": "--out folder",
-    "ros graph": "--seconds 0.5 --json r.json",
-    "ros sim": "",
     "scan liver": "--views 8 --out s.ply --json r.json",
     "study contact": _STUDY,
     "study guidance": f"--operators 5 {_STUDY}",
@@ -57,11 +59,13 @@ LONG = {
     "study zwidth --executor dask": f"--rates 1000 --delays 0 {_STUDY}",
 }  # fmt: skip
 """Further words of commands that run in `make test-long` alone."""
+ROS = ("ros sim", "ros graph")
+"""Commands that need each other: the graph shows the nodes of the simulation."""
 
 
 def test_every_command_of_the_table_has_a_form_that_runs():
     items = {command for command in COMMANDS if command.startswith("reproduce ")}
-    assert COMMANDS - items == QUICK.keys() | LONG.keys()
+    assert COMMANDS - items == QUICK.keys() | LONG.keys() | {*ROS}
     assert not QUICK.keys() & LONG.keys()
     assert {command.removeprefix("reproduce ") for command in items} <= {*paper_items.JUDGED, *paper_items.LONG}
 
@@ -81,6 +85,8 @@ def prepare(command):
         Path("my.yaml").write_text("arms: {leader: {model: delta}}\nobjects: [{sphere: {radius: 0.02}}]\n")
     if "grip.csv" in command:
         np.savetxt("grip.csv", grip(), "%.9g", ",", header="t_s,x_m,F_N,u", comments="")
+    if "moving.csv" in command:
+        np.savetxt("moving.csv", moving(), delimiter=",")
     if "wrist.csv" in command:
         np.savetxt("wrist.csv", wrist(), "%.9g", ",", header=",".join(COLUMNS), comments="")
     if "run.mcap" in command:
@@ -96,6 +102,18 @@ def grip():
     noise = np.random.default_rng(0).normal(0.0, [2e-6, 1e-3], (len(t), 2))
     force = (u - (0.5 * s**2 + 4.0 * s) * x).real.sum(axis=1)
     return np.column_stack([t, x.real.sum(axis=1) + noise[:, 0], force + noise[:, 1], u.real.sum(axis=1)])
+
+
+def moving():
+    """Joints, velocities and torques (n, 21) of an MTM with the dry friction of its model file."""
+    arm, t = Arm.mtm("right"), np.arange(0.0, 15.0, 5e-3)[:, None]
+    middle, swing = 0.5 * (arm.q_min + arm.q_max), np.minimum(0.3 * (arm.q_max - arm.q_min), 0.5)
+    w = 2.0 * np.pi * np.array([0.21, 0.34, 0.55, 0.47, 0.62, 0.81, 0.7])
+    q, v, a = middle + swing * np.sin(w * t), swing * w * np.cos(w * t), -swing * w**2 * np.sin(w * t)
+    o = arm.leader_options()
+    links = np.array([arm.inverse_dynamics(*row) for row in zip(q, v, a, strict=True)])
+    tau = links + o.rotor_inertia * a + o.viscous * v + o.coulomb * np.tanh(v / 0.02)
+    return np.hstack([q, v, tau + 0.01 * tau.std(axis=0) * np.random.default_rng(0).normal(size=tau.shape)])
 
 
 def wrist():
@@ -141,6 +159,20 @@ def test_the_longer_command_runs(command, place, capsys):
 def test_the_item_is_made(item, place, capsys):
     run("reproduce", f"{item} --out o --json r.json --workers 2")
     assert json.loads(Path("r.json").read_text())["items"][item]["verdict"] != "not made"
+
+
+@pytest.mark.long
+def test_the_commands_of_ros_run(place, capsys):
+    words = [sys.executable, "-m", "palpate", "ros", "sim", "--arms", "PSM1"]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True) as sim:
+        try:
+            assert sim.stdout.readline()
+            run("ros graph", "--seconds 1 --json r.json")
+        finally:
+            sim.send_signal(signal.SIGINT)
+            sim.communicate(timeout=60)
+    assert sim.returncode in (0, 130)
+    assert "PSM1" in Path("r.json").read_text()
 
 
 def test_the_command_makes_an_item(place, capsys):

@@ -12,15 +12,14 @@ from palpate.verify.coverage.trial import RIGHT
 
 #: Commands that print intervals or covariances and have no file in `estimates`, with the reason.
 WITHOUT = {
-    "check": "poses, no estimate",
-    "device wrist": "prints ranges over parts of the recording",
-    "frames": "composes covariances that are given",
-    "path": "distances, no estimate",
-    "register session": "joins points, surface and touches; the study of registration judges it",
-    "study force": "the payload; tests/identify/test_payload.py judges it",
+    "check": "its deviations are those of a mesh from its smoothed copy, without an interval",
+    "device wrist": "prints the smallest and largest value in the parts of a recording, which it calls so: no level",
+    "path": "its deviations are distances of two given curves, computed exactly",
 }
 _INTERVAL = re.compile(r"_95$|^covariance$|_covariance$|interval|_low$|_high$|deviation|^std|_std|^p_|^uncertain$")
-_TRIALS = {"bench": 2, "surface": 4, "tissue": 10} if LONG else {"bench": 2, "surface": 2, "tissue": 5}
+_TRIALS = {"bench": 2, "payload": 2, "session": 1, "surface": 2, "tissue": 5}
+if LONG:
+    _TRIALS |= {"surface": 4, "tissue": 10}
 
 
 def commands_with_intervals() -> set[str]:

@@ -45,6 +45,7 @@ class Weight(TypedDict):
     true_kg: float
     error: float
     explained: list[float]
+    misfit: float
     assumed: str
     mass_by_tare_kg: list[float]
     mass_by_filter_kg: dict[str, float]
@@ -74,6 +75,7 @@ def words(load: Load | None, recordings: Path) -> list[str]:
         f"weight on the recorded PSM: {1e3 * load.mass:.0f} g, 95 % {1e3 * low:.0f} to {1e3 * high:.0f} g; "
         f"on the scale {1e3 * WEIGHT:.0f} g, {error:+.0f} %",
         f"it is taken to hang {load.hang.words}",
+        *(f"warning: {doubt}" for doubt in load.doubts),
     ]
 
 
@@ -113,6 +115,7 @@ def weight_json(load: Load, filtered: dict[float, Load]) -> Weight:
         "true_kg": WEIGHT,
         "error": load.mass / WEIGHT - 1.0,
         "explained": list(load.explained),
+        "misfit": load.misfit,
         "assumed": load.hang.words,
         "mass_by_tare_kg": list(load.by_tare),
         "mass_by_filter_kg": {f"{cutoff:g}": one.mass for cutoff, one in filtered.items()},

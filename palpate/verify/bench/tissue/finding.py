@@ -28,6 +28,7 @@ NOTICED = 0.22  # relative difference of stiffness
 NEAR = 0.010  # [m]
 PATCH = 0.008  # length of a patch [m]
 SOFTER = 0.25  # quantile of the patches that is the background
+OPERATORS = 30
 FIRST, SEED = 10, 6  # first operator, seed of the places of the lumps
 RADIUS, FORCE, TOP = 0.006, 0.6, 0.003  # of the probe [m], of the press [N], depth of the lump's upper end [m]
 CELLS, CELL = (12, 8, 4), 7.5e-3  # of the block; [m]
@@ -53,7 +54,7 @@ class Report:
 def measure(lab: Lab, short: bool = False) -> Found:
     """Operators who find a lump below the surface and one that reaches it, and who report one in the control."""
     del lab  # the session makes its own body
-    operators = 1 if short else 5
+    operators = 1 if short else OPERATORS
     places = np.random.default_rng(SEED).uniform([-0.010, -0.003], [0.010, 0.003], (operators, 2))
     table = []
     with tempfile.TemporaryDirectory() as folder:
