@@ -57,4 +57,7 @@ def coverage_versions(_: Result) -> list[str]:
     return [f"of versions between {first[:8]} and {last[:8]}"]
 
 
-TIES = [Tie("coverage.md", "coverage", (coverage_rows, coverage_sum, coverage_proof, coverage_versions))]
+TIES = [
+    Tie("coverage.md", "coverage", (coverage_sum, coverage_proof, coverage_versions)),
+    Tie("coverage-table.md", "coverage", (coverage_rows,)),
+]
