@@ -21,6 +21,7 @@ _USES = {
     "dask": "studies on a cluster",
     "files": "NIfTI, NRRD, 3MF, COLLADA and label maps",
     "haply": "the stand-in of Haply's service",
+    "learning": "data sets of demonstrations, environments, policies",
     "pandas": "records as tables",
     "planning": "palpate plan",
     "registration": "palpate register surface",

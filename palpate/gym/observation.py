@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from gymnasium import spaces
@@ -17,10 +18,11 @@ PARTS = ("pose", "joints", "force", "contact", "goal")
 _FAR = 10.0  # largest position [m] and angle [rad]
 _LARGE = 1000.0  # largest force [N] and torque [N m]
 
-Observation = dict[str, NDArray[np.float32]]
+Observation = dict[str, NDArray[Any]]
+"""Arrays by name: float32, and the picture of type uint8."""
 
 
-def space_of(parts: Sequence[str], joints: int) -> spaces.Dict:
+def space_of(parts: Sequence[str], joints: int, picture: tuple[int, int] | None = None) -> spaces.Dict:
     """The space of an observation.
 
     Raises:
@@ -37,7 +39,10 @@ def space_of(parts: Sequence[str], joints: int) -> spaces.Dict:
     if unknown or not parts:
         mend = f"name some of {', '.join(PARTS)}"
         raise PalpateError(f"observe = {tuple(parts)}: {', '.join(unknown) or 'nothing'} to observe", mend=mend)
-    return spaces.Dict({part: boxes[part] for part in PARTS if part in parts})
+    found: dict[str, spaces.Space[Any]] = {part: boxes[part] for part in PARTS if part in parts}
+    if picture is not None:
+        found["picture"] = spaces.Box(0, 255, (*picture, 3), np.uint8)
+    return spaces.Dict(found)
 
 
 def observe(parts: Sequence[str], joints: int, ticks: Ticks, felt: Array, goals: Array) -> Observation:

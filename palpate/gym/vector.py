@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from palpate.errors import PalpateError
 from palpate.gym.instruments import Action, Instruments
 from palpate.gym.observation import PARTS, Observation, observe, space_of
+from palpate.gym.picture import Eye
 from palpate.gym.tasks import TASKS, Task
 from palpate.gym.world import RATE, Motion, World
 from palpate.scene.scene import Scene
@@ -32,6 +33,8 @@ class PalpateVectorEnv(VectorEnv[Observation, NDArray[np.float64], NDArray[Any]]
         substeps: ticks of 1 ms for each step.
         duration: time after which an episode is truncated [s].
         observe: parts of the observation, of ``pose joints force contact goal``.
+        picture: height and width of the picture of the endoscope that the observation also holds as ``picture``
+            [pixels]; None: no picture, which is a hundred times as fast.
         motion: limits of the motion.
         vary: ranges of values of the scene, drawn at each reset (`World`).
         workers: threads; one per core when left out.
@@ -50,6 +53,7 @@ class PalpateVectorEnv(VectorEnv[Observation, NDArray[np.float64], NDArray[Any]]
         observe: Sequence[str] = PARTS,
         motion: Motion | None = None,
         vary: Mapping[str, tuple[float, float]] | None = None,
+        picture: tuple[int, int] | None = None,
         workers: int | None = None,
     ) -> None:
         if num_envs < 1 or substeps < 1 or duration <= 0.0 or action not in ("twist", "pose"):
@@ -62,12 +66,13 @@ class PalpateVectorEnv(VectorEnv[Observation, NDArray[np.float64], NDArray[Any]]
         self.task.begin(num_envs, substeps / RATE, world)
         self.parts = tuple(observe)
         self._joints = world.plain.arms.follower.n
+        self._eye = None if picture is None else Eye(world.plain, picture)
         self._most = max(1, round(duration * RATE / substeps))
         self.num_envs = num_envs
         self.metadata = {"autoreset_mode": AutoresetMode.NEXT_STEP, "render_modes": []}
         low, high = self.instruments.low_high
         self.single_action_space = spaces.Box(low.astype(np.float32), high.astype(np.float32))
-        self.single_observation_space = space_of(self.parts, self._joints)
+        self.single_observation_space = space_of(self.parts, self._joints, picture)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._rngs = [np.random.default_rng() for _ in range(num_envs)]
@@ -104,6 +109,8 @@ class PalpateVectorEnv(VectorEnv[Observation, NDArray[np.float64], NDArray[Any]]
     def close_extras(self, **kwargs: Any) -> None:
         """End the threads."""
         self.instruments.close()
+        if self._eye is not None:
+            self._eye.close()
 
     def _begin(self, i: int) -> None:
         rng = self._rngs[i]
@@ -113,7 +120,8 @@ class PalpateVectorEnv(VectorEnv[Observation, NDArray[np.float64], NDArray[Any]]
 
     def _observe(self) -> Observation:
         instruments = self.instruments
-        return observe(self.parts, self._joints, instruments.ticks, instruments.felt, self.task.goals)
+        seen = observe(self.parts, self._joints, instruments.ticks, instruments.felt, self.task.goals)
+        return seen if self._eye is None else seen | {"picture": self._eye.pictures(instruments.ticks)}
 
 
 def _task(task: str | Task) -> Task:

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -141,3 +142,25 @@ def test_small_workspace(run):
     assert reach["scaled"] == round(20.0 * float(rows["scaled"][1])), "the chosen scale"
     assert reach["rate"] > 5 * reach["indexed"], "the tool continues"
     assert away["drift"] < 0.6 * away["indexed"], "the hand comes back to the centre"
+
+
+def test_force_helps_a_network_that_uses_it():
+    """Weights by hand: move in circles, and stop where it is hard. The force finds the lump, its absence does not."""
+    pytest.importorskip("gymnasium", reason="gymnasium (extra learning) is not installed")
+    made = runpy.run_path(str(ROOT / "examples" / "10_force_helps.py"))
+    motion = made["Motion"](speed=0.05, reach=made["AREA"])
+    many = made["PalpateVectorEnv"](
+        40, made["SCENE"], made["Search"](), substeps=made["SUB"], duration=1e6, motion=motion
+    )
+    starts = np.random.default_rng(1).uniform(-0.75 * made["AREA"], 0.75 * made["AREA"], (40, 2))
+    weights = np.tile([*made["CIRCLE"][:10], 2.0, -0.7], (40, 1))
+    found = {feels: np.mean(made["rollouts"](many, weights, starts, feels) < made["NEAR"]) for feels in (True, False)}
+    assert found[True] > found[False] + 0.15
+
+
+@pytest.mark.long
+def test_force_helps_to_learn(run, tmp_path):
+    out = run("10_force_helps.py", "--seeds", "2", "--figure", tmp_path / "curves.png")
+    found = {line.split(":")[0].strip(): float(line.split("finds ")[1].split()[0]) for line in out.splitlines()}
+    assert found["with force"] > found["without"] + 30.0
+    assert (tmp_path / "curves.png").is_file()

@@ -179,3 +179,19 @@ def test_an_action_that_is_no_motion_is_refused_and_moves_nothing(action):
     after, *_ = env.step([0.0] * 6)
     np.testing.assert_allclose(after["goal"], before["goal"], atol=1e-9)
     env.close()
+
+
+def test_picture_shows_the_tool_and_passes_the_check():
+    pytest.importorskip("moderngl", reason="moderngl (extra learning) is not installed")
+    try:
+        env = made(picture=(48, 64), duration=0.2)
+    except PalpateError as error:
+        pytest.skip(error.what)
+    check_env(env)
+    first, _ = env.reset(seed=0)
+    assert first["picture"].shape == (48, 64, 3)
+    for _ in range(9):
+        last, *_ = env.step([0.05, 0, 0, 0, 0, 0])
+    changed = np.abs(first["picture"].astype(int) - last["picture"]).max(axis=2) > 20
+    assert 0.002 < changed.mean() < 0.6
+    env.close()

@@ -10,11 +10,11 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.arm import Arm
 from palpate.arrays import Array
 from palpate.errors import MissingExtraError, RecordError
 from palpate.export.demonstration import ArmOfRun, Demonstration
 from palpate.export.episode import Episode
+from palpate.export.video.arms import ArmBodies
 from palpate.export.video.drawing import Body, Canvas, Image
 from palpate.record.reader import Record
 from palpate.record.snapshots import CAMERA, Track, topic_of
@@ -25,7 +25,6 @@ from palpate.scene.placed_ecm import PlacedEcm
 from palpate.scene.scene import Scene
 from palpate.scene.surface import PlacedSurface, placed
 from palpate.session.recorded import recorded_scene
-from palpate.viewer.solids import merged
 
 SIZE = (720, 1280)
 """Height and width of a picture [pixels]."""
@@ -46,15 +45,6 @@ class Clip:
     """(n, 3) colours of some pixels, 0 to 1, for the statistics."""
     size: tuple[int, int]
     """Height and width [pixels]."""
-
-
-@dataclass
-class _Links:
-    """An arm with a body for each of its links and colours."""
-
-    arm: Arm
-    X_WA: Array
-    bodies: list[tuple[str, Body]]
 
 
 class Film:
@@ -93,10 +83,8 @@ class Film:
     def pictures(self, episode: Episode) -> Iterator[dict[Eye, Image]]:
         """The picture (h, w, 3) of each eye at every frame."""
         for k, t in enumerate(episode.arms[0].frames.t.tolist()):
-            for links, arm in zip(self._arms, episode.arms, strict=True):
-                poses = links.arm.link_poses(arm.frames.q[k, : links.arm.n], float(np.nan_to_num(arm.frames.jaw[k, 0])))
-                for name, body in links.bodies:
-                    body.X_WB = links.X_WA @ poses[name]
+            for bodies, arm in zip(self._arms, episode.arms, strict=True):
+                bodies.move(arm.frames.q[k], arm.frames.jaw[k, 0])
             for body, surface, track in self._surfaces:
                 if track is not None:
                     body.replace(surface.body.vertices + track.at(t))
@@ -131,17 +119,11 @@ class Film:
             found.append((body, surface, record.snapshots(topic_of(section.name))))
         return found
 
-    def _arm(self, one: ArmOfRun) -> _Links:
+    def _arm(self, one: ArmOfRun) -> ArmBodies:
         assert isinstance(one.ticks, Record)
         scene = recorded_scene(one.ticks)
-        arm, base = scene.arm("follower"), scene.arms.follower.base
-        bodies = []
-        for link in dict.fromkeys(visual.link for visual in arm.visuals):
-            for colour in dict.fromkeys(v.colour for v in arm.visuals if v.link == link):
-                own = [v for v in arm.visuals if v.link == link and v.colour == colour]
-                points, triangles, _ = merged(own)
-                bodies.append((link, self.canvas.add(points, triangles, [255 * c for c in colour[:3]], 0.5)))
-        return _Links(arm, np.eye(4) if base is None else base.matrix(), bodies)
+        base = scene.arms.follower.base
+        return ArmBodies(self.canvas, scene.arm("follower"), np.eye(4) if base is None else base.matrix())
 
 
 class _Writer:
@@ -170,8 +152,12 @@ class _Writer:
 
 def _endoscope(scene: Scene, record: Record) -> PlacedEcm:
     """The endoscope of a scene; one that sees the start of the motion if the scene has none."""
-    start = HandPlan(np.zeros(1), np.array(record.read(["p_WT"], 0, 1)["p_WT"]))
+    return endoscope(scene, np.array(record.read(["p_WT"], 0, 1)["p_WT"][0]))
+
+
+def endoscope(scene: Scene, p_W: Array) -> PlacedEcm:
+    """The endoscope of a scene; one that sees a point (3,) in W [m] if the scene has none."""
     own = scene if scene.ecm is not None else scene.model_copy(update={"ecm": EcmSection()})
-    found = placed_ecm.place(own, start)
+    found = placed_ecm.place(own, HandPlan(np.zeros(1), p_W[None]))
     assert found is not None
     return found

@@ -1,0 +1,45 @@
+"""What the endoscope of a scene sees of an instrument that a policy moves."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from palpate.export.video.arms import ArmBodies
+from palpate.export.video.drawing import Canvas
+from palpate.export.video.film import TISSUE, endoscope
+from palpate.record.ticks import Ticks
+from palpate.scene.rig import Rig
+
+
+class Eye:
+    """The left eye of the endoscope; one that sees the start of the tool if the scene has none.
+
+    Args:
+        rig: the scene; objects are drawn at rest.
+        size: height and width of a picture [pixels].
+
+    Raises:
+        MissingExtraError, PalpateError: moderngl or OpenGL without a window is missing.
+    """
+
+    def __init__(self, rig: Rig, size: tuple[int, int]) -> None:
+        arms = rig.arms
+        self._ecm = endoscope(rig.scene, np.asarray(arms.X_WB @ arms.follower.fk(arms.q_follower0))[:3, 3])
+        self._canvas = Canvas(size, self._ecm.section.endoscope.width_deg)
+        for k, surface in enumerate(rig.surfaces):
+            body = self._canvas.add(surface.body.vertices, surface.body.triangles, TISSUE[k % len(TISSUE)], 0.25)
+            body.X_WB = surface.X_WO
+        self._arm = ArmBodies(self._canvas, arms.follower, arms.X_WB)
+
+    def pictures(self, ticks: Ticks) -> NDArray[np.uint8]:
+        """Pictures (n, h, w, 3) of ticks (n,)."""
+        found = []
+        for tick in ticks:
+            self._arm.move(np.asarray(tick["q_follower"]), float(tick["jaw"]))
+            found.append(self._canvas.picture(self._ecm.eye(self._ecm.q0, "left")))
+        return np.stack(found)
+
+    def close(self) -> None:
+        """Release what draws."""
+        self._canvas.close()
