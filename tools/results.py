@@ -67,7 +67,7 @@ RUNS: dict[str, Run] = {
     "passivity": Run("study passivity"),
     "extract": Run("study passivity --extract"),
     "registration": Run("study registration", ("layouts",)),
-    "loops": Run("fuzz loops --runs 11600 --faults 1000000 --resume runs/loops.jsonl", ("faults",)),
+    "loops": Run("fuzz loops --runs 500 --faults 1000000 --resume runs/loops.jsonl", ("faults",)),
     "session": Run(
         f"register session scenes/registration.yaml --out {OUT}/liver.yaml",  # on an idle machine
         ("date", "X", "covariance", "targets", "sources", "trusted"),

@@ -94,3 +94,16 @@ def test_released_handle_gets_no_force_but_the_goal_stays_outside():
     out = stage.step(point_at_height(-0.005), engaged=False)
     np.testing.assert_array_equal(out["F_T_W"], 0.0)
     assert out["X_WT_goal"][2, 3] >= 0.0
+
+
+def test_optimise_keeps_its_force_at_rest_where_borders_nearly_oppose_each_other():
+    """Two walls at 176 degrees: their common correction grows with their authority, and so does the force at rest."""
+    a = np.radians(88.0)
+    walls = []
+    for k, n in enumerate(([np.sin(a), 0.0, np.cos(a)], [-np.sin(a), 0.0, np.cos(a)])):
+        R = Rotation.align_vectors([n], [[0.0, 0.0, 1.0]])[0].as_matrix()
+        walls.append(fixture(plane(pose(R=R)), law="optimise", name=f"wall {k}", law_={"B": 0.0, "force": 1.0}))
+    stage = Stage(*walls)
+    stage.settle(point_at_height(-0.001), 2000)
+    forces = [np.linalg.norm(stage.core.wrench(k)[:3]) for k in range(2)]
+    assert min(forces) > 0.1

@@ -1,6 +1,7 @@
 #include "palpate/guidance/kept_energy.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "palpate/types/so3.hpp"
 
@@ -9,6 +10,7 @@ namespace {
 
 constexpr double kInexact = 1e-2;   // error of the work of a tick, relative to force times motion: normals of clouds
 constexpr double kRounding = 1e-9;  // of a stored energy
+constexpr double kInexactMotion = 0.1;  // of the energy by the motion of a fixture: its velocity is that of one moment
 
 double work(const Wrench& F, const Twist& moved) noexcept { return -F.f.dot(moved.v) - F.t.dot(moved.w); }
 
@@ -31,7 +33,7 @@ void KeptEnergy::step(FixtureStates& states, const Pose& X_WT) noexcept {
   for (int i = 0; i < states.size(); ++i) {
     if (acts(i)) add(states[i], sums[account(i)]);
   }
-  for (std::size_t k = 0; k < sums.size(); ++k) settle(account_[k], sums[k], moved);
+  for (std::size_t k = 0; k < sums.size(); ++k) settle(account_[k], sums[k], moved, k == kMaxFixtures);
   for (int i = 0; i < states.size(); ++i) {
     if (acts(i)) scale(states[i].force, account_[account(i)].share);
   }
@@ -45,19 +47,24 @@ void KeptEnergy::add(FixtureState& fixture, Sum& sum) const noexcept {
   sum.by_motion += energy_of_motion(fixture, F, dt_);
   sum.keys += fixture.key;
   sum.by_others |= fixture.edited || fixture.slack > 0.0;
+  sum.authority += fixture.authority;
   fixture.edited = false;
 }
 
-void KeptEnergy::settle(Account& account, const Sum& now, const Twist& moved) noexcept {
+void KeptEnergy::settle(Account& account, const Sum& now, const Twist& moved, bool joint) noexcept {
   const Sum& last = account.last;
   account.share = 1.0;
   if (now.by_others || now.keys != last.keys) {
     account.rest.start(now.U);
+  } else if (joint && (now.authority != last.authority || (moved.v.isZero(0.0) && moved.w.isZero(0.0)))) {
+    account.share =
+        account.rest.keep_share(now.U);  // their common correction follows authority, slack and time as well
   } else if (now.keys != 0) {
     const double before = work(last.F, moved), after = work(now.F, moved);
     const double inexact = kInexact * (now.F.f.norm() * moved.v.norm() + now.F.t.norm() * moved.w.norm());
-    account.share = account.rest.step(now.U, std::min(before, after) + now.by_motion,
-                                      std::max(before, after) + now.by_motion, inexact + kRounding * now.U);
+    account.share =
+        account.rest.step(now.U, std::min(before, after) + now.by_motion, std::max(before, after) + now.by_motion,
+                          inexact + kRounding * now.U + kInexactMotion * std::abs(now.by_motion));
   }
   account.last = now;
 }

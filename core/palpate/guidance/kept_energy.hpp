@@ -26,7 +26,8 @@ class KeptEnergy {
     double U = 0.0;          ///< stored energy [J]
     double by_motion = 0.0;  ///< energy by the motion of the fixtures since the last tick [J]
     std::uint64_t keys = 0;  ///< of the fixtures
-    bool by_others = false;  ///< appeared, edited, jumped or returns its slack: not the hand changes the energy
+    double authority = 0.0;  ///< sum
+    bool by_others = false;  ///< appeared, edited or jumped: not the hand changes the energy
   };
   /// The energy of a fixture, or of all those with a joint law.
   struct Account {
@@ -35,7 +36,7 @@ class KeptEnergy {
     double share = 1.0;
   };
   void add(FixtureState& fixture, Sum& sum) const noexcept;
-  static void settle(Account& account, const Sum& now, const Twist& moved) noexcept;
+  static void settle(Account& account, const Sum& now, const Twist& moved, bool joint) noexcept;
 
   double dt_;
   Pose X_WT_;
