@@ -133,7 +133,12 @@ RUNS: dict[str, Run] = {
     ),
     "spheres": Run("study radius --spheres"),
     "geometry": Run("study geometry", ("point_contact", "deflection", "slopes")),
-    "tissue": Run("bench tissue", ("tick_ms", "control_ms", "real_time", "viscosity", "theories", "polynomial")),
+    "tissue": Run(
+        "bench tissue",
+        ("tick_ms", "control_ms", "real_time", "viscosity", "theories", "polynomial", "finding"),
+        lambda row: not str(row.get("name", "")).startswith("operators who"),
+    ),
+    "tissue_finding": Run("bench tissue --only finding"),
     "tissue_loops": Run("bench tissue --only realtime"),  # on an idle machine
     "theories": Run("bench tissue --only theories"),
     "soak_tissue": Run("soak tissue --pokes 1000"),

@@ -26,18 +26,15 @@ def tissue_text(found: Result) -> list[str]:
 
 
 def tissue_finding(found: Result) -> list[str]:
-    """What the few operators prove, and the hardest of their lumps."""
+    """What the operators prove: the lump that reaches the surface, and the control."""
     rows = found["finding"]
     n = len(rows)
     k, shallow, wrong = (sum(row[key] for row in rows) for key in ("found", "shallow_found", "control_found"))
-    assert k == shallow == n
-    assert proportion(k / n, n)[0] < 0.75
-    assert proportion(wrong / n, n)[1] > 0.25
-    least_contrast = min(row["contrast"] for row in rows)
+    assert proportion(k / n, n)[0] < 0.75 <= proportion(shallow / n, n)[0]
+    assert proportion(wrong / n, n)[1] < 0.25
     return [
-        f"{n} operators a row prove neither 75 nor 25 %: {k} of {n} is at least {least(k, n)}, "
+        f"{k} of {n} is at least {least(k, n)}, {shallow} of {n} at least {least(shallow, n)}, "
         f"{wrong} of {n} at most {most(wrong, n)}",
-        f"felt the deep lump as {100 * least_contrast:.1f} % stiffer",
     ]
 
 
@@ -113,7 +110,8 @@ def soak(found: Result) -> list[str]:
 TIES = [
     Tie("grasping.md", "soak_tissue", (soak, soak_limits)),
     Tie("soft-thread.md", "tissue", (thread_rows,)),
-    Tie("tissue-figures.md", "tissue", (tissue_rows, tissue_text, tissue_finding)),
+    Tie("tissue-figures.md", "tissue", (tissue_rows, tissue_text)),
+    Tie("tissue-figures.md", "tissue_finding", (tissue_rows, tissue_finding)),
     Tie("tissue-figures.md", "tissue_times", (tissue_ticks, tissue_mujoco, tissue_controls)),
     Tie("tissue-figures.md", "tissue_loops", (tissue_loops,)),
     Tie("tissue-theories.md", "theories", (theories,)),
