@@ -15,7 +15,7 @@ class Command:
 
     examples:
       palpate completion bash > ~/.local/share/bash-completion/completions/palpate
-      palpate completion zsh >> ~/.zshrc
+      palpate completion zsh > ~/.palpate.zsh
       palpate completion fish > ~/.config/fish/completions/palpate.fish
     """
 
