@@ -19,6 +19,7 @@ import yaml
 
 import palpate.report
 from palpate.arm import Arm
+from palpate.arm.coupling import coupling
 from palpate.cli import main
 from palpate.devices.wrist import COLUMNS
 from palpate.record import Record
@@ -105,7 +106,7 @@ def grip():
 
 
 def moving():
-    """Joints, velocities and torques (n, 21) of an MTM with the dry friction of its model file."""
+    """Positions, velocities and torques (n, 21) of an MTM's drives, with the dry friction of its model file."""
     arm, t = Arm.mtm("right"), np.arange(0.0, 15.0, 5e-3)[:, None]
     middle, swing = 0.5 * (arm.q_min + arm.q_max), np.minimum(0.3 * (arm.q_max - arm.q_min), 0.5)
     w = 2.0 * np.pi * np.array([0.21, 0.34, 0.55, 0.47, 0.62, 0.81, 0.7])
@@ -113,7 +114,9 @@ def moving():
     o = arm.leader_options()
     links = np.array([arm.inverse_dynamics(*row) for row in zip(q, v, a, strict=True)])
     tau = links + o.rotor_inertia * a + o.viscous * v + o.coulomb * np.tanh(v / 0.02)
-    return np.hstack([q, v, tau + 0.01 * tau.std(axis=0) * np.random.default_rng(0).normal(size=tau.shape)])
+    tau += 0.01 * tau.std(axis=0) * np.random.default_rng(0).normal(size=tau.shape)
+    to_drives = np.linalg.inv(coupling(arm)).T
+    return np.hstack([q @ to_drives, v @ to_drives, tau @ coupling(arm)])
 
 
 def wrist():
