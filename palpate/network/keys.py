@@ -6,6 +6,7 @@ import os
 import secrets
 from pathlib import Path
 
+from palpate import limits
 from palpate.errors import MissingExtraError, PalpateError
 
 SIZE = 32  # [bytes]
@@ -40,7 +41,11 @@ def read_key(path: Path) -> bytes:
         PalpateError: there is no such file, others may read it, or it holds no key.
     """
     try:
-        text, mode = path.read_text(encoding="ascii", errors="replace"), path.stat().st_mode
+        text, mode = limits.read_text(path, encoding="latin-1"), path.stat().st_mode
+    except limits.LimitError as error:
+        raise PalpateError(
+            f"{path}: this is no key of Palpate", why=str(error), mend="make one with palpate keys"
+        ) from None
     except OSError:
         raise PalpateError(f"{path}: there is no key",
                            mend=f"palpate keys --out {path}, and copy it to both machines") from None  # fmt: skip

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from palpate import limits
 from palpate.arrays import Array
 from palpate.errors import PalpateError
 
@@ -17,6 +18,7 @@ Trace = list[tuple[float, float]]
 _MAGIC = {0xA1B2C3D4: 1e-6, 0xA1B23C4D: 1e-9}
 """Resolution of the time stamps of a pcap file by its first word [s]."""
 _LEAST = 10
+_SPARSE = 100  # most periods a packet: more of them are no stream
 _WINDOW = 200  # packets over which the sender's period is taken as constant
 
 
@@ -32,9 +34,15 @@ def read_trace(path: str | Path) -> Trace:
         PalpateError: the file does not exist, is no such file, or holds too few packets.
     """
     path = Path(path)
-    if not path.is_file():
-        raise PalpateError(f"{path}: there is no such file", mend="give a trace: FILE.csv or FILE.pcap")
-    trace = _of_table(path) if path.suffix == ".csv" else _of_arrivals(path, _arrivals(path))
+    try:
+        limits.require_file(path)
+        trace = _of_table(path) if path.suffix == ".csv" else _of_arrivals(path, _arrivals(path))
+    except FileNotFoundError:
+        raise PalpateError(f"{path}: there is no such file", mend="give a trace: FILE.csv or FILE.pcap") from None
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise PalpateError(
+            f"{path}: the trace cannot be read", why=str(error)[:200], mend="give FILE.csv or FILE.pcap"
+        ) from None
     if len(trace) < 2 or all(delay < 0.0 for _, delay in trace):
         raise PalpateError(f"{path}: {len(trace)} usable packets", mend="record at least a few seconds")
     return trace
@@ -42,16 +50,15 @@ def read_trace(path: str | Path) -> Trace:
 
 def _of_table(path: Path) -> Trace:
     out: Trace = []
-    with path.open(newline="", encoding="utf-8", errors="replace") as file:
-        for number, row in enumerate(csv.reader(file), 1):
-            if not row or (number == 1 and not _is_number(row[0])):
-                continue
-            try:
-                delay = row[1].strip() if len(row) > 1 else ""
-                out.append((float(row[0]), float(delay) if delay else -1.0))
-            except ValueError:
-                what = f"{path}, line {number}: {','.join(row)[:60]!r} is no time and delay"
-                raise PalpateError(what, mend="write seconds, e.g. 0.25,0.041") from None
+    for number, row in enumerate(csv.reader(limits.read_text(path, limits.MOST_TABLE).splitlines()), 1):
+        if not row or (number == 1 and not _is_number(row[0])):
+            continue
+        try:
+            delay = row[1].strip() if len(row) > 1 else ""
+            out.append((float(row[0]), float(delay) if delay else -1.0))
+        except ValueError:
+            what = f"{path}, line {number}: {','.join(row)[:60]!r} is no time and delay"
+            raise PalpateError(what, mend="write seconds, e.g. 0.25,0.041") from None
     times = np.array(out).reshape(-1, 2)
     if not np.isfinite(times).all() or (np.diff(times[:, 0]) <= 0.0).any():
         raise PalpateError(f"{path}: times must be finite and increase", mend="sort the rows by time")
@@ -68,7 +75,7 @@ def _is_number(text: str) -> bool:
 
 def _arrivals(path: Path) -> Array:
     """Times of the packets of a pcap file [s]."""
-    data = path.read_bytes()
+    data = limits.read_bytes(path, limits.MOST_TABLE)
     for order in "<>":
         if len(data) >= 24 and (magic := struct.unpack(order + "I", data[:4])[0]) in _MAGIC:
             break
@@ -96,6 +103,9 @@ def _of_arrivals(path: Path, arrivals: Array) -> Trace:
     number = np.round(arrivals / period).astype(int)
     number = np.maximum.accumulate(number)
     slots = int(number[-1]) + 1
+    if slots > _SPARSE * len(arrivals):
+        mend = "filter the capture to one stream with a constant rate"
+        raise PalpateError(f"{path}: {len(arrivals)} packets in {slots} periods of {period:g} s", mend=mend)
     late = np.full(slots, -1.0)
     lag = arrivals - period * number
     floor = np.array([lag[max(i - _WINDOW, 0) : i + _WINDOW].min() for i in range(len(lag))])

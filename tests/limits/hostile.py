@@ -370,6 +370,17 @@ def csv_files(header=b""):
     yield "long numbers", header + b"1" * 3_000_000 + b",2,3\n"
 
 
+def pcap_files():
+    head = struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 65535, 1)
+    times = [*range(40), 2**32 - 1]
+    yield (
+        "a packet in a hundred years",
+        head + b"".join(struct.pack("<IIII", t // 20, t % 20 * 50, 0, 0) for t in times),
+    )
+    yield "a packet without data", head + struct.pack("<IIII", 0, 0, 2**32 - 1, 2**32 - 1) * 30
+    yield "packets at once", head + struct.pack("<IIII", 5, 5, 0, 0) * 200_000
+
+
 def special(folder: Path, name: str):
     """Paths that are no files, with their descriptions."""
     for what, target in (("a device", "/dev/zero"), ("a device without end", "/dev/urandom")):

@@ -203,6 +203,9 @@ READERS = [
     ("record/bags/library.py", record, "bag.db3", NONE),
     ("record/bags/library.py", replayed, "clouds.mcap", hostile.mcap_files),
     ("sweep/journal.py", journal, "points.jsonl", NONE),
+    ("network/traces.py", of("network.traces", "read_trace"), "trace.csv", hostile.csv_files),
+    ("network/traces.py", of("network.traces", "read_trace"), "trace.pcap", hostile.pcap_files),
+    ("network/keys.py", of("network.keys", "read_key"), "link.key", NONE),
 ]
 """Every reader of files, with hostile files of its format; `hostile.any_files` and `special` are for each of them."""
 
@@ -340,6 +343,9 @@ OWN = {
     "report/summary.py": "the record that was read before",
     "reproduce/run.py": "results that this command wrote",
     "reproduce/sliders.py": "files of the package",
+    "cli/_licenses.py": "metadata of this environment",
+    "doctor/connected.py": "files of the kernel",
+    "doctor/machine.py": "files of the kernel",
 }
 """Modules that read without limits, and what they read."""
 SAFE = {"cli/register/check.py"}  # the file was read before

@@ -28,7 +28,7 @@ def ticks(scene):
     session, rows = PairsSession(scene), {"right": [], "left": []}
     for name, pair in session.pairs.items():
         take = pair.take
-        pair.take = lambda t, name=name, take=take: (rows[name].append(t.copy()), take(t))
+        pair.take = lambda t, *more, name=name, take=take: (rows[name].append(t.copy()), take(t, *more))
     session.run(scene.duration)
     return {name: np.concatenate(each) for name, each in rows.items()}
 

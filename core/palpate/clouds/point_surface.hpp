@@ -50,7 +50,7 @@ class PointSurface final : public scene::Surface {
   /// not finite or out of range.
   PointSurface(const PointInput& input, const PointSurfaceOptions& options, const PointSurface* continues = nullptr);
   [[nodiscard]] scene::Nearest nearest(const Vec3& p) const noexcept override;
-  [[nodiscard]] double normal_error() const noexcept override { return 2e-2; }
+  [[nodiscard]] bool is_exact() const noexcept override { return false; }
 
   /// Displacement by which this surface moved to pass through the points (3n coordinates) within `radius` of `centre`
   /// [m]: the translation with the least squared distances. It is zero along directions that the shape does not

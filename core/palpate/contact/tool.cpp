@@ -13,7 +13,8 @@ namespace palpate::contact {
 
 namespace {
 
-constexpr double kRounding = 1e-9;  // of a stored energy
+constexpr double kNormalError = 1e-3;  // angle between a normal and the gradient of the distance [rad]
+constexpr double kRounding = 1e-9;     // of a stored energy
 
 /// Shortens the springs of a contact of a sphere at p_WS to a share.
 void shorten(Contact& c, const Vec3& p_WS, double share) noexcept {
@@ -159,10 +160,11 @@ void Tool::rub(Contact& c, const Vec3& p_WS, const scene::Object& object, double
 }
 
 /// Keeps the energy of a contact where its surface jumps. It is that of an object of stiffness 1, so that edits of the
-/// material do not count as jumps. A soft body answers for its own energy.
+/// material do not count as jumps. A soft body answers for its own energy; clouds are left as they are, since their
+/// noise would count as jumps and take force.
 void Tool::keep_energy(Contact& c, const Vec3& p_WS, const scene::Object& object, double t) noexcept {
   const double k = object.material.K.mean();
-  if (object.surface->deformable() != nullptr || !(k > 0.0)) return;
+  if (object.surface->deformable() != nullptr || !object.surface->is_exact() || !(k > 0.0)) return;
   Spring& s = springs_[to_index(c.sphere * scene::kMaxObjects + c.object)];
   const Pose X_WO = object.pose(t);
   const Vec3 x = X_WO.R.transpose() * (p_WS - X_WO.p), F = X_WO.R.transpose() * spring_force(c) / k;
@@ -173,7 +175,7 @@ void Tool::keep_energy(Contact& c, const Vec3& p_WS, const scene::Object& object
     // The force between both positions lies between those at them, unless the surface jumps.
     const Vec3 dx = x - s.x;
     const double before = -s.F.dot(dx), now = -F.dot(dx);
-    const double inexact = object.surface->normal_error() * F.norm() * dx.norm() + kRounding * stored;
+    const double inexact = kNormalError * F.norm() * dx.norm() + kRounding * stored;
     shorten(c, p_WS, s.rest.step(stored, std::min(before, now), std::max(before, now), inexact));
   }
   s.surface = object.surface.get();

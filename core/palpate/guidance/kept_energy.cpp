@@ -27,15 +27,16 @@ double energy_of_motion(const FixtureState& now, const Wrench& F, double dt) noe
 void KeptEnergy::step(FixtureStates& states, const Pose& X_WT) noexcept {
   const Twist moved = {X_WT.p - X_WT_.p, rotation_vector(X_WT.R * X_WT_.R.transpose())};
   X_WT_ = X_WT;
-  std::array<Sum, kMaxFixtures + 1> sums{};
-  const auto account = [&](int i) { return to_index(states.fixture(i).law->solves_jointly() ? kMaxFixtures : i); };
-  const auto acts = [&](int i) { return states[i].active() && !states.fixture(i).policy.hard; };
+  std::array<Sum, kMaxFixtures> sums{};
+  const auto acts = [&](int i) {
+    return states[i].active() && !states.fixture(i).policy.hard && !states.fixture(i).law->solves_jointly();
+  };
   for (int i = 0; i < states.size(); ++i) {
-    if (acts(i)) add(states[i], sums[account(i)]);
+    if (acts(i)) add(states[i], sums[to_index(i)]);
   }
-  for (std::size_t k = 0; k < sums.size(); ++k) settle(account_[k], sums[k], moved, k == kMaxFixtures);
+  for (std::size_t k = 0; k < sums.size(); ++k) settle(account_[k], sums[k], moved);
   for (int i = 0; i < states.size(); ++i) {
-    if (acts(i)) scale(states[i].force, account_[account(i)].share);
+    if (acts(i)) scale(states[i].force, account_[to_index(i)].share);
   }
 }
 
@@ -47,18 +48,14 @@ void KeptEnergy::add(FixtureState& fixture, Sum& sum) const noexcept {
   sum.by_motion += energy_of_motion(fixture, F, dt_);
   sum.keys += fixture.key;
   sum.by_others |= fixture.edited || fixture.slack > 0.0;
-  sum.authority += fixture.authority;
   fixture.edited = false;
 }
 
-void KeptEnergy::settle(Account& account, const Sum& now, const Twist& moved, bool joint) noexcept {
+void KeptEnergy::settle(Account& account, const Sum& now, const Twist& moved) noexcept {
   const Sum& last = account.last;
   account.share = 1.0;
   if (now.by_others || now.keys != last.keys) {
     account.rest.start(now.U);
-  } else if (joint && (now.authority != last.authority || (moved.v.isZero(0.0) && moved.w.isZero(0.0)))) {
-    account.share =
-        account.rest.keep_share(now.U);  // their common correction follows authority, slack and time as well
   } else if (now.keys != 0) {
     const double before = work(last.F, moved), after = work(now.F, moved);
     const double inexact = kInexact * (now.F.f.norm() * moved.v.norm() + now.F.t.norm() * moved.w.norm());

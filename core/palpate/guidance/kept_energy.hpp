@@ -15,32 +15,31 @@ class KeptEnergy {
  public:
   /// dt: period of the cycle [s].
   explicit KeptEnergy(double dt) : dt_(dt) {}
-  /// Scales the wrenches of the soft fixtures of a tool at X_WT, after the priorities. Fixtures with a joint law, which
-  /// share one correction, share one energy as well.
+  /// Scales the wrenches of the soft fixtures of a tool at X_WT, after the priorities. Fixtures with a joint law are
+  /// left as they are: their common correction follows authority, slack and time as well, which is no jump.
   void step(FixtureStates& states, const Pose& X_WT) noexcept;
 
  private:
-  /// Sums over the fixtures of an account, at an authority of one.
+  /// Of a fixture, at an authority of one.
   struct Sum {
     Wrench F;
     double U = 0.0;          ///< stored energy [J]
     double by_motion = 0.0;  ///< energy by the motion of the fixtures since the last tick [J]
     std::uint64_t keys = 0;  ///< of the fixtures
-    double authority = 0.0;  ///< sum
     bool by_others = false;  ///< appeared, edited or jumped: not the hand changes the energy
   };
-  /// The energy of a fixture, or of all those with a joint law.
+  /// The energy of a fixture.
   struct Account {
     Sum last;
     SpringRest rest;
     double share = 1.0;
   };
   void add(FixtureState& fixture, Sum& sum) const noexcept;
-  static void settle(Account& account, const Sum& now, const Twist& moved, bool joint) noexcept;
+  static void settle(Account& account, const Sum& now, const Twist& moved) noexcept;
 
   double dt_;
   Pose X_WT_;
-  std::array<Account, kMaxFixtures + 1> account_{};  ///< of each fixture; the last one of all with a joint law
+  std::array<Account, kMaxFixtures> account_{};  ///< of each fixture
 };
 
 }  // namespace palpate::guidance

@@ -36,8 +36,8 @@ class Surface {
   [[nodiscard]] virtual const Mesh* mesh() const noexcept { return nullptr; }
   /// The state of this surface if it deforms under the tool, for the loop that owns it; null for any other surface.
   [[nodiscard]] virtual Deformable* deformable() const noexcept { return nullptr; }
-  /// Largest angle between a normal and the gradient of the distance, but at jumps [rad].
-  [[nodiscard]] virtual double normal_error() const noexcept { return 1e-3; }
+  /// False if noise turns the normals: then a change of the stored energy without work is no jump of the surface.
+  [[nodiscard]] virtual bool is_exact() const noexcept { return true; }
   /// Unique number of this surface, or of the stream of surfaces that it continues. Unlike an address, it is never used
   /// again.
   [[nodiscard]] std::uint64_t id() const noexcept { return id_; }

@@ -21,13 +21,6 @@ class SpringRest {
     stored_ = stored;
     rest_ = 0.0;
   }
-  /// Something else than the hand changes what is stored: the share stays.
-  double keep_share(double stored) noexcept {
-    const double share = stored_ > 0.0 ? 1.0 - rest_ / std::sqrt(stored_) : 1.0;
-    stored_ = stored;
-    rest_ = (1.0 - share) * std::sqrt(stored);
-    return share;
-  }
   /// The share of F that is rendered [0-1].
   ///
   /// stored: V now. least, most: bounds of the work of the hand against the whole of F since the last tick. inexact:
