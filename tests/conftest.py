@@ -38,7 +38,7 @@ def pytest_sessionfinish(session):
     processor time [s] of each folder in pytest's cache, where tools/tests.py finds it."""
     if hasattr(session.config, "workerinput"):
         faulthandler.dump_traceback_later(60.0, exit=True)
-    elif _used:
+    elif _used and hasattr(session.config, "cache"):
         session.config.cache.set("palpate/processor_time", dict(_used))
 
 
