@@ -28,6 +28,19 @@ _SIGNALS = (
     "guidance_fixture",
     "holding",
 )
+_FORCES = (
+    *("touches", "contact_s", "mean_force_N", "peak_force_N", "peak_50ms_N", "above_threshold_s", "impulse_Ns"),
+    *("force_per_path_N_per_m", "force_sensitivity", "excess", "peaks", "unsteady"),
+)
+_NEEDED = {
+    frozenset(("p_LH",)): ("path_hand_m",),
+    frozenset(("p_WT",)): ("path_tool_m", "movements", "sparc", "log_dimensionless_jerk", "force_per_path_N_per_m"),
+    frozenset(("F_T_W", "F_touch_W")): _FORCES,
+    frozenset(("status",)): ("clutches",),
+    frozenset(("guidance_gap", "guidance_fixture")): ("margin_entries",),
+    frozenset(("holding",)): ("drops",),
+}
+"""Signals, and the measures that are unknown where a thinned or older record lacks one of them."""
 _CLUTCHED = STATUS["clutched"][0]
 
 
@@ -44,7 +57,7 @@ def summary(
 
     Returns:
         In SI units, by names that end in their unit (docs/metrics.md). A record of any length needs memory for
-        MOTION_RATE samples a second. NaN: not defined, e.g. a force where nothing was touched.
+        MOTION_RATE samples a second. NaN: not defined, e.g. a force where nothing was touched, or not recorded.
 
     Raises:
         RecordError: the record cannot be read. ValueError: `need` or `harm` is not positive.
@@ -53,7 +66,9 @@ def summary(
     taken = _Taken(record.rate)
     for ticks in record.blocks(_SIGNALS):
         taken.add(ticks)
-    return taken.measures(need, harm, threshold)
+    found = taken.measures(need, harm, threshold)
+    lacking = {name for need_of, names in _NEEDED.items() if not record.signals.keys() >= need_of for name in names}
+    return {name: float("nan") if name in lacking else value for name, value in found.items()}
 
 
 class _Taken:
@@ -70,8 +85,8 @@ class _Taken:
     def add(self, ticks: Ticks) -> None:
         """Take in the next block."""
         first = -self.ticks % self.every
-        self.hand.append(ticks["p_LH"][first :: self.every])
-        self.tool.append(ticks["p_WT"][first :: self.every])
+        self.hand.append(ticks["p_LH"][first :: self.every].copy())  # the reader fills its block anew
+        self.tool.append(ticks["p_WT"][first :: self.every].copy())
         self.ticks += len(ticks)
         F = true_force(ticks)
         self.force.append(F.astype(np.float32))

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate import Scene, Session, metrics
+from palpate import Record, Scene, Session, metrics
 from palpate.cli import main
 from palpate.metrics import measures
 from palpate.record.ticks import STATUS, TICK
@@ -92,6 +92,31 @@ def test_known_motion_gives_its_measures_in_any_blocks(cuts):
     assert found["movements"] == 1
     assert (found["excess"], found["peaks"], found["unsteady"]) == pytest.approx((1.0, 0.0, 0.0))
     assert found["force_sensitivity"] == pytest.approx(50.0)
+
+
+@pytest.mark.parametrize("every", [1, 10])
+def test_measures_of_a_record_are_those_of_its_arrays(tmp_path, every):
+    """Over several blocks of the reader, and for a thinned record."""
+    scene = Scene.parse(
+        "objects: [{sphere: {radius: 0.03}}]\noperator: {palpate: {approach: 0.5, press: 0.5, slide: 1, leave: 0.5}}\n"
+        f"record: {{report: false, every: {every}}}\n"
+    )
+    record = Record.open(Session(scene, out=str(tmp_path)).run(2.5).record)
+    found, step = metrics.summary(record), 10 // every
+    for name, signal in (("path_tool_m", "p_WT"), ("path_hand_m", "p_LH")):
+        p = record[signal][::step]
+        assert found[name] == pytest.approx(np.linalg.norm(np.diff(p, axis=0), axis=1).sum(), rel=1e-9)
+    F = np.linalg.norm(record["F_T_W"], axis=1)
+    assert found["impulse_Ns"] == pytest.approx(F.sum() * every / 1000.0, rel=1e-5)
+    assert found["peak_force_N"] == pytest.approx(F.max(), rel=1e-6)
+
+
+def test_measures_without_their_signals_are_unknown_not_zero(tmp_path):
+    scene = Scene.parse("objects: [{sphere: {radius: 0.03}}]\nrecord: {report: false, signals: [p_WT]}\n")
+    found = metrics.summary(Session(scene, out=str(tmp_path)).run(0.5).record)
+    assert {name for name, value in found.items() if not math.isnan(value)} >= {"time_s", "path_tool_m", "movements"}
+    for name in ("path_hand_m", "clutches", "touches", "impulse_Ns", "drops", "margin_entries", "force_sensitivity"):
+        assert math.isnan(found[name]), name
 
 
 def test_nothing_touched_and_nothing_recorded():
