@@ -13,8 +13,6 @@ from pathlib import Path
 
 from palpate.doctor.finding import Finding, State
 
-CYCLE_PRIORITY = 80
-"""Priority under SCHED_FIFO of the haptic cycle (docs/ros2-network.md)."""
 LATE = 0.5e-3
 """A thread that wakes later than this cannot keep a rate of 1 kHz [s]."""
 MB_PER_SECOND = 0.7
@@ -78,21 +76,24 @@ def _system() -> str:
 
 
 def _rights() -> Finding:
+    from palpate import _core
+
+    priority = int(_core.RealTimeOptions().priority)  # of the haptic cycle
     allowed: list[bool] = []
-    thread = threading.Thread(target=lambda: allowed.append(_may_run_first()))  # it alone changes its scheduler
+    thread = threading.Thread(target=lambda: allowed.append(_may_run_at(priority)))  # it alone changes its scheduler
     thread.start()
     thread.join()
     needed = "no late ticks while other programs work"
     if allowed[0]:
-        return Finding("real-time", "SCHED_FIFO", "ok", f"allowed at priority {CYCLE_PRIORITY}", needed)
+        return Finding("real-time", "SCHED_FIFO", "ok", f"allowed at priority {priority}", needed)
     name = os.environ.get("USER", "YOUR_NAME")
     fix = f"echo '{name} - rtprio 90' | sudo tee {_LIMITS}, then log in again"
-    return Finding("real-time", "SCHED_FIFO", "problem", f"refused at priority {CYCLE_PRIORITY}", needed, fix)
+    return Finding("real-time", "SCHED_FIFO", "problem", f"refused at priority {priority}", needed, fix)
 
 
-def _may_run_first() -> bool:
+def _may_run_at(priority: int) -> bool:
     try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(CYCLE_PRIORITY))
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
     except OSError:
         return False
     return True

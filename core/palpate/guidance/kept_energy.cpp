@@ -27,43 +27,32 @@ double energy_of_motion(const FixtureState& now, const Wrench& F, double dt) noe
 void KeptEnergy::step(FixtureStates& states, const Pose& X_WT) noexcept {
   const Twist moved = {X_WT.p - X_WT_.p, rotation_vector(X_WT.R * X_WT_.R.transpose())};
   X_WT_ = X_WT;
-  std::array<Sum, kMaxFixtures> sums{};
-  const auto acts = [&](int i) {
-    return states[i].active() && !states.fixture(i).policy.hard && !states.fixture(i).law->solves_jointly();
-  };
   for (int i = 0; i < states.size(); ++i) {
-    if (acts(i)) add(states[i], sums[to_index(i)]);
-  }
-  for (std::size_t k = 0; k < sums.size(); ++k) settle(account_[k], sums[k], moved);
-  for (int i = 0; i < states.size(); ++i) {
-    if (acts(i)) scale(states[i].force, account_[to_index(i)].share);
+    Account& account = account_[to_index(i)];
+    if (!states[i].active() || states.fixture(i).policy.hard || states.fixture(i).law->solves_jointly()) {
+      account.last.key = 0;
+    } else {
+      scale(states[i].force, share(account, states[i], moved));
+    }
   }
 }
 
-void KeptEnergy::add(FixtureState& fixture, Sum& sum) const noexcept {
-  const double one = 1.0 / fixture.authority;
-  const Wrench F = {one * fixture.force.F.f, one * fixture.force.F.t};
-  sum.F = sum.F + F;
-  sum.U += one * fixture.force.U;
-  sum.by_motion += energy_of_motion(fixture, F, dt_);
-  sum.keys += fixture.key;
-  sum.by_others |= fixture.edited || fixture.slack > 0.0;
+double KeptEnergy::share(Account& account, FixtureState& fixture, const Twist& moved) const noexcept {
+  const double one = 1.0 / fixture.authority, U = one * fixture.force.U;
+  const Last last = account.last;
+  account.last = {{one * fixture.force.F.f, one * fixture.force.F.t}, fixture.key};
+  const bool by_others = fixture.edited || fixture.slack > 0.0 || fixture.key != last.key;
   fixture.edited = false;
-}
-
-void KeptEnergy::settle(Account& account, const Sum& now, const Twist& moved) noexcept {
-  const Sum& last = account.last;
-  account.share = 1.0;
-  if (now.by_others || now.keys != last.keys) {
-    account.rest.start(now.U);
-  } else if (now.keys != 0) {
-    const double before = work(last.F, moved), after = work(now.F, moved);
-    const double inexact = kInexact * (now.F.f.norm() * moved.v.norm() + now.F.t.norm() * moved.w.norm());
-    account.share =
-        account.rest.step(now.U, std::min(before, after) + now.by_motion, std::max(before, after) + now.by_motion,
-                          inexact + kRounding * now.U + kInexactMotion * std::abs(now.by_motion));
+  if (by_others) {
+    account.rest.start(U);
+    return 1.0;
   }
-  account.last = now;
+  const Wrench& F = account.last.F;
+  const double before = work(last.F, moved), after = work(F, moved);
+  const double by_motion = energy_of_motion(fixture, F, dt_);
+  const double inexact = kInexact * (F.f.norm() * moved.v.norm() + F.t.norm() * moved.w.norm());
+  return account.rest.step(U, std::min(before, after) + by_motion, std::max(before, after) + by_motion,
+                           inexact + kRounding * U + kInexactMotion * std::abs(by_motion));
 }
 
 }  // namespace palpate::guidance

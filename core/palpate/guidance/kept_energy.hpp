@@ -20,26 +20,21 @@ class KeptEnergy {
   void step(FixtureStates& states, const Pose& X_WT) noexcept;
 
  private:
-  /// Of a fixture, at an authority of one.
-  struct Sum {
+  /// Of a fixture at the last tick, at an authority of one.
+  struct Last {
     Wrench F;
-    double U = 0.0;          ///< stored energy [J]
-    double by_motion = 0.0;  ///< energy by the motion of the fixtures since the last tick [J]
-    std::uint64_t keys = 0;  ///< of the fixtures
-    bool by_others = false;  ///< appeared, edited or jumped: not the hand changes the energy
+    std::uint64_t key = 0;  ///< of the fixture; 0: it did not act
   };
   /// The energy of a fixture.
   struct Account {
-    Sum last;
+    Last last;
     SpringRest rest;
-    double share = 1.0;
   };
-  void add(FixtureState& fixture, Sum& sum) const noexcept;
-  static void settle(Account& account, const Sum& now, const Twist& moved) noexcept;
+  double share(Account& account, FixtureState& fixture, const Twist& moved) const noexcept;
 
   double dt_;
   Pose X_WT_;
-  std::array<Account, kMaxFixtures> account_{};  ///< of each fixture
+  std::array<Account, kMaxFixtures> account_{};
 };
 
 }  // namespace palpate::guidance
