@@ -46,8 +46,6 @@ def surface(rng: np.random.Generator) -> list[Loop]:
 def valley(rng: np.random.Generator) -> list[Loop]:
     """A valley or hills, some narrower than the tool."""
     s = draw.site(rng, (bodies.valley, bodies.relief))
-    start = s.scene["operator"]["path"][0]
-    start["xyz"] = vector(np.array(start["xyz"]) + 0.015 * s.R[:, 2])  # above the walls: a loop begins without contact
     return _still("valley", s, [draw.wander(s), draw.across(s)])
 
 
