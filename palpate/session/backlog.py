@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 
 import numpy as np
 
@@ -19,6 +19,9 @@ MOST = 4
 
 class Backlog:
     """Gathers ticks into blocks, and hands each block to one thread, in order.
+
+    After a block that failed, those that wait are dropped: a loop that keeps its ticks itself would not have come to
+    them.
 
     Args:
         size: number of ticks from which on a block is handed over.
@@ -65,7 +68,19 @@ class Backlog:
 
     def _wait(self, most: int) -> None:
         while len(self._waiting) > most or (self._waiting and self._waiting[0].done()):
-            self._waiting.popleft().result()
+            try:
+                self._waiting[0].result()
+            except Exception:
+                self._drop()
+                raise
+            self._waiting.popleft()
+
+    def _drop(self) -> None:
+        for block in self._waiting:
+            block.cancel()
+        wait(self._waiting)
+        self._waiting.clear()
+        self._ticks, self._snapshots = [], []
 
 
 def _keep(keep: Keep, ticks: list[Ticks], snapshots: list[Snapshot]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import time
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -26,6 +27,7 @@ from palpate.session.pairs_summary import Met, PairsSummary, meeting
 from palpate.session.run_folder import keep_scene, new_folder, require_writable
 from palpate.session.session import BATCH
 from palpate.session.state import State
+from palpate.session.summary import Summary
 from palpate.session.swap import swapped
 from palpate.trackers.tracking import PERIOD
 
@@ -206,9 +208,16 @@ class PairsSession:
     def close(self, interrupted: bool = False) -> PairsSummary:
         """Stop all pairs, close their records and return the summary."""
         self.stop()
-        found = {name: session.close(interrupted) for name, session in self.pairs.items()}
-        met = meeting([session.met for session in self.pairs.values()])
         folder, self.folder = self.folder, None
+        found: dict[str, Summary] = {}
+
+        def close(name: str) -> None:
+            found[name] = self.pairs[name].close(interrupted)
+
+        with ExitStack() as closing:  # of every pair, even if the record of another one fails
+            for name in reversed(list(self.pairs)):
+                closing.callback(close, name)
+        met = meeting([session.met for session in self.pairs.values()])
         for session in self.pairs.values():
             session.met = self.new_met()
         return PairsSummary.of(found, met, None if folder is None else str(folder))

@@ -110,7 +110,8 @@ class RecordedLoop:
 
     def _take(self, ticks: Ticks, realtime: bool = False) -> None:
         """Count and record the next ticks (n,)."""
-        self._keep(ticks, self._counted(ticks, realtime))
+        with self._lock:  # no other thread ends the record in between
+            self._keep(ticks, self._counted(ticks, realtime))
 
     def _take_behind(self, ticks: Ticks) -> None:
         """Count and record the next ticks (n,) of a lockstep run, in a thread behind the loop."""
@@ -169,7 +170,12 @@ class RecordedLoop:
 
     def _finish(self, interrupted: bool) -> Summary:
         """Close the record and return the summary."""
-        self._backlog.finish()
+        try:
+            self._backlog.finish()
+        except BaseException:
+            with self._lock:
+                self._end_record(again=self.recording)  # it is complete up to the ticks that failed
+            raise
         with self._lock:
             faults = self._faults()
             timing = self.timing

@@ -95,9 +95,7 @@ class Totals:
         self._ticks = self._touching = self._capped = self._passivity = self._fast = 0
         self._peak = self._sum = self._depth = self._energy = self._lowest = self._lent = self._speed = 0.0
         self._cycle_us = Samples()
-        self._waiting: list[
-            bytes
-        ] = []  # ticks that are not counted yet: numpy copies structures slowly, and bytes fast
+        self._waiting: list[bytes] = []  # ticks not counted yet, as bytes: numpy copies structures slowly
 
     def add(self, ticks: Ticks) -> None:
         """Add further ticks (n,), in order of time."""
