@@ -284,7 +284,7 @@ class Arm(_core.Arm):
         jaw: opening angle (...) of the jaws (PSM) or the grips (MTM), 0 = closed [rad].
         """
         q = np.asarray(q, dtype=float)
-        links = self.link_poses_array(q.reshape(-1, self.n)).reshape(*q.shape[:-1], -1, 4, 4)
+        links = self.link_poses_array(q.reshape(-1, self.n)).reshape(*q.shape[:-1], len(self.link_names), 4, 4)
         poses = dict(zip(self.link_names, np.moveaxis(links, -3, 0), strict=True))
         angle = dict(zip(self.joint_names, np.moveaxis(q, -1, 0), strict=True))
         for joint in self._drawn:

@@ -12,6 +12,7 @@ Triangles = NDArray[np.int32]
 
 MOST_TRIANGLES = 150_000
 """A finer surface is drawn coarser, so that the browser stays fluent; contact uses the full surface."""
+_MOST_CELLS = 2**20  # along an axis
 
 
 def drawable(
@@ -28,7 +29,7 @@ def drawable(
 
     if len(triangles) <= most:
         return vertices, triangles
-    found = cache.load_or_make("mesh_coarse", f"{most}_{key}", made) if key else made()
+    found = cache.load_or_make("mesh_coarse", cache.source_key([__file__], most, key), made) if key else made()
     return found["vertices"], found["triangles"]
 
 
@@ -39,8 +40,11 @@ def coarser(vertices: Array, triangles: Triangles, most: int) -> tuple[Array, Tr
         return vertices, triangles, np.arange(len(triangles))
     a, b, c = (vertices[triangles[:, k], :3] for k in range(3))
     area = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
-    cell = np.sqrt(2.0 * area / most)  # about two triangles in each cell that the surface crosses
-    place = np.floor((vertices[:, :3] - vertices[:, :3].min(axis=0)) / cell).astype(np.int64)
+    low = vertices[:, :3].min(axis=0)
+    extent = float((vertices[:, :3].max(axis=0) - low).max())
+    # About two triangles in each cell that the surface crosses; numbers of cells have 63 bits.
+    cell = max(float(np.sqrt(2.0 * area / most)), extent / _MOST_CELLS)
+    place = np.floor((vertices[:, :3] - low) / cell).astype(np.int64)
     _, group = np.unique(np.ravel_multi_index(place.T, place.max(axis=0) + 1), return_inverse=True)
     count = np.bincount(group)
     sums = np.stack([np.bincount(group, vertices[:, k]) for k in range(vertices.shape[1])], axis=1)

@@ -50,7 +50,7 @@ def file_key(path: Path, *choices: object) -> str:
         if path.suffix.lower() in _WHOLE and path.stat().st_size >= CACHED_SIZE:
             with path.open("rb") as file:
                 content = hashlib.file_digest(file, "sha256").hexdigest()
-            return cache.source_key(_libraries(), content, *choices)
+            return cache.source_key([*_libraries(), *_readers()], content, *choices)
     return ""
 
 
@@ -65,6 +65,11 @@ def keep_file(file: str, key: str, unit: str) -> None:
     """Keep which mesh a file holds, by `file_key` and the mesh's key, unless one of them is empty."""
     if file and key:
         cache.keep("mesh_file", file, {"key": np.array(key), "unit": np.array(unit)})
+
+
+def _readers() -> list[Path]:
+    """The source files that read meshes."""
+    return sorted(Path(__file__).parent.glob("*.py"))
 
 
 def _libraries() -> list[Path]:

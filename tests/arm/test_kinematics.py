@@ -113,3 +113,8 @@ def test_inverse_kinematics_of_an_unreachable_pose_states_the_residual(arm):
     assert np.isfinite(q).all()
     with pytest.raises(ArmError, match="cannot reach the tip pose"):
         arm.ik(X, restarts=2)
+
+
+def test_links_of_no_poses_are_no_poses():
+    arm = palpate.Arm.psm()
+    assert arm.link_poses(np.zeros((0, arm.n)), np.zeros(0))["tip"].shape == (0, 4, 4)
