@@ -60,10 +60,10 @@ def _table(rows: list[Mapping[str, Any]]) -> str:
     columns = [label(str(name)) for name in rows[0]]
     head = "".join(f"<th>{escape(words)}{f' [{unit}]' if unit else ''}</th>" for words, unit in columns)
     body = "".join(
-        "<tr>" + "".join(f"<td>{_text(x) or ''}</td>" for x in row.values()) + "</tr>"
+        "<tr>" + "".join(f"<td>{_text(row[name]) or '' if name in row else ''}</td>" for name in rows[0]) + "</tr>"
         for row in rows
     )  # fmt: skip
-    return f'<div class="scroll"><table>{"<tr>" + head + "</tr>"}{body}</table></div>'
+    return f'<div class="scroll"><table><tr>{head}</tr>{body}</table></div>'
 
 
 def _text(value: Any) -> str | None:

@@ -32,6 +32,10 @@ def test_values_become_lines_lists_and_tables():
     assert "<td>MTM</td><td>2</td>" in text
 
 
+def test_rows_of_a_table_may_lack_a_column():
+    assert "<td>1</td><td>3</td></tr><tr><td></td><td>2</td>" in values({"rows": [{"a": 1, "b": 3}, {"b": 2}]})
+
+
 def test_long_values_are_left_out():
     assert values({"many": [0.0] * 9, "rows": [{"a": 1}] * 13, "wide": [dict.fromkeys("abcdefghi", 1)]}) == ""
     assert values("no <numbers>") == "<p><i>no &lt;numbers&gt;</i></p>"
