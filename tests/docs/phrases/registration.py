@@ -155,9 +155,19 @@ def session_limits(found: Result) -> list[str]:
     ]
 
 
+def session_small_motion(found: Result) -> list[str]:
+    (row,) = (r for r in found["rows"] if (r["estimate"], r["form"]) == ("session", "nudged"))
+    low, high = proportion(row["told"], row["trials"])
+    return [
+        f"in {100 * row['told']:.0f} % of {row['trials']} sessions ({100 * low:.0f} to {100 * high:.0f} %)",
+        f"then holds {100 * row['cover']:.0f} % of the targets",
+    ]
+
+
 TIES = [
     Tie("registration-session.md", "registration", (sessions, session_limits)),
     Tie("registration-session.md", "session", (session_time,)),
+    Tie("registration-session.md", "coverage", (session_small_motion,)),
     Tie("registration.md", "registration", (registration_markers, registration_surfaces, registration_chain)),
     Tie("registration.md", "registration", (registration_limits,)),
     Tie("registration.md", "registration", (covariances, registration_real)),
