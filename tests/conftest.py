@@ -7,6 +7,7 @@ import faulthandler
 import gc
 import os
 import signal
+import threading
 from collections import Counter
 
 import pytest
@@ -37,9 +38,15 @@ def pytest_sessionfinish(session):
     """A worker whose threads do not end after its last test prints them and exits. The main process keeps the
     processor time [s] of each folder in pytest's cache, where tools/tests.py finds it."""
     if hasattr(session.config, "workerinput"):
-        faulthandler.dump_traceback_later(60.0, exit=True)
+        threading.Thread(target=_end, daemon=True).start()
     elif _used and hasattr(session.config, "cache"):
         session.config.cache.set("palpate/processor_time", dict(_used))
+
+
+def _end():
+    """Exit a minute after the main thread, which may wait longer than that for the other workers."""
+    threading.main_thread().join()
+    faulthandler.dump_traceback_later(60.0, exit=True)
 
 
 _used = Counter()  # processor time of each folder [s]
