@@ -1,4 +1,4 @@
-"""Records as data sets that robot learning and analysis read: LeRobot, Parquet, CSV, MATLAB, HDF5.
+"""Records as data sets that robot learning and analysis read: LeRobot, Minari, Parquet, CSV, MATLAB, HDF5, Rerun.
 
 export(["runs/a/record.mcap", "runs/b/record.mcap"], "dataset")                # LeRobot v3.0 with Open-H names
 export("runs/a/record.mcap", "tables", to="parquet")

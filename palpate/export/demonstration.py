@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +18,11 @@ from palpate.record.bags.bag import Bag
 from palpate.record.bags.open import open_any
 from palpate.record.reader import Record
 from palpate.report.pairs import pair_records
+from palpate.session.run_folder import SCENE
 
 NEEDED = ("p_WT", "quat_WT")
 """Signals without which a record holds no follower."""
+_LEADERS = {"mtm_left": "mtml", "mtm_right": "mtmr"}  # names by model
 
 
 @dataclass(frozen=True)
@@ -78,20 +81,31 @@ def demonstrations(paths: Iterable[str | Path]) -> list[Demonstration]:
     Raises:
         RecordError: one cannot be read, is cut off, or holds no follower. PalpateError: there are none.
     """
-    found: list[Demonstration] = []
-    taken: dict[str, int] = {}
+    found: dict[str, Demonstration] = {}
     for path in map(Path, paths):
         opened = _open(path)
-        count = taken[opened.name] = taken.get(opened.name, 0) + 1
-        found.append(opened if count == 1 else replace(opened, name=f"{opened.name}-{count}"))
+        name = free_name(opened.name, found)
+        found[name] = replace(opened, name=name)
     if not found:
         raise PalpateError("there is no record to export", mend="give at least one record.mcap, or the folder of a run")
-    return found
+    return list(found.values())
+
+
+def free_name(name: str, taken: Collection[str]) -> str:
+    """The name itself, or with the first number from 2 on with which it is not taken: run-2."""
+    return next(one for one in chain([name], (f"{name}-{k}" for k in count(2))) if one not in taken)
+
+
+def leader_name(model: str, number: int, taken: Collection[str] = ()) -> str:
+    """Name of the leader of pair `number` in lower case: mtmr by its model, or by the number where that is taken."""
+    name = _LEADERS.get(Path(model).stem, "")
+    return name if name and name not in taken else f"leader{number}"
 
 
 def _open(path: Path) -> Demonstration:
     pairs = pair_records(path)
     if pairs:
+        _require_pairs(path, pairs)
         records = [Record.open(file) for file in pairs.values()]
         return _of_records(path.resolve().name, path, records)
     opened = open_any(path)
@@ -102,13 +116,27 @@ def _open(path: Path) -> Demonstration:
 
 
 def _of_records(name: str, path: Path, records: Sequence[Record]) -> Demonstration:
-    arms, sides = [], {"mtm_left": "mtml", "mtm_right": "mtmr"}
-    for k, record in enumerate(records):
+    arms: list[ArmOfRun] = []
+    for k, record in enumerate(records, start=1):
         _require_whole(record)
         scene = _mapping(record.scene)
-        model = Path(str(_at(scene, "arms", "leader", "model") or "")).stem
-        arms.append(ArmOfRun(f"psm{k + 1}", sides.get(model, f"leader{k + 1}"), record, scene))
+        model = str(_at(scene, "arms", "leader", "model") or "")
+        arms.append(ArmOfRun(f"psm{k}", leader_name(model, k, [arm.leader for arm in arms]), record, scene))
     return Demonstration(name, path, tuple(arms), tuple(fault for record in records for fault in record.faults))
+
+
+def _require_pairs(path: Path, pairs: Collection[str]) -> None:
+    """Refuse a folder of several runs: only the scene beside its records makes them one run of several pairs.
+
+    Raises:
+        RecordError: as said.
+    """
+    file = path / SCENE
+    named = _at(_mapping(file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""), "pairs")
+    if not isinstance(named, dict) or not set(pairs) <= set(map(str, named)):
+        what = f"the folder holds records ({', '.join(pairs)}), and no {SCENE} with pairs of these names"
+        mend = f"give each run of its own: {path}/*"
+        raise RecordError(what, where=str(path), why="it is not the folder of one run", mend=mend)
 
 
 def _require_whole(record: Record) -> None:

@@ -36,7 +36,8 @@ def export(
     Args:
         records: records, folders of runs (of several pairs, too), or ROS 2 bags of a CRTK session.
         out: folder of the data set; new, or empty.
-        to: the format: ``lerobot``, ``parquet``, ``csv``, ``mat``, ``hdf5``, or one of an installed distribution.
+        to: the format: ``lerobot``, ``minari``, ``parquet``, ``csv``, ``mat``, ``hdf5``, ``rerun``, or one of an
+            installed distribution.
         options: options of the format.
         **changes: single options, e.g. ``fps=20``.
 

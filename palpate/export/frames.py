@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.arrays import Array
-from palpate.errors import RecordError
+from palpate.errors import PalpateError, RecordError
 from palpate.record.ticks import Ticks
 
 SIGNALS = (
@@ -84,8 +84,10 @@ def frames_of(ticks: Readable, fps: int, where: str = "") -> ArmFrames:
     """Reduce all ticks to frames. Frame k shows the tick nearest to k / fps after the first one.
 
     Raises:
-        RecordError: fewer ticks per second than frames.
+        RecordError: fewer ticks per second than frames. PalpateError: less than one frame per second.
     """
+    if fps < 1:
+        raise PalpateError(f"{fps} frames/s: must be 1 or more")
     if ticks.rate < fps:
         what = f"{fps} frames/s are more than the {ticks.rate:g} ticks/s of the record"
         raise RecordError(what, where=where, mend=f"give --fps {max(1, int(ticks.rate))} or less")

@@ -15,15 +15,15 @@ class Options:
     version: Literal["3.0", "2.1"] = "3.0"
     """LeRobot: version of the format."""
     fps: int = 30
-    """LeRobot: frames per second."""
+    """LeRobot, Minari, and the tool of Rerun: frames per second."""
     task: str = ""
-    """LeRobot: the instruction of every episode; named after the scene when left out."""
+    """LeRobot and Minari: the instruction of every episode; named after the scene when left out."""
     video: bool = False
     """LeRobot: also render the surgeon's view of each frame."""
     keep_records: bool = False
     """LeRobot: also copy the records, which hold every tick, into the data set."""
     mixed: bool = False
-    """LeRobot: allow records of different scenes in one data set."""
+    """LeRobot and Minari: allow records of different scenes in one data set."""
     signals: tuple[str, ...] = ()
     """Tables: names of the signals; all that were recorded when left out."""
     every: int = 1

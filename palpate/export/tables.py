@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from palpate.errors import PalpateError, RecordError
 from palpate.export.bag_ticks import BagTicks
-from palpate.export.demonstration import Demonstration
+from palpate.export.demonstration import Demonstration, free_name
 from palpate.export.frames import SIGNALS as OF_BAGS
 from palpate.export.options import Options
 from palpate.record.frame import column_names
@@ -70,7 +70,7 @@ def tables(runs: Sequence[Demonstration], options: Options) -> list[Table]:
     """
     if options.every < 1:
         raise PalpateError(f"every = {options.every}: must be at least 1")
-    found = []
+    found: dict[str, Table] = {}
     for run in runs:
         for arm in run.arms:
             known = dict(arm.ticks.signals) if isinstance(arm.ticks, Record) else {n: SIGNALS[n] for n in OF_BAGS}
@@ -79,9 +79,9 @@ def tables(runs: Sequence[Demonstration], options: Options) -> list[Table]:
             if missing:
                 what = f"the record does not hold {', '.join(missing)}"
                 raise RecordError(what, where=str(run.path), mend=f"it holds {', '.join(known)}")
-            name = run.name if len(run.arms) == 1 else f"{run.name}-{arm.name}"
-            found.append(Table(name, arm.ticks, tuple(known[name] for name in names), options.every))
-    return found
+            name = free_name(run.name if len(run.arms) == 1 else f"{run.name}-{arm.name}", found)
+            found[name] = Table(name, arm.ticks, tuple(known[one] for one in names), options.every)
+    return list(found.values())
 
 
 def told(written: Sequence[tuple[Table, Path, int]]) -> dict[str, object]:

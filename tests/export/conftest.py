@@ -23,7 +23,7 @@ def make(tmp_path):
 
     def write(name="a run", seconds=0.5, rate=1000.0, scene=SCENE, **more):
         path = tmp_path / name / "record.mcap"
-        path.parent.mkdir()
+        path.parent.mkdir(parents=True)
         ticks = synthetic_run.run(seconds, rate)
         with Recorder(path, scene, seed=0, rate=rate, deterministic=False, **more) as recorder:
             recorder.append(ticks)

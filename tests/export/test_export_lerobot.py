@@ -147,6 +147,29 @@ def test_records_can_lie_beside(make, tmp_path):
     assert (tmp_path / "out/records/episode_000000.mcap").read_bytes() == made.path.read_bytes()
 
 
+@pytest.mark.parametrize("names", ["openh", "dvrk"])
+def test_pairs_with_leaders_of_one_kind_keep_both(make, tmp_path, names):
+    made = [make(f"run/{name}") for name in ("left", "right")]
+    made[1].ticks["F_H_L"][:] = [0.0, 0.0, 7.0]
+    from palpate.record import Recorder
+
+    with Recorder(made[1].path, Record.open(made[0].path).scene, 0, 1000.0, False) as recorder:
+        recorder.append(made[1].ticks)
+    (tmp_path / "run/scene.yaml").write_text("pairs: {left: {}, right: {}}\n")
+    export(tmp_path / "run", tmp_path / "out", names=names)
+    assert faults(tmp_path / "out") == []
+    if names == "dvrk":
+        assert {"ros.MTMR.spatial.servo_cf", "ros.LEADER2.spatial.servo_cf"} <= info_of(tmp_path / "out")[
+            "features"
+        ].keys()
+        hand = column(tmp_path / "out", "ros.LEADER2.spatial.servo_cf")
+    else:
+        names = info_of(tmp_path / "out")["features"]["observation.meta.joint_positions.mtm"]["names"]
+        assert len(set(names)) == len(names) == 16
+        hand = column(tmp_path / "out", "observation.meta.force_torque.mtm")[:, 6:]
+    np.testing.assert_allclose(hand[:, 2], 7.0)
+
+
 def test_an_old_record_lacks_signals_as_nan(tmp_path):
     old = Path(__file__).parents[1] / "record/data/palpate-0.1.0-per-signal.mcap"
     export(old, tmp_path / "out", fps=10)

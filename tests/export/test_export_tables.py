@@ -90,6 +90,23 @@ def test_names_with_spaces_and_equal_names_keep_their_files_apart(make, tmp_path
     assert sorted(os.listdir(tmp_path / "of two")) == ["a run-2.csv", "a run.csv"]
 
 
+def test_a_name_that_is_given_already_is_not_given_again(make, tmp_path):
+    paths = [make(name).path for name in ("same", "other/same", "other/same-2")]
+    facts = export(paths, tmp_path / "out", to="csv", signals=("depth",))
+    assert facts["files"] == ["same.csv", "same-2.csv", "same-2-2.csv"]
+    assert len(os.listdir(tmp_path / "out")) == 3
+
+
+def test_a_folder_of_several_runs_is_no_run_of_several_pairs(make, tmp_path):
+    for name in ("runs/one", "runs/two"):
+        make(name)
+    with pytest.raises(RecordError, match=r"records \(one, two\), and no scene.yaml with pairs"):
+        export(tmp_path / "runs", tmp_path / "out", to="csv")
+    (tmp_path / "runs/scene.yaml").write_text("pairs: {two: {}, one: {}}\n")
+    facts = export(tmp_path / "runs", tmp_path / "out", to="csv", signals=("depth",))
+    assert facts["files"] == ["runs-psm1.csv", "runs-psm2.csv"]
+
+
 def test_a_full_disk_leaves_nothing_behind(make, tmp_path):
     import resource
     import signal
@@ -142,9 +159,13 @@ def test_formats_come_from_other_packages_too(make, tmp_path, monkeypatch):
         ({"to": "parket"}, PalpateError, "did you mean parquet"),
         ({"to": "csv", "signals": ("F_T_w",)}, RecordError, "does not hold F_T_w"),
         ({"to": "csv", "every": 0}, PalpateError, "at least 1"),
+        ({"to": "minari", "fps": 0}, PalpateError, "0 frames/s"),
+        ({"to": "minari", "fps": 1}, RecordError, "one frame at 1 Hz, and no action"),
     ],
 )
 def test_mistakes_are_named(make, tmp_path, given, error, words):
+    if given["to"] == "minari":
+        pytest.importorskip("minari", reason="minari (extra learning) is not installed")
     with pytest.raises(error, match=words):
         export(make().path, tmp_path / "out", **given)
     assert not (tmp_path / "out").exists()

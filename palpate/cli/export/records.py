@@ -33,13 +33,13 @@ class Command:
     version: Literal["3.0", "2.1"] = "3.0"
     """lerobot: version of the format."""
     fps: Annotated[int, arg(metavar="HZ")] = 30
-    """lerobot: frames per second."""
+    """lerobot, minari: frames per second."""
     task: Annotated[str, arg(metavar="TEXT")] = ""
-    """lerobot: instruction of all episodes; named after the scene when left out."""
+    """lerobot, minari: instruction of all episodes; named after the scene when left out."""
     video: bool = False
     """lerobot: also render what both eyes of the endoscope see, 1280 x 720 as H.264 (docs/demonstrations.md)."""
     mixed: bool = False
-    """lerobot: allow records of different scenes in one data set."""
+    """lerobot, minari: allow records of different scenes in one data set."""
     keep_records: bool = False
     """lerobot: also copy the records, which hold every tick, into the data set."""
     signals: Annotated[tuple[str, ...], arg(metavar="NAME")] = ()

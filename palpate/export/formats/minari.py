@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.errors import MissingExtraError
+from palpate.errors import MissingExtraError, RecordError
 from palpate.export.demonstration import Demonstration
 from palpate.export.episode import episode_of
 from palpate.export.formats.lerobot.alike import require_alike
@@ -30,7 +30,7 @@ def write(runs: Sequence[Demonstration], folder: Path, options: Options) -> dict
     """Write runs as one data set, an episode each, without rewards. It opens with the folder as MINARI_DATASETS_PATH.
 
     Raises:
-        RecordError: the runs do not fit together. MissingExtraError: minari is not installed.
+        RecordError: the runs do not fit together, or one has no two frames. MissingExtraError: minari is not installed.
     """
     try:
         import minari
@@ -47,6 +47,9 @@ def write(runs: Sequence[Demonstration], folder: Path, options: Options) -> dict
         spaces = {key: Box(-np.inf, np.inf, values.shape[1:], np.float32) for key, values in seen.items()}
         actions = np.asarray(columns["action"].values)[:-1]  # an action lies between two observations
         n = len(actions)
+        if n == 0:
+            what = f"the run has one frame at {options.fps} Hz, and no action, which lies between two"
+            raise RecordError(what, where=str(run.path), mend="leave it out, or give a larger --fps")
         ends = np.arange(n) == n - 1
         buffers.append(EpisodeBuffer(id=number, observations=seen, actions=actions, rewards=np.zeros(n),
                                      terminations=np.zeros(n, dtype=bool), truncations=ends, infos={}))  # fmt: skip

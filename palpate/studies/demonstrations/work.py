@@ -12,6 +12,7 @@ import numpy as np
 
 from palpate.arrays import Array
 from palpate.errors import SceneError, SweepError
+from palpate.export.demonstration import leader_name
 from palpate.export.episode import ArmOfEpisode, Episode
 from palpate.export.frames import ArmFrames, frames_of
 from palpate.hands import Hand
@@ -185,7 +186,7 @@ def taken_up(plan: Plan, number: int, outcome: Mapping[str, object]) -> Episode:
     sides = {side: Path(str(getattr(scene.arms, side).model)).stem for side in ("leader", "follower")}
     arm = ArmOfEpisode(
         "psm1",
-        {"mtm_left": "mtml", "mtm_right": "mtmr"}.get(sides["leader"], "leader1"),
+        leader_name(sides["leader"], 1),
         sides["follower"],
         tuple(scene.arm("follower").joint_names),
         tuple(scene.arm("leader").joint_names),

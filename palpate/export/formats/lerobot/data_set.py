@@ -70,7 +70,7 @@ class DataSet:
         self._writer: Any = None
         self._file = 0
         (folder / "meta").mkdir()
-        (folder / "videos").mkdir()
+        (folder / "videos").mkdir()  # also without films: the validator of Open-H refuses a data set without it
 
     @property
     def frames(self) -> int:
