@@ -16,10 +16,10 @@ from typing import Any, Literal, Protocol
 
 import numpy as np
 
-from palpate.arrays import Array, so3
+from palpate.arrays import Array, rigid
+from palpate.arrays.checks import vector
 from palpate.devices.haptics import Haptics
 from palpate.errors import PalpateError
-from palpate.gym.instruments import rotations
 from palpate.gym.observation import PARTS, observe, space_of
 from palpate.gym.policy import Policy
 from palpate.gym.world import RATE, Motion, for_policies
@@ -105,7 +105,7 @@ def drive(
         rate: actions per second [Hz].
         record: folder for the record; None: nothing is recorded.
         observed: parts of the observation.
-        motion: limits of the motion that the policy can ask for.
+        motion: limits of the motion that the policy can ask for; `reach` and `tilt` hold where no person takes part.
         timeout: age of an action after which the goal stops [s].
         goal: place that the observation `goal` shows, in W [m].
         person: a person who shares the authority, and who feels the wrench.
@@ -115,15 +115,18 @@ def drive(
 
     Raises:
         SceneError, MeshError: the scene cannot run. PalpateError: an argument is out of range.
+        ValueError: the goal is not three finite numbers.
     """
-    if not (seconds > 0.0 and 0.0 < rate <= RATE and timeout > 0.0):
+    if not (0.0 < seconds < np.inf and 0.0 < rate <= RATE and timeout > 0.0):
         what = f"seconds = {seconds:g}, rate = {rate:g}, timeout = {timeout:g}"
-        raise PalpateError(what, mend="all are above 0, and the rate is at most 1000 Hz")
+        raise PalpateError(what, mend="all are above 0, the seconds finite, and the rate is at most 1000 Hz")
+    if authority not in ("pedal", "gripper"):
+        raise PalpateError(f"authority = {authority!r}", mend="name pedal or gripper")
+    place = vector("goal", goal)[None]
     limits = motion or Motion()
     with Haptics(for_policies(Scene.of(scene)), record, RATE, delay=None if person else 0.0) as haptics:
         joints = haptics.session.rig.arms.follower.n
         space_of(observed, joints)  # refuses unknown parts
-        place = np.array(goal, dtype=np.float64)[None]
 
         def seen(tick: Ticks, felt: float) -> dict[str, Any]:
             found = observe(observed, joints, tick.reshape(1), np.array([felt]), place)
@@ -147,13 +150,15 @@ class _Driving:
         self._reach = np.repeat([limits.reach, limits.tilt], 3)
         self._timeout, self._person, self._by, self._seen = timeout, person, authority, seen
         self.asked = _Asked()
-        self._p, self._R, self._share = np.zeros(3), np.eye(3), 1.0 if person is None else 0.0
+        self._X, self._share = np.eye(4), 1.0 if person is None else 0.0
+        self._alone = np.zeros(6)  # goal of a policy without a person, as that of an environment
         self._before: Array | None = None
         self._felt = 0.0
 
     def run(self, n: int, realtime: bool) -> Array:
         """Run n ticks; returns the authority of the policy at each."""
         shares, wrench = np.zeros(n), np.zeros(6)
+        rigid.log(np.eye(3))  # loads scipy, which would hold up the first motion of a hand
         began = time.monotonic()
         asking: threading.Thread | None = None
         for k in range(n):
@@ -161,9 +166,7 @@ class _Driving:
             if k % self._every == 0 and (asking is None or not asking.is_alive()):
                 asking = self._ask(t, wrench, realtime)
             hand = None if self._person is None else self._person.read(t)
-            self._move(t, hand)
-            X = np.eye(4)
-            X[:3, :3], X[:3, 3] = self._R, self._p
+            X = self._moved(t, hand)
             wrench = self._haptics.step(t, X, gripper=0.0 if hand is None else hand.gripper)
             self._felt = max(self._felt, float(np.linalg.norm(wrench[:3])))
             if self._person is not None:
@@ -202,8 +205,11 @@ class _Driving:
         if text not in self.asked.notes and len(self.asked.notes) < 20:
             self.asked.notes.append(text)
 
-    def _move(self, t: float, hand: Hand | None) -> None:
-        """Move the goal by the motions of policy and person since the last tick, weighed by the authority."""
+    def _moved(self, t: float, hand: Hand | None) -> Array:
+        """The goal (4, 4), moved by policy and person since the last tick, as the authority weighs them.
+
+        It is NaN while the hand's pose is not finite: the watchdog takes the force away, as for any device.
+        """
         self._share = self._authority(hand)
         asked = self.asked.action
         if t - self.asked.at > self._timeout:
@@ -211,11 +217,17 @@ class _Driving:
                 self._note(f"the policy was silent for more than {self._timeout:g} s: the goal waits")
             asked = np.zeros(6)
         step = self._share * asked / RATE
-        if hand is not None and self._before is not None:
-            step = step + (1.0 - self._share) * _motion(self._before, hand.X)
-        self._before = None if hand is None else np.array(hand.X)
-        self._p = np.clip(self._p + step[:3], -self._reach[:3], self._reach[:3]) if hand is None else self._p + step[:3]
-        self._R = np.asarray(rotations(step[3:]) @ self._R)
+        if hand is None:
+            self._alone = np.clip(self._alone + step, -self._reach, self._reach)
+            return rigid.displaced(np.eye(4), self._alone)
+        if not np.isfinite(hand.X).all():
+            self._before = None
+            return np.full((4, 4), np.nan)
+        if self._before is not None:
+            step = step + (1.0 - self._share) * rigid.displacement(self._before, hand.X)
+        self._before = np.array(hand.X)
+        self._X = rigid.displaced(self._X, step)
+        return self._X
 
     def _authority(self, hand: Hand | None) -> float:
         """Authority of the policy, which moves towards what the person asks for within `RAMP`."""
@@ -224,11 +236,3 @@ class _Driving:
         wanted = float(not hand.pedal) if self._by == "pedal" else float(np.clip((hand.gripper - 0.2) / 0.4, 0.0, 1.0))
         most = 1.0 / (RAMP * RATE)
         return float(np.clip(wanted, self._share - most, self._share + most))
-
-
-def _motion(before: Array, after: Array) -> Array:
-    """Motion (6,) from one pose (4, 4) to the next: displacement [m] and rotation vector [rad], in W."""
-    q = so3.quaternions(after[:3, :3] @ before[:3, :3].T, canonical=True)
-    size = float(np.linalg.norm(q[1:]))
-    turn = 2.0 * np.arctan2(size, q[0]) / size * q[1:] if size > 1e-12 else 2.0 * q[1:]
-    return np.concatenate([after[:3, 3] - before[:3, 3], turn])

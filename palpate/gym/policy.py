@@ -69,9 +69,10 @@ def load_policy(name: str) -> Policy:
     module, _, attribute = name.partition(":")
     try:
         found = getattr(_module(module), attribute)
-    except (ImportError, OSError, AttributeError, ValueError, SyntaxError) as error:
-        mend = "write FILE.onnx, FILE.py:NAME or MODULE:NAME"
-        raise PalpateError(f"there is no policy {name!r}", why=str(error), mend=mend) from None
+    except Exception as error:  # whatever the module of a policy raises
+        mend = "write FILE.onnx, FILE.py:NAME or MODULE:NAME, of a module that can be imported"
+        why = f"{type(error).__name__}: {error}"
+        raise PalpateError(f"there is no policy {name!r}", why=why, mend=mend) from error
     if not callable(found):
         raise PalpateError(f"{name!r} is no policy: {type(found).__name__} is not a function", mend="give a function")
     policy: Policy = found
@@ -81,7 +82,8 @@ def load_policy(name: str) -> Policy:
 def _module(name: str) -> Any:
     if not name.endswith(".py"):
         return importlib.import_module(name)
-    spec = importlib.util.spec_from_file_location(Path(name).stem, name)
+    own = f"palpate_policy_{Path(name).stem}"  # a name that hides no other module
+    spec = importlib.util.spec_from_file_location(own, name)
     if spec is None or spec.loader is None:
         raise ImportError(f"{name} is no module")
     module = importlib.util.module_from_spec(spec)

@@ -1,5 +1,6 @@
 """A policy in the loop: caps, guidance and watchdog hold whatever it does; authority passes without a jump."""
 
+import sys
 import time
 
 import numpy as np
@@ -145,6 +146,26 @@ def test_motion_without_authority_does_not_move_the_tool(tmp_path):
     assert np.ptp(x[400:]) < 1e-9
 
 
+def test_turn_of_a_policy_stops_at_the_tilt_as_in_an_environment(tmp_path):
+    done = drive(FLOOR, lambda seen: [0, 0, 0, 0, 0, 2.0], 1.5, record=tmp_path)
+    asked = recorded(done)["quat_WT_asked"]
+    assert 2.0 * np.arccos(abs(asked[0] @ asked[-1])) == pytest.approx(0.8, abs=1e-3)
+
+
+def test_hand_that_is_not_a_number_for_a_while_is_a_fault_and_no_jump(tmp_path):
+    class Torn(Person):
+        def read(self, t):
+            X = np.eye(4)
+            X[0, 3] = 0.02 * t
+            return Hand(np.full((4, 4), np.nan) if 0.6 <= t < 0.61 else X, pedal=True)
+
+    done = drive(FLOOR, lambda seen: np.zeros(6), 1.5, record=tmp_path, person=Torn())
+    x = recorded(done)["p_WT_goal"][:, 0]
+    assert any("not finite" in fault for fault in done.summary.faults)
+    assert np.abs(np.diff(x[400:])).max() < 0.03e-3
+    np.testing.assert_allclose(np.diff(x[1200:]) * 1000, 0.02, atol=1e-6)
+
+
 def test_onnx_file_is_a_policy(tmp_path):
     onnx = pytest.importorskip("onnx", reason="onnx, which writes the network of this test, is not installed")
     pytest.importorskip("onnxruntime", reason="onnxruntime (extra learning) is not installed")
@@ -175,6 +196,19 @@ def test_policies_are_found_by_name_and_mistakes_are_named(tmp_path):
             load_policy(name)
     with pytest.raises(PalpateError, match="rate = 2000"):
         drive(FLOOR, lambda seen: DOWN, 1.0, rate=2000.0)
+    (tmp_path / "json.py").write_text("import json as other\n\nf = other.dumps\n")
+    assert load_policy(f"{tmp_path}/json.py:f").__module__ == "json"
+    assert sys.modules["json"].__file__ != f"{tmp_path}/json.py"
+    (tmp_path / "raises.py").write_text("1 / 0")
+    with pytest.raises(PalpateError, match="ZeroDivisionError"):
+        load_policy(f"{tmp_path}/raises.py:f")
+    for more, error, words in [
+        ({"seconds": np.inf}, PalpateError, "seconds = inf"),
+        ({"authority": "voice"}, PalpateError, "authority = 'voice'"),
+        ({"goal": (0.0, np.nan, 0.0)}, ValueError, "three finite numbers"),
+    ]:
+        with pytest.raises(error, match=words):
+            drive(FLOOR, lambda seen: DOWN, **{"seconds": 1.0, **more})
     (tmp_path / "bad.onnx").write_bytes(b"nothing")
     with pytest.raises(PalpateError, match="cannot be read"):
         load_policy(str(tmp_path / "bad.onnx"))
