@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate import _core
-from palpate.arrays import Array
+from palpate.arrays import Array, rigid
+from palpate.errors import PalpateError
 from palpate.gym.world import RATE, Motion, World, cycle_at
 from palpate.record.ticks import TICK_DOUBLES, Ticks, as_ticks
 from palpate.scene.rig import Rig
@@ -32,9 +33,14 @@ class Instruments:
         substeps: ticks of 1 ms for each action.
         motion: limits of the motion.
         workers: threads.
+
+    Raises:
+        PalpateError: there is no thread.
     """
 
     def __init__(self, world: World, n: int, action: Action, substeps: int, motion: Motion, workers: int) -> None:
+        if workers < 1:
+            raise PalpateError(f"workers = {workers}: must be at least 1")
         self.world, self.n, self.action, self.substeps, self.motion = world, n, action, substeps, motion
         self.rigs: list[Rig] = [world.plain] * n
         self._cycles: list[_core.DeviceCycle | None] = [None] * n
@@ -54,9 +60,9 @@ class Instruments:
         high = np.repeat([m.speed, m.turn] if self.action == "twist" else [m.reach, m.tilt], 3)
         return -high, high
 
-    def start(self, i: int, rng: np.random.Generator, X_WT: Array | None = None) -> None:
-        """Begin anew with instrument i, with values of the scene drawn from `rng`, at a pose X_WT (4, 4)."""
-        rig = self.rigs[i] = self.world.drawn(rng)
+    def start(self, i: int, rig: Rig, X_WT: Array | None = None) -> None:
+        """Begin anew with instrument i in a scene, at a pose X_WT (4, 4)."""
+        self.rigs[i] = rig
         self._cycles[i], X = cycle_at(rig, X_WT)
         self._p0[i], self._R0[i] = X[:3, 3], X[:3, :3]
         self._p[i], self._r[i], self._t[i] = 0.0, 0.0, 0.0
@@ -115,8 +121,7 @@ class Instruments:
 
     def _advance(self, chunk: NDArray[np.intp], paths: Array) -> None:
         """Run the cycles of some instruments along goals (k, substeps, 6) from their starts."""
-        X = np.zeros((len(chunk), self.substeps, 4, 4))
-        X[..., :3, :3], X[..., :3, 3], X[..., 3, 3] = rotations(paths[..., 3:]), paths[..., :3], 1.0
+        X = rigid.rigid(rigid.exp(paths[..., 3:]), paths[..., :3])
         steps = np.arange(1, self.substeps + 1) / RATE
         for k, i in enumerate(chunk.tolist()):
             cycle = self._cycles[i]
@@ -124,16 +129,3 @@ class Instruments:
             cycle.replay(self._t[i] + steps, X[k], self._felt[i])
             self._t[i] += steps[-1]
             self._rows[i] = cycle.latest()
-
-
-def rotations(v: Array) -> Array:
-    """Rotations (..., 3, 3) of rotation vectors (..., 3) [rad], by Rodrigues' formula."""
-    angle = np.linalg.norm(v, axis=-1)
-    if not angle.any():
-        return np.broadcast_to(np.eye(3), (*v.shape, 3))
-    safe = np.maximum(angle, 1e-12)
-    s, c = np.sin(safe) / safe, (1.0 - np.cos(safe)) / safe**2
-    K = np.zeros((*v.shape, 3))
-    K[..., 0, 1], K[..., 0, 2], K[..., 1, 2] = -v[..., 2], v[..., 1], -v[..., 0]
-    K = K - np.swapaxes(K, -1, -2)
-    return np.asarray(np.eye(3) + s[..., None, None] * K + c[..., None, None] * (K @ K))

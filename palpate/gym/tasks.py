@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.arrays import Array
+from palpate.arrays.checks import positive
 from palpate.errors import PalpateError
 from palpate.gym.world import World
 from palpate.record.ticks import Ticks
@@ -25,7 +26,11 @@ class Task(Protocol):
         ...
 
     def reset(self, i: int, rig: Rig, rng: np.random.Generator) -> Array | None:
-        """Draw a new task for instrument i; returns the start pose X_WT (4, 4) [m], or None for that of the scene."""
+        """Draw a new task for instrument i in its scene.
+
+        Returns:
+            The start pose X_WT (4, 4) [m], or None for that of the scene.
+        """
         ...
 
     def evaluate(self, ticks: Ticks, felt: Array) -> tuple[Array, NDArray[np.bool_]]:
@@ -45,6 +50,9 @@ class Press:
         hold: time for which it must be held [s].
         near: distance from the place that counts as there [m].
         spread: largest distance of the place from the one of the scene, along x and y of W [m].
+
+    Raises:
+        ValueError: the force is not positive.
     """
 
     def __init__(
@@ -55,7 +63,8 @@ class Press:
         near: float = 0.006,
         spread: float = 0.008,
     ) -> None:
-        self.force, self.within, self.hold, self.near, self.spread = force, within, hold, near, spread
+        self.force = None if force is None else positive("force", force, "N")
+        self.within, self.hold, self.near, self.spread = within, hold, near, spread
         self.goals = np.zeros((0, 3))
 
     def begin(self, n: int, dt: float, world: World) -> None:

@@ -56,13 +56,15 @@ class PalpateVectorEnv(VectorEnv[Observation, NDArray[np.float64], NDArray[Any]]
         picture: tuple[int, int] | None = None,
         workers: int | None = None,
     ) -> None:
-        if num_envs < 1 or substeps < 1 or duration <= 0.0 or action not in ("twist", "pose"):
+        if num_envs < 1 or substeps < 1 or not 0.0 < duration < np.inf or action not in ("twist", "pose"):
             what = f"num_envs = {num_envs}, substeps = {substeps}, duration = {duration:g} s, action = {action!r}"
-            mend = "numbers must be 1 or more, the duration positive, the action twist or pose"
+            mend = "numbers must be 1 or more, the duration positive and finite, the action twist or pose"
             raise PalpateError(what, mend=mend)
         world = World(scene, vary or {})
         self.task = _task(task)
-        self.instruments = Instruments(world, num_envs, action, substeps, motion or Motion(), workers or cores())
+        self.instruments = Instruments(
+            world, num_envs, action, substeps, motion or Motion(), cores() if workers is None else workers
+        )
         self.task.begin(num_envs, substeps / RATE, world)
         self.parts = tuple(observe)
         self._joints = world.plain.arms.follower.n
@@ -82,9 +84,15 @@ class PalpateVectorEnv(VectorEnv[Observation, NDArray[np.float64], NDArray[Any]]
     def reset(
         self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
     ) -> tuple[Observation, dict[str, Any]]:
-        """Begin all episodes anew. Environment i of a seed s gets the seed s + i."""
-        many = [None] * self.num_envs if seed is None else seed
-        seeds = [many + i for i in range(self.num_envs)] if isinstance(many, int) else list(many)
+        """Begin all episodes anew. Environment i of a seed s gets the seed s + i.
+
+        Raises:
+            ValueError: several seeds that are not one for each environment.
+        """
+        many: Sequence[int | None] | int = [None] * self.num_envs if seed is None else seed
+        seeds = [many + i for i in range(self.num_envs)] if isinstance(many, (int, np.integer)) else list(many)
+        if len(seeds) != self.num_envs:
+            raise ValueError(f"{len(seeds)} seeds for {self.num_envs} environments")
         for i, one in enumerate(seeds):
             if one is not None:
                 self._rngs[i] = np.random.default_rng(one)
@@ -94,9 +102,16 @@ class PalpateVectorEnv(VectorEnv[Observation, NDArray[np.float64], NDArray[Any]]
     def step(
         self, actions: NDArray[np.float64]
     ) -> tuple[Observation, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
-        """One step of all instruments; those whose episode was over begin anew instead."""
+        """One step of all instruments by actions (n, 6); those whose episode was over begin anew instead.
+
+        Raises:
+            ValueError: as of `Instruments.step`.
+        """
         begun = self._over.copy()
-        self.instruments.step(np.where(begun[:, None], 0.0, actions))
+        asked = np.array(actions, dtype=np.float64)
+        if asked.shape == (self.num_envs, 6):
+            asked[begun] = 0.0  # whatever is asked of an episode that is over
+        self.instruments.step(asked)
         for i in np.flatnonzero(begun):
             self._begin(int(i))
         reward, success = self.task.evaluate(self.instruments.ticks, self.instruments.felt)
@@ -114,8 +129,8 @@ class PalpateVectorEnv(VectorEnv[Observation, NDArray[np.float64], NDArray[Any]]
 
     def _begin(self, i: int) -> None:
         rng = self._rngs[i]
-        start = self.task.reset(i, self.instruments.world.plain, rng)
-        self.instruments.start(i, rng, start)
+        rig = self.instruments.world.drawn(rng)
+        self.instruments.start(i, rig, self.task.reset(i, rig, rng))
         self._steps[i], self._over[i] = 0, False
 
     def _observe(self) -> Observation:

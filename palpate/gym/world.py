@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
 
 from palpate import _core
 from palpate.arrays import Array
+from palpate.arrays.checks import positive
 from palpate.devices.loop import device_options, device_port, device_scene
 from palpate.errors import PalpateError
 from palpate.scene.overrides import override
@@ -24,7 +25,11 @@ RATE = 1000.0
 
 @dataclass(frozen=True)
 class Motion:
-    """Limits of the motion that actions can ask for."""
+    """Limits of the motion that actions can ask for.
+
+    Raises:
+        ValueError: one is not positive and finite.
+    """
 
     speed: float = 0.05
     """Largest speed of the goal along each axis of W [m/s]."""
@@ -34,6 +39,11 @@ class Motion:
     """Largest distance of the goal from the start along each axis of W [m]."""
     tilt: float = 0.8
     """Largest rotation of the goal from the start about each axis of W [rad]."""
+
+    def __post_init__(self) -> None:
+        """Check the limits."""
+        for limit in fields(self):
+            positive(limit.name, getattr(self, limit.name), "m, rad and s")
 
 
 class World:
@@ -45,15 +55,17 @@ class World:
             (200, 600)}``. Surfaces are made once.
 
     Raises:
-        SceneError, MeshError: the scene cannot run. PalpateError: a range is not two rising numbers.
+        SceneError, MeshError: the scene cannot run. PalpateError: a range is not two finite, rising numbers.
     """
 
     def __init__(
         self, scene: Scene | dict[str, Any] | str | os.PathLike[str], vary: Mapping[str, tuple[float, float]]
     ) -> None:
         for name, limits in vary.items():
-            if len(limits) != 2 or not limits[0] <= limits[1]:
-                raise PalpateError(f"vary {name} = {limits}: must be two rising numbers", mend="give (low, high)")
+            if len(limits) != 2 or not -np.inf < limits[0] <= limits[1] < np.inf:
+                raise PalpateError(
+                    f"vary {name} = {limits}: must be two rising numbers", mend="give (low, high), both finite"
+                )
         self.scene = Scene.of(scene)
         self.vary = {name: (float(low), float(high)) for name, (low, high) in sorted(vary.items())}
         self._bodies: Bodies = {}

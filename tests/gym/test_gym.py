@@ -155,11 +155,48 @@ def test_nodule_is_found_where_it_is():
         ({"substeps": 0}, "substeps = 0"),
         ({"task": "find"}, "no region to find"),
         ({"vary": {"objects.0.stiffness": (600, 200)}}, "two rising numbers"),
+        ({"vary": {"objects.0.stiffness": (600, np.inf)}}, "two rising numbers"),
+        ({"duration": np.nan}, "duration = nan"),
+        ({"duration": np.inf}, "duration = inf"),
+        ({"workers": 0}, "workers = 0"),
     ],
 )
 def test_mistakes_are_named(given, words):
     with pytest.raises(PalpateError, match=words):
         made(**given)
+
+
+@pytest.mark.parametrize("bad", [{"speed": -1.0}, {"reach": np.nan}, {"tilt": np.inf}])
+def test_limits_of_a_motion_and_a_force_are_positive(bad):
+    with pytest.raises(ValueError, match="must be a positive number"):
+        Motion(**bad)
+    with pytest.raises(ValueError, match="force must be a positive number"):
+        Press(force=0.0)
+
+
+def test_actions_and_seeds_of_several_are_one_for_each():
+    many = PalpateVectorEnv(3, FLOOR, workers=1)
+    first, _ = many.reset(seed=np.int64(4))
+    again, _ = many.reset(seed=[4, 5, 6])
+    np.testing.assert_array_equal(first["goal"], again["goal"])
+    for seeds in ([4, 5], [4, 5, 6, 7]):
+        with pytest.raises(ValueError, match=f"{len(seeds)} seeds for 3"):
+            many.reset(seed=seeds)
+    for shape in ((6,), (1, 6), (3, 1)):
+        with pytest.raises(ValueError, match=r"actions are \(n, 6\)"):
+            many.step(np.zeros(shape))
+
+
+def test_task_lies_in_the_scene_whose_values_were_drawn():
+    """A region that is drawn elsewhere is found where it is drawn."""
+    env = PalpateEnv(scene="nodule", task="find", vary={"objects.0.regions.0.at.0": (0.0, 0.01)})
+    for seed in (1, 2):
+        env.reset(seed=seed)
+        region = env.instruments.rigs[0].scene.objects[0].regions[0]
+        assert 0.0 <= region.at[0] <= 0.01
+        surface = env.instruments.rigs[0].surfaces[0]
+        place = surface.X_WO[:3, :3] @ region.at + surface.X_WO[:3, 3]
+        np.testing.assert_allclose(env._one.task._centres[0], place)
 
 
 def test_without_gymnasium_the_extra_is_named(monkeypatch):
