@@ -103,7 +103,7 @@ def test_mistakes_are_named(tmp_path):
         Command(("palpation",), tmp_path / "a", seconds=40.0)()
     with pytest.raises(SceneError, match="several pairs"):
         Command(("two_hands",), tmp_path / "a")()
-    for text in ("objects.0.stiffness", "=2:3", "objects.0.stiffness=3:2", "a=b:c"):
+    for text in ("objects.0.stiffness", "=2:3", "objects.0.stiffness=3:2", "a=b:c", "a=1:inf"):
         with pytest.raises(PalpateError, match="no range"):
             _range(text)
     assert _range("mapping.scale=0.2:0.5") == ("mapping.scale", 0.2, 0.5)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
@@ -134,7 +135,7 @@ def _range(text: str) -> tuple[str, float, float]:
         low, high = (float(part) for part in limits.split(":"))
     except ValueError:
         low, high = 1.0, 0.0
-    if not name or not low <= high:
+    if not name or not -math.inf < low <= high < math.inf:
         mend = "write a path and two rising numbers: objects.0.stiffness=200:600"
         raise PalpateError(f"--vary {text!r} is no range", mend=mend)
     return name, low, high
