@@ -39,7 +39,7 @@ QUICK = {
     "calibrate hand grip.csv": "--json r.json",
     "plan planning": "--json r.json",
     "soak contact": "--passes 3 --json r.json",
-    "report run.mcap": "",
+    "export run.mcap --to csv --out set": "--signals F_H_L --json r.json",
 }  # fmt: skip
 """Further words of commands that run in `make test`."""
 LONG = {
