@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from palpate.arrays import Array
 from palpate.errors import RecordingError
+from palpate.identify.coloured_noise import Noise, over_white, samples_alike
 from palpate.identify.press_recording import Press
 from palpate.tissue import indentation, viscosity
 
@@ -37,7 +38,6 @@ _SHALLOW = 0.15  # depth over the radius below which stiffening has no effect on
 _WIDE = 0.5  # relative half width of an interval above which a value counts as not identified
 _Z95 = 1.96
 _TOUCHES = 12  # depths of the first touch from which the search starts
-_REWEIGHTS = 4  # of the octaves of the residual's spectrum
 _HOPELESS = 12.0  # criterion above the best from which on simpler forms are not tried
 _SOFTENS = -0.05  # largest stiffening that counts as softening
 _CLEARER = 6.0  # Akaike's criterion by which another exponent must fit better, 20 times as probable
@@ -131,7 +131,7 @@ def fit(press: Press, radius: float, thickness: float = np.inf, poisson: float =
         offset=best.offset,
         drift=best.drift,
         residual=float(np.sqrt(np.mean(r**2)) / np.abs(press.force).max()),
-        coloured=_coloured(r),
+        coloured=over_white(r),
         deepest=float((press.depth.max() - touch) / radius),
         seconds=float(np.ptp(press.t)),
         not_identifiable=(*_unidentified(best, reach * rest_of, reach * beta_of), *_other_contact(best, reach)),
@@ -245,7 +245,7 @@ class _Form:
         N = np.where(used, J / size, 0.0)
         n, p = len(e), int(used.sum())
         H = np.linalg.pinv(N.T @ N, rcond=1e-12, hermitian=True)
-        spread = _Noise.of(e, np.linalg.qr(N[:, used])[0]).times(N)
+        spread = Noise.of(e, np.linalg.qr(N[:, used])[0]).times(N)
         C = H @ (N.T @ spread) @ H / np.outer(size, size)
         criterion = n * np.log(max(float(e @ e) / n, 1e-300)) + 2.0 * p
         return _Form(case, y, np.r_[y, z], np.asarray(0.5 * (C + C.T)), criterion)
@@ -340,7 +340,7 @@ def _stiffens(forms: list[_Form]) -> bool:
     if not best[1] < best[0]:
         return False
     r = min(forms, key=lambda one: one.rss)
-    n = len(r.case.press.t) / _correlated(r.case.residuals(r.y))
+    n = len(r.case.press.t) / samples_alike(r.case.residuals(r.y))
     return bool(n * np.log(best[0] / max(best[1], 1e-300)) > np.log(max(n, 3.0)) + _Z95**2)
 
 
@@ -350,71 +350,6 @@ def _mean(share: Array, chosen: NDArray[np.bool_], found: list[tuple[float, floa
     p = np.where(chosen, share, 0.0)
     mean = float(p @ value / p.sum()) if p.sum() > 0.0 else float(value[chosen][0])
     return mean, float(np.sqrt(share @ (deviation**2 + (value - mean) ** 2)))
-
-
-def _correlated(r: Array) -> float:
-    """Number of samples in a correlation time of the residual: 1 for white noise."""
-    r = r - r.mean()
-    power = float(r @ r)
-    total = 1.0
-    for k in range(1, len(r) // 4):
-        rho = float(r[:-k] @ r[k:]) / max(power, 1e-300)
-        if rho < 0.05:
-            break
-        total += 2.0 * rho
-    return total
-
-
-@dataclass(frozen=True)
-class _Noise:
-    """Noise of rows as a sum of spectra, by its circulant embedding of twice the length."""
-
-    n: int
-    spectrum: Array  # at the frequencies of rfft over 2 n rows
-
-    def times(self, x: Array) -> Array:
-        """The covariance (n, n) times x (n, k)."""
-        X = np.fft.rfft(x, 2 * self.n, axis=0)
-        return np.asarray(np.fft.irfft(X * self.spectrum[:, None], 2 * self.n, axis=0)[: self.n])
-
-    def periodogram(self, Q: Array) -> Array:
-        """Expected periodogram of a residual from which the columns of Q (n, p) were fitted."""
-        n = self.n
-        lags = np.fft.irfft(self.spectrum, 2 * n)[:n] * (1.0 - np.arange(n) / n)
-        whole = 2.0 * np.fft.rfft(lags).real - lags[0]
-        V = self.times(Q)
-        A, B = np.fft.rfft(Q, axis=0), np.fft.rfft(V, axis=0)
-        taken = 2.0 * (A * B.conj()).real.sum(axis=1) - ((A @ (Q.T @ V)) * A.conj()).real.sum(axis=1)
-        return np.asarray(np.maximum(whole - taken / n, 1e-12 * lags[0]))
-
-    @staticmethod
-    def of(e: Array, Q: Array) -> _Noise:
-        """The shares of white, 1/f and 1/f^2 noise that explain the periodogram of a residual e (n,) in octaves."""
-        from scipy.optimize import nnls
-
-        n = len(e)
-        f = np.maximum(np.arange(n + 1), 0.5) / (2.0 * n)
-        kinds = [_Noise(n, f**-slope / np.mean(f**-slope)) for slope in (0.0, 1.0, 2.0)]
-        measured = np.square(np.abs(np.fft.rfft(e))) / n
-        octave = np.floor(np.log2(np.maximum(np.arange(len(measured)), 1))).astype(int)
-        count = np.bincount(octave)
-
-        def banded(p: Array) -> Array:
-            return np.asarray(np.bincount(octave, p) / count)
-
-        E, power = np.array([banded(kind.periodogram(Q)) for kind in kinds]), banded(measured)
-        total, share = power, np.zeros(len(kinds))
-        for _ in range(_REWEIGHTS):
-            w = np.sqrt(count) / np.maximum(total, 1e-300)
-            share = nnls((E * w).T, power * w)[0]
-            total = share @ E
-        return _Noise(n, np.asarray(share @ [kind.spectrum for kind in kinds]))
-
-
-def _coloured(r: Array) -> float:
-    """Rms of a residual over that of white noise with the same differences from row to row."""
-    white = float(np.sqrt(np.mean(np.square(np.diff(r, 2))) / 6.0))
-    return float(np.sqrt(np.mean(np.square(r)))) / max(white, 1e-300)
 
 
 def _student(freedom: int) -> float:
@@ -522,7 +457,7 @@ def _unidentified(best: _Form, young: float, beta: float) -> tuple[str, ...]:
         found.append(f"relaxation faster than {rise:.2g} s: the press is too slow; press faster")
     if not best.prony or np.mean(rate > 0.05 * rate.max()) > 0.8:
         found.append("relaxation: hold the depth for several seconds after the press")
-    coloured = _coloured(case.residuals(best.y))
+    coloured = over_white(case.residuals(best.y))
     if coloured > _COLOURED:
         found.append(
             f"the form: the residual is {coloured:.2g} times its white noise. Coloured noise of the sensor is in the "
