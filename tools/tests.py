@@ -143,7 +143,7 @@ def growth(now: Counter[str]) -> str:
     before = Counter(json.loads(KEPT.read_text())) if KEPT.is_file() else Counter[str]()
     lines = ["processor time of the tests     CPU-s  share  share kept"]
     for name, seconds in now.most_common(ROWS):
-        kept = f"{100 * before[name] / before.total():.1f} %" if name in before else "new"
+        kept = f"{100 * before[name] / before.total():.1f} %" if name in before else "new" if before else "-"
         lines.append(f"  {name:28s} {seconds:6.0f} {100 * seconds / now.total():5.1f} % {kept:>9s}")
     return "\n".join(lines)
 
