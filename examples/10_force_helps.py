@@ -91,7 +91,7 @@ def main() -> None:
     o = options.parse_args()
     n, motion = 2 * PAIRS * EACH + FRESH, Motion(speed=0.05, reach=AREA)
     many = PalpateVectorEnv(n, SCENE, Search(), substeps=SUB, duration=1e6, observe=("force",), motion=motion)
-    last, factor = max(1, o.generations // 4), stats.t.ppf(0.975, max(1, o.seeds - 1)) / np.sqrt(o.seeds)
+    last, factor = max(1, o.generations // 4), stats.t.ppf(0.975, o.seeds - 1) / np.sqrt(o.seeds)
     for name, feels in (("with force", True), ("without", False)):
         found = 100 * np.array([train(many, feels, seed, o.generations) for seed in range(o.seeds)])
         ends = found[:, -last:].mean(axis=1)
