@@ -228,10 +228,6 @@ class Link:
         Arrival (n,) of the first copy of packets sent at t (n,) [s]; NaN: lost.
         """
 
-    @property
-    def out(self) -> bool:
-        """True during an outage."""
-
 class ModelEstimate:
     """What the site has learnt about one object."""
 

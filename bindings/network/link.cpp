@@ -53,6 +53,14 @@ std::vector<T> pairs(const std::vector<std::pair<double, double>>& rows) {
   return out;
 }
 
+/// Structs of two numbers as pairs.
+template <class T>
+std::vector<std::pair<double, double>> rows(const std::vector<T>& values) {
+  std::vector<std::pair<double, double>> out;
+  for (const auto& [a, b] : values) out.emplace_back(a, b);
+  return out;
+}
+
 }  // namespace
 
 void bind_link(nb::module_& m) {
@@ -76,25 +84,15 @@ void bind_link(nb::module_& m) {
       .def_rw("outage_min", &Condition::outage_min, "Shortest random outage [s]."_doc)
       .def_rw("outage_max", &Condition::outage_max, "Longest random outage [s]."_doc)
       .def_prop_rw(
-          "outages",
-          [](const Condition& c) {
-            std::vector<std::pair<double, double>> out;
-            for (const network::Outage& o : c.outages) out.emplace_back(o.begin, o.duration);
-            return out;
-          },
-          [](Condition& c, const std::vector<std::pair<double, double>>& rows) {
-            c.outages = pairs<network::Outage>(rows);
+          "outages", [](const Condition& c) { return rows(c.outages); },
+          [](Condition& c, const std::vector<std::pair<double, double>>& given) {
+            c.outages = pairs<network::Outage>(given);
           },
           "Outages as (begin, duration) [s].")
       .def_prop_rw(
-          "trace",
-          [](const Condition& c) {
-            std::vector<std::pair<double, double>> out;
-            for (const network::TracePoint& p : c.trace) out.emplace_back(p.t, p.delay);
-            return out;
-          },
-          [](Condition& c, const std::vector<std::pair<double, double>>& rows) {
-            c.trace = pairs<network::TracePoint>(rows);
+          "trace", [](const Condition& c) { return rows(c.trace); },
+          [](Condition& c, const std::vector<std::pair<double, double>>& given) {
+            c.trace = pairs<network::TracePoint>(given);
           },
           "Measured delays as (time, delay) [s]; a negative delay is a loss. They replace delay and mixture.")
       .def("check", &network::check, "Raises ValueError that names the value, unless the condition is valid.")
@@ -121,8 +119,7 @@ void bind_link(nb::module_& m) {
             const std::size_t n = out.size();
             return array(std::move(out), {n});
           },
-          "t"_a, "bytes"_a = 256, "Arrival (n,) of the first copy of packets sent at t (n,) [s]; NaN: lost.")
-      .def_prop_ro("out", &Link::out, "True during an outage.");
+          "t"_a, "bytes"_a = 256, "Arrival (n,) of the first copy of packets sent at t (n,) [s]; NaN: lost.");
 }
 
 }  // namespace palpate::bindings

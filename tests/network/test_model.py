@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate import _network
+from palpate import _core, _network
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -117,3 +117,22 @@ def test_an_unsure_stiffness_is_not_taken():
     for _ in range(500):
         update.step(unsure, -0.01, UP)
     assert before == update.now.K
+
+
+def test_a_failed_sensor_lets_the_goal_of_the_site_rest_and_leaves_no_trace():
+    site = _network.Site(_network.SiteOptions(), _core.Snapshot([_core.Object("table", _core.Plane())]))
+    state, account = _network.SiteInput(), _network.SiteOptions().allowance
+    for k, F in enumerate((np.zeros(3), np.full(3, np.nan), np.array([0.0, 0.0, np.inf]), np.zeros(3))):
+        state.t, state.F = 1e-3 * k, F
+        goal = site.step(state, 1e-3)
+        assert np.isfinite(goal.X).all()
+        assert not goal.v.any()
+        assert goal.flags & _network.FLAG_HOLDING
+        assert np.isfinite([*site.send().F, site.send().energy_in]).all()
+    assert site.account == account
+
+
+def test_a_trial_needs_an_object():
+    nothing = _core.Snapshot([])
+    with pytest.raises(ValueError, match=r"trial\.model.*at least one object"):
+        _network.trial(_network.TrialOptions(), nothing, nothing, np.zeros((10, 3)))

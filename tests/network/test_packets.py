@@ -140,6 +140,15 @@ def test_percentiles_of_the_age_and_outages():
     assert arrivals.p999 == limit  # the outage itself does not count
 
 
+def test_ages_that_are_no_number_or_out_of_range_count_in_the_outer_bins():
+    arrivals = _network.Arrivals()
+    for age in (np.nan, -1e300) * 200:
+        arrivals.step(age, 1e-3)
+    assert arrivals.p50 == arrivals.p999 == pytest.approx(1e-3)
+    arrivals.step(np.inf, 1e-3)
+    assert arrivals.outage
+
+
 def test_a_route_that_becomes_slower_is_learnt_and_is_no_outage_for_ever():
     arrivals = _network.Arrivals()
     for _ in range(2000):

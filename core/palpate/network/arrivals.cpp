@@ -22,7 +22,7 @@ void Arrivals::step(double age, double dt) noexcept {
 
 // Adds an age to the histogram.
 void Arrivals::count(double age) noexcept {
-  const auto bin = static_cast<std::size_t>(std::clamp(age / kBin, 0.0, static_cast<double>(kBins - 1)));
+  const auto bin = static_cast<std::size_t>(std::min(std::max(0.0, age / kBin), kBins - 1.0));  // NaN: 0
   count_[bin] += 1.0f;
   total_ += 1.0;
   if (++ticks_ % kForget == 0) {

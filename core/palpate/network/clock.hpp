@@ -27,8 +27,6 @@ class ClockSync {
   [[nodiscard]] double drift() const noexcept { return drift_; }
   /// Bound of the error of the offset by an unknown asymmetry: half of the smallest round trip [s].
   [[nodiscard]] double bound() const noexcept { return bound_; }
-  /// Smallest round trip of the last intervals [s].
-  [[nodiscard]] double round_trip() const noexcept { return 2.0 * bound_; }
 
  private:
   static constexpr std::size_t kBins = 24;

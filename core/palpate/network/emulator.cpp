@@ -12,6 +12,7 @@ namespace palpate::network {
 namespace {
 
 constexpr double kLongest = 60.0;  // [s] longest delay
+constexpr double kOften = 1e-3;    // [s] shortest mean time between outages, each of which is drawn
 constexpr int kMostSteps = 60;     // of Newton's method
 
 void check_share(double value, const char* key) {
@@ -49,7 +50,8 @@ void check(const Condition& c) {
   const FourStates& f = c.four;
   for (const double p : {f.p13, f.p31, f.p32, f.p23, f.p14, f.p13 + f.p14, f.p31 + f.p32}) check_share(p, "four");
   require("network", c.rate >= 0.0 && std::isfinite(c.rate), "rate", c.rate, "must be 0 (unlimited) or more bytes/s");
-  require("network", c.outage_every >= 0.0, "outage_every", c.outage_every, "must be 0 s (none) or more");
+  require("network", c.outage_every == 0.0 || c.outage_every >= kOften, "outage_every", c.outage_every,
+          "must be 0 s (none), or 1 ms or more");
   require("network", c.outage_max >= c.outage_min, "outage_max", c.outage_max, "must not be below outage_min");
   for (std::size_t i = 0; i < c.trace.size(); ++i) {
     require("network", c.trace[i].delay <= kLongest, "trace", c.trace[i].delay, "has a delay above 60 s");
@@ -76,20 +78,15 @@ double mixture_quantile(const Condition& c, double survival) noexcept {
 
 Link::Link(const Condition& condition, std::uint64_t seed) : c_(condition), random_(seed) {
   check(c_);
-  z_ = gauss();
+  z_ = gauss(random_);
   next_outage_ = c_.outage_every > 0.0 ? -c_.outage_every * std::log1p(-uniform(random_)) : INFINITY;
-}
-
-double Link::gauss() noexcept {
-  const double r = std::sqrt(-2.0 * std::log1p(-uniform(random_)));
-  return r * std::cos(2.0 * std::numbers::pi * uniform(random_));
 }
 
 // Additional delay of the next packet [s].
 double Link::extra() noexcept {
   if (c_.rates.empty()) return 0.0;
   const double c = c_.correlation;
-  z_ = c * z_ + std::sqrt(1.0 - c * c) * gauss();
+  z_ = c * z_ + std::sqrt(1.0 - c * c) * gauss(random_);
   return mixture_quantile(c_, std::max(0.5 * std::erfc(z_ * std::numbers::sqrt2 / 2.0), 1e-15));
 }
 
@@ -146,7 +143,7 @@ double Link::arrival(double t, double sent, bool& lost) noexcept {
 Fate Link::send(double t, std::size_t bytes) noexcept {
   Fate fate;
   bool lost = lost_by_chain();
-  out_ = in_outage(t);
+  const bool out = in_outage(t);
   double sent = t;
   if (c_.rate > 0.0) {
     const double begin = std::max(t, free_at_);
@@ -155,7 +152,7 @@ Fate Link::send(double t, std::size_t bytes) noexcept {
   }
   const int copies = uniform(random_) < c_.duplicate ? 2 : 1;
   for (int i = 0; i < copies; ++i) fate.arrival[static_cast<std::size_t>(i)] = arrival(t, sent, lost);
-  fate.copies = lost || out_ ? 0 : copies;
+  fate.copies = lost || out ? 0 : copies;
   return fate;
 }
 

@@ -73,11 +73,8 @@ class Link {
   Link(const Condition& condition, std::uint64_t seed);
   /// Sends a packet of `bytes` at the time t [s]; times must not decrease.
   Fate send(double t, std::size_t bytes) noexcept;
-  /// True during an outage at the time t of the last packet.
-  [[nodiscard]] bool out() const noexcept { return out_; }
 
  private:
-  double gauss() noexcept;
   double extra() noexcept;
   bool lost_by_chain() noexcept;
   bool in_outage(double t) noexcept;
@@ -88,7 +85,7 @@ class Link {
   std::mt19937_64 random_;
   double z_ = 0.0, last_ = 0.0, free_at_ = 0.0;  ///< state of the copula; last arrival; end of the sending queue [s]
   double next_outage_ = 0.0, outage_end_ = -1.0;
-  bool started_ = false, bad_ = false, out_ = false;
+  bool bad_ = false;
   int state_ = 1;  ///< of the four
 };
 

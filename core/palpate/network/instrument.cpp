@@ -15,24 +15,13 @@ namespace {
 
 constexpr double kLagCutoff = 10.0;  // [Hz] cutoff of the force that the servo compensates
 
-contact::Options tip(double radius) {
-  contact::Options o;
-  o.radius = radius;
-  return o;
-}
-
 }  // namespace
 
 Instrument::Instrument(const InstrumentOptions& options, double radius, scene::Snapshot world, std::uint64_t seed)
-    : options_(options), world_(std::move(world)), contact_("proxy", tip(radius)), random_(seed) {
+    : options_(options), world_(std::move(world)), contact_("proxy", {.radius = radius}), random_(seed) {
   require("instrument", options.mass > 0.0, "mass", options.mass, "must be above 0 kg");
   require("instrument", options.bandwidth > 0.0, "bandwidth", options.bandwidth, "must be above 0 Hz");
   require("instrument", options.substeps >= 1, "substeps", options.substeps, "must be at least 1");
-}
-
-double Instrument::gauss() noexcept {
-  const double r = std::sqrt(-2.0 * std::log1p(-uniform(random_)));
-  return r * std::cos(2.0 * std::numbers::pi * uniform(random_));
 }
 
 void Instrument::step(const SiteGoal& goal, double t, double dt) noexcept {
@@ -65,7 +54,7 @@ SiteInput Instrument::measure(double t) noexcept {
   out.v = v_;
   out.jaw = goal_.jaw;
   out.F = F_;
-  if (options_.noise > 0.0) out.F += options_.noise * Vec3(gauss(), gauss(), gauss());
+  if (options_.noise > 0.0) out.F += options_.noise * Vec3(gauss(random_), gauss(random_), gauss(random_));
   return out;
 }
 

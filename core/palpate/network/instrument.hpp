@@ -43,7 +43,6 @@ class Instrument {
   [[nodiscard]] scene::Snapshot& world() noexcept { return world_; }
 
  private:
-  double gauss() noexcept;
   InstrumentOptions options_;
   scene::Snapshot world_;
   contact::Tool contact_;

@@ -15,12 +15,6 @@ constexpr double kAllowance = 1e-4;    // [J] that the hand may get before the s
 constexpr double kNothing = 0.03;      // [N] smaller wanted forces are not felt
 constexpr double kAcceleration = 5.0;  // [m/s^2] of the hand within a tick
 
-contact::Options spheres(double radius) {
-  contact::Options o;
-  o.radius = radius;
-  return o;
-}
-
 ModelEstimate as_given(const scene::Object& object) {
   ModelEstimate out;
   out.K = object.material.K.mean();
@@ -70,7 +64,7 @@ void LocalModel::step(const Vec3& p, const Vec3& v, double radius, double t, dou
 Operator::Operator(const OperatorOptions& options, scene::Snapshot scene)
     : options_(options),
       model_(options.update, std::move(scene)),
-      contact_("proxy", spheres(options.radius)),
+      contact_("proxy", {.radius = options.radius}),
       stability_(options.stability, 1.0 / options.rate) {}
 
 void Operator::receive(const Datagram& d, double now) noexcept {
@@ -89,10 +83,8 @@ const Vec3& Operator::step(const HandInput& in) noexcept {
   wanted.handle.V_LH.v = in.v;
   wanted.tool = {in.t, true};
   wanted.engaged = linked_ && in.engaged;
-  const stability::Output out = stability_.step(wanted);
-  F_ = affordable(out.F_H_L.f, in.v);
+  F_ = affordable(stability_.step(wanted).F_H_L.f, in.v);
   stability_.rendered({F_, Vec3::Zero()});
-  withheld_ = (out.F_capped.f - F_).norm();
   in_ = in;
   return F_;
 }

@@ -68,8 +68,6 @@ class Operator {
   [[nodiscard]] const LocalModel& model() const noexcept { return model_; }
   /// True while the hand feels the remote side.
   [[nodiscard]] bool linked() const noexcept { return linked_; }
-  /// Withheld by the passivity controller in the last tick [N].
-  [[nodiscard]] double withheld() const noexcept { return withheld_; }
 
  private:
   [[nodiscard]] stability::Input of_model(const HandInput& in) noexcept;
@@ -85,7 +83,6 @@ class Operator {
   HandInput in_;
   Vec3 F_ = Vec3::Zero();
   Port port_;
-  double withheld_ = 0.0;
   bool linked_ = false, free_ = true;
 };
 

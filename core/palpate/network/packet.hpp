@@ -54,7 +54,7 @@ struct Datagram {
 
 using Bytes = std::array<std::uint8_t, kPacketSize>;
 
-/// The bytes of a datagram, little-endian; docs/network.md has the layout.
+/// The bytes of a datagram, little-endian; docs/network-packets.md has the layout.
 [[nodiscard]] Bytes encode(const Datagram& datagram) noexcept;
 /// Reads a datagram; false for another length or version, a number that is not finite or impossibly large, or a
 /// quaternion that is no rotation. `out` is then unchanged.

@@ -67,9 +67,14 @@ void Site::forget_operator() noexcept {
 const SiteGoal& Site::step(const SiteInput& in, double dt) noexcept {
   peer_.step(in.t);
   if (!started_) {
-    goal_.X = in.X;
-    in_ = in;
+    goal_.X = in_.X = in.X;
     started_ = true;
+  }
+  if (!in.X.p.allFinite() || !in.v.allFinite() || !in.F.allFinite()) {  // a sensor failed: the goal rests
+    goal_.v.setZero();
+    goal_.flags = kHolding;
+    aligning_ = true;
+    return goal_;
   }
   book(in);
   learn(in);

@@ -63,10 +63,8 @@ class Site {
 
   [[nodiscard]] const Peer& peer() const noexcept { return peer_; }
   [[nodiscard]] const Playout& playout() const noexcept { return playout_; }
-  [[nodiscard]] const Played& played() const noexcept { return played_; }
   /// Energy that the tool may still spend [J].
   [[nodiscard]] double account() const noexcept { return account_; }
-  [[nodiscard]] const std::vector<Estimator>& estimators() const noexcept { return estimators_; }
 
  private:
   void book(const SiteInput& in) noexcept;

@@ -17,12 +17,6 @@ constexpr double kLong = 0.2;        // [s] for which the force must be right ag
 constexpr double kTouch = 0.05;      // [N] force that counts as contact
 constexpr std::size_t kBytes = 256;  // of a packet on the wire
 
-contact::Options judging_tip(double radius) {
-  contact::Options o;
-  o.radius = radius;
-  return o;
-}
-
 }  // namespace
 
 Trial::Trial(const TrialOptions& options, scene::Snapshot world, scene::Snapshot model)
@@ -31,9 +25,10 @@ Trial::Trial(const TrialOptions& options, scene::Snapshot world, scene::Snapshot
       site_(options.site, std::move(model)),
       instrument_(options.instrument, options.site.radius, world, options.seed + 17),
       truth_(std::move(world)),
-      judge_("proxy", judging_tip(options.site.radius)),
+      judge_("proxy", {.radius = options.site.radius}),
       to_site_(options.to_site, options.seed + 1),
       to_operator_(options.to_operator, options.seed + 2) {
+  require("trial", !operator_.model().updates().empty(), "model", 0.0, "must have at least one object");
   require("trial", options.every >= 1, "every", options.every, "must be at least 1");
   require("trial", options.handle_mass > 0.0, "handle_mass", options.handle_mass, "must be above 0 kg");
   require("trial", options.push.t < 0.0 || options.push.object < truth_.objects.size(), "push.object",

@@ -51,7 +51,7 @@ struct TrialResult {
   double told = -1.0;           ///< time of the first outage until both ends have reported it; negative: never [s]
   double p999 = 0.0;            ///< 99.9th percentile of the age at the site [s]
   double told_site = -1.0;      ///< time until the site has reported it, beyond p999 before it [s]
-  double round_trip = 0.0;      ///< mean of ages of both directions [s]
+  double round_trip = 0.0;      ///< sum of the median ages of both directions [s]
   double play_delay = 0.0;      ///< at the end [s]
   double clock_error = 0.0;     ///< of the site's estimate at the end [s]
   int outages = 0;              ///< reported by the site
