@@ -9,9 +9,11 @@ nonce of a packet is its number, which is sent in clear; a window refuses number
 from __future__ import annotations
 
 import json
+import re
 import secrets
 import socket
 import struct
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -23,6 +25,8 @@ _HEAD = struct.Struct("<4s8sQ")  # magic with version, session, number
 TAG = 16
 DATAGRAM = _HEAD.size + _network.PACKET_SIZE + TAG
 """Bytes of a packet on the wire, without the headers of UDP."""
+_LARGEST = 2048  # of what is read from a socket of packets [bytes]
+_MOST = 64  # packets that are read at once
 _HELLO = b"PALPATE-REMOTE-1"
 _LONGEST = 65536  # of a message of the reliable channel [bytes]
 _INFO = b"palpate remote 1"
@@ -118,6 +122,18 @@ class Channel:
         self.connection.close()
 
 
+def arrived(udp: socket.socket) -> Iterator[tuple[bytes, tuple[str, int]]]:
+    """Packets that wait at a socket that does not block, with their senders.
+
+    At most 64, so that a flood does not hold the caller's loop; the rest waits for the next call.
+    """
+    for _ in range(_MOST):
+        try:
+            yield udp.recvfrom(_LARGEST)
+        except OSError:  # nothing more, or the other end is not there at this moment
+            return
+
+
 def _exactly(connection: socket.socket, n: int) -> bytes | None:
     data = b""
     while len(data) < n:
@@ -141,7 +157,9 @@ def shake_hands(connection: socket.socket, key: bytes, operator: bool) -> Channe
     own, nonce = X25519PrivateKey.generate(), secrets.token_bytes(16)
     connection.sendall(_HELLO + nonce + own.public_key().public_bytes_raw())
     hello = _exactly(connection, len(_HELLO) + 48)
-    if hello is None or not hello.startswith(_HELLO):
+    if hello is None:
+        raise RefusedError("the other end has ended the connection", mend="is a follower of Palpate running there?")
+    if not hello.startswith(_HELLO):
         raise RefusedError("the other end speaks another protocol, or another version of it",
                            mend="install the same version of Palpate on both machines")  # fmt: skip
     theirs, public = hello[len(_HELLO) : -32], hello[-32:]
@@ -161,11 +179,11 @@ def address(text: str) -> tuple[str, int]:
         PalpateError: it is no such text, or the name does not resolve.
     """
     host, colon, port = text.rpartition(":")
-    if not colon or not host or not port.isdigit() or not 0 < int(port) < 65536:
-        raise PalpateError(f"{text!r} is no address", mend="give HOST:PORT, e.g. 192.168.1.7:7410")
+    if not colon or not host or not re.fullmatch("[0-9]{1,5}", port) or not 0 < int(port) < 65536:
+        raise PalpateError(f"{text[:80]!r} is no address", mend="give HOST:PORT, e.g. 192.168.1.7:7410")
     try:
         found = socket.getaddrinfo(host.strip("[]"), int(port), socket.AF_INET, socket.SOCK_STREAM)
-    except socket.gaierror as error:
-        raise PalpateError(f"the name {host!r} does not resolve", why=str(error),
+    except (socket.gaierror, UnicodeError) as error:
+        raise PalpateError(f"the name {host[:80]!r} does not resolve", why=str(error),
                            mend="give the address, e.g. 192.168.1.7:7410") from None  # fmt: skip
     return str(found[0][4][0]), int(port)

@@ -108,6 +108,8 @@ OTHERS: dict[str, tuple[Callable[[], Condition], str]] = {
     "satellite": (_satellite, "geostationary: 480 ms, correlated jitter of 2 ms, 1 % loss in bursts of 20"),
 }
 NAMES = (*OTHERS, *NETFI)
+TRACES = (".csv", ".pcap")
+"""Ends of the names of measured traces."""
 
 
 def network(name: str) -> Network:
@@ -120,10 +122,15 @@ def network(name: str) -> Network:
     if name in known:
         make, text = known[name]
         return Network(name, make(), make(), text)
-    if name.endswith((".csv", ".pcap")):
+    if name.endswith(TRACES):
         condition = Condition()
         condition.trace = read_trace(name)
         condition.delay = min(delay for _, delay in condition.trace if delay >= 0.0)
+        try:
+            condition.check()
+        except ValueError as error:
+            mend = "leave the delay of a lost packet empty"
+            raise PalpateError(f"{name}: the trace cannot be played", why=str(error), mend=mend) from None
         return Network(name, condition, condition, "a measured trace")
     mend = "give one of: " + ", ".join(NAMES) + ", or a trace: FILE.csv, FILE.pcap"
     raise PalpateError(f"no network condition is named {name!r}", mend=mend)

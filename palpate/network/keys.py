@@ -42,13 +42,13 @@ def read_key(path: Path) -> bytes:
     """
     try:
         text, mode = limits.read_text(path, encoding="latin-1"), path.stat().st_mode
-    except limits.LimitError as error:
-        raise PalpateError(
-            f"{path}: this is no key of Palpate", why=str(error), mend="make one with palpate keys"
-        ) from None
-    except OSError:
+    except FileNotFoundError:
         raise PalpateError(f"{path}: there is no key",
                            mend=f"palpate keys --out {path}, and copy it to both machines") from None  # fmt: skip
+    except OSError as error:
+        raise PalpateError(
+            f"{path}: the key cannot be read", why=str(error), mend="give the file that palpate keys wrote"
+        ) from None
     if mode & 0o077:
         raise PalpateError(f"{path}: others may read this key", mend=f"chmod 600 {path}")
     try:

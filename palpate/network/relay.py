@@ -11,9 +11,9 @@ import time
 
 from palpate import _network
 from palpate.errors import PalpateError
+from palpate.network.channel import arrived
 from palpate.network.conditions import Network
 
-_LARGEST = 2048  # of a packet [bytes]
 _WAIT = 1e-3  # longest wait for a packet [s]
 
 
@@ -30,7 +30,7 @@ class Relay:
     """
 
     def __init__(self, port: int, to: tuple[str, int], link: Network, seed: int = 0, host: str = "127.0.0.1") -> None:
-        self._to, self._stop = to, threading.Event()
+        self._to, self.stopped = to, threading.Event()  #: ends `run`
         self._links = (_network.Link(link.to_site, seed + 1), _network.Link(link.to_operator, seed + 2))
         self._tcp, self._front = listen(host, port)
         self.port = int(self._tcp.getsockname()[1])  #: the port on which it listens
@@ -44,7 +44,7 @@ class Relay:
         """Pass packets on until `stop`."""
         threading.Thread(target=self._accept, name="palpate-relay", daemon=True).start()
         begin = time.monotonic()
-        while not self._stop.is_set():
+        while not self.stopped.is_set():
             now = time.monotonic() - begin
             wait = min(max(self._flight[0][0] - now, 0.0), _WAIT) if self._flight else _WAIT
             for ready in select.select([self._front, self._back], [], [], wait)[0]:
@@ -55,15 +55,11 @@ class Relay:
 
     def stop(self) -> None:
         """End `run`."""
-        self._stop.set()
+        self.stopped.set()
 
     def _take(self, ready: socket.socket, now: float) -> None:
         forwards = ready is self._front
-        while True:
-            try:
-                data, sender = ready.recvfrom(_LARGEST)
-            except OSError:  # nothing more, or the other end is not there yet
-                return
+        for data, sender in arrived(ready):
             if forwards:
                 self._master = sender
             arrivals = self._links[0 if forwards else 1].send(now, len(data))
@@ -84,13 +80,17 @@ class Relay:
                 self.lost += 1
 
     def _accept(self) -> None:
-        while not self._stop.is_set():
+        while not self.stopped.is_set():
             try:
                 near, _ = self._tcp.accept()
-                far = socket.create_connection(self._to, 5.0)
-                far.settimeout(None)
             except OSError:
                 continue
+            try:
+                far = socket.create_connection(self._to, 5.0)
+            except OSError:  # nobody is there: the operator's end is told at once
+                near.close()
+                continue
+            far.settimeout(None)
             for one, other in ((near, far), (far, near)):
                 threading.Thread(target=_pump, args=(one, other), daemon=True).start()
 
@@ -119,11 +119,11 @@ def listen(host: str, port: int) -> tuple[socket.socket, socket.socket]:
     try:
         tcp.bind((host, port))
         udp.bind((host, tcp.getsockname()[1]))
-    except OSError as error:
+    except (OSError, OverflowError) as error:
         tcp.close()
         udp.close()
         raise PalpateError(f"port {port} of {host} cannot be used", why=str(error),
-                           mend="give another --port, or end what uses it") from None  # fmt: skip
+                           mend="give another --port or --host, or end what uses it") from None  # fmt: skip
     tcp.listen(8)
     udp.setblocking(False)
     return tcp, udp

@@ -10,6 +10,7 @@ import numpy as np
 
 from palpate import limits
 from palpate.arrays import Array
+from palpate.arrays.checks import is_number
 from palpate.errors import PalpateError
 
 Trace = list[tuple[float, float]]
@@ -43,15 +44,16 @@ def read_trace(path: str | Path) -> Trace:
         raise PalpateError(
             f"{path}: the trace cannot be read", why=str(error)[:200], mend="give FILE.csv or FILE.pcap"
         ) from None
-    if len(trace) < 2 or all(delay < 0.0 for _, delay in trace):
-        raise PalpateError(f"{path}: {len(trace)} usable packets", mend="record at least a few seconds")
+    arrived = sum(delay >= 0.0 for _, delay in trace)
+    if len(trace) < 2 or arrived == 0:
+        raise PalpateError(f"{path}: {arrived} usable packets", mend="record at least a few seconds")
     return trace
 
 
 def _of_table(path: Path) -> Trace:
     out: Trace = []
     for number, row in enumerate(csv.reader(limits.read_text(path, limits.MOST_TABLE).splitlines()), 1):
-        if not row or (number == 1 and not _is_number(row[0])):
+        if not row or (number == 1 and not is_number(row[0])):
             continue
         try:
             delay = row[1].strip() if len(row) > 1 else ""
@@ -59,18 +61,12 @@ def _of_table(path: Path) -> Trace:
         except ValueError:
             what = f"{path}, line {number}: {','.join(row)[:60]!r} is no time and delay"
             raise PalpateError(what, mend="write seconds, e.g. 0.25,0.041") from None
-    times = np.array(out).reshape(-1, 2)
-    if not np.isfinite(times).all() or (np.diff(times[:, 0]) <= 0.0).any():
-        raise PalpateError(f"{path}: times must be finite and increase", mend="sort the rows by time")
+    table = np.array(out).reshape(-1, 2)
+    if not np.isfinite(table).all():
+        raise PalpateError(f"{path}: times and delays must be finite", mend="leave the delay of a lost packet empty")
+    if (np.diff(table[:, 0]) <= 0.0).any():
+        raise PalpateError(f"{path}: times must increase", mend="sort the rows by time")
     return out
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def _arrivals(path: Path) -> Array:
@@ -94,7 +90,7 @@ def _of_arrivals(path: Path, arrivals: Array) -> Trace:
     """Delays of a stream with a constant period, relative to the earliest packets."""
     if len(arrivals) < _LEAST:
         raise PalpateError(f"{path}: {len(arrivals)} packets", mend="record at least a few seconds of one stream")
-    arrivals = np.sort(arrivals - arrivals[0])
+    arrivals = np.sort(arrivals) - arrivals.min()
     period = float(np.median(np.diff(arrivals)))
     if not period > 0.0:
         raise PalpateError(

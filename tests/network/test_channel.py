@@ -115,9 +115,14 @@ def test_keys_are_private_files(tmp_path):
         read_key(tmp_path / "no")
     with pytest.raises(PalpateError, match=r"(?s)there is no key.*palpate keys --out"):
         read_key(tmp_path / "missing")
+    with pytest.raises(PalpateError, match=r"(?s)cannot be read.*folder"):
+        read_key(tmp_path)
 
 
-@pytest.mark.parametrize("text", ["localhost", ":7410", "localhost:", "localhost:x", "localhost:70000"])
+@pytest.mark.parametrize(
+    "text",
+    ["localhost", ":7410", "localhost:", "localhost:x", "localhost:70000", "localhost:²", "localhost:" + 5000 * "9"],
+)
 def test_a_wrong_address_is_told(text):
     with pytest.raises(PalpateError, match=r"(?s)is no address.*HOST:PORT"):
         channels.address(text)
@@ -126,6 +131,8 @@ def test_a_wrong_address_is_told(text):
 def test_a_name_that_does_not_resolve_is_told():
     with pytest.raises(PalpateError, match=r"the name 'no-such-host.invalid' does not resolve"):
         channels.address("no-such-host.invalid:7410")
+    with pytest.raises(PalpateError, match=r"the name 'a..b' does not resolve"):
+        channels.address("a..b:7410")  # Python cannot even encode it
     assert channels.address("127.0.0.1:7410") == ("127.0.0.1", 7410)
 
 
@@ -133,6 +140,8 @@ def test_a_port_that_is_taken_is_told():
     tcp, udp = listen("127.0.0.1", 0)
     with pytest.raises(PalpateError, match=r"port \d+ of 127.0.0.1 cannot be used"):
         listen("127.0.0.1", tcp.getsockname()[1])
+    with pytest.raises(PalpateError, match=r"port 70000 of 127.0.0.1 cannot be used"):
+        listen("127.0.0.1", 70000)
     tcp.close()
     udp.close()
 
@@ -164,3 +173,21 @@ def test_the_relay_passes_packets_on_with_the_delay_of_its_network():
         thread.join()
         for each in (tcp, far, near):
             each.close()
+
+
+def test_a_relay_without_a_follower_ends_the_connection_at_once():
+    free = socket.socket()
+    free.bind(("127.0.0.1", 0))
+    relay = Relay(0, free.getsockname(), network("none"))
+    thread = threading.Thread(target=relay.run)
+    thread.start()
+    try:
+        with (
+            socket.create_connection(("127.0.0.1", relay.port), 3.0) as near,
+            pytest.raises(channels.RefusedError, match=r"(?s)has ended the connection.*running there"),
+        ):
+            channels.shake_hands(near, KEY, operator=True)
+    finally:
+        relay.stop()
+        thread.join()
+        free.close()

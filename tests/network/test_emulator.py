@@ -123,6 +123,7 @@ def test_there_are_nine_conditions_of_netfi_and_every_name_is_valid():
         ({"correlation": 1.0}, r"network\.correlation"),
         ({"duplicate": 1.5}, r"network\.duplicate = 1\.5.*probability"),
         ({"rate": -1.0}, r"network\.rate"),
+        ({"outage_every": 1e-9, "outage_max": 0.1}, r"network\.outage_every.*1 ms or more"),
         ({"trace": [(1.0, 0.1), (1.0, 0.1)]}, r"network\.trace = 1\.0+: times must increase"),
     ],
 )
@@ -171,7 +172,9 @@ def test_delays_and_losses_are_read_from_captured_packets(tmp_path, order, magic
     ("name", "content", "words"),
     [
         ("a.csv", b"0,1\nx,y\n", "line 2: 'x,y' is no time and delay"),
-        ("a.csv", b"1,0.1\n0,0.1\n", "times must be finite and increase"),
+        ("a.csv", b"1,0.1\n0,0.1\n", "times must increase"),
+        ("a.csv", b"0,nan\n1,0.1\n", "times and delays must be finite"),
+        ("a.csv", b"0,\n1,\n2,-1\n", ": 0 usable packets"),
         ("a.csv", b"", "0 usable packets"),
         ("a.pcap", b"hello", "this is no pcap file"),
         ("a.pcap", struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 65535, 1), "0 packets"),
@@ -181,3 +184,16 @@ def test_a_file_that_is_no_trace_is_told(tmp_path, name, content, words):
     (tmp_path / name).write_bytes(content)
     with pytest.raises(PalpateError, match=words):
         read_trace(tmp_path / name)
+
+
+def test_packets_that_were_captured_out_of_order_are_read_in_order(tmp_path):
+    times = 1000.0 + 0.01 * np.arange(50)
+    write_pcap(tmp_path / "a.pcap", np.roll(times, 1))  # the last one stands first
+    trace = np.array(read_trace(tmp_path / "a.pcap"))
+    np.testing.assert_allclose(trace, np.column_stack([0.01 * np.arange(50), np.zeros(50)]), atol=1e-6)
+
+
+def test_a_trace_that_the_emulator_cannot_play_is_told(tmp_path):
+    (tmp_path / "a.csv").write_text("0,70\n1,0.1\n")
+    with pytest.raises(PalpateError, match=r"(?s)cannot be played.*delay above 60 s"):
+        network(str(tmp_path / "a.csv"))
