@@ -24,6 +24,7 @@ def require(scene: Scene, at: str | None, fast: bool) -> None:
     from palpate.network import network
     from palpate.network.channel import address
     from palpate.network.keys import require_cryptography
+    from palpate.session.remote.together import network_name
 
     require_cryptography()
     if at is not None:
@@ -38,7 +39,7 @@ def require(scene: Scene, at: str | None, fast: bool) -> None:
         raise PalpateError("a leader with a driver does not run across a network yet", mend="leave --leader out")
     section = scene.remote
     if section is not None:
-        network(section.network)
+        network(network_name(scene))
         if section.mode != "model":
             what = f"the mode {section.mode!r} runs only in palpate study network"
             raise SceneError(what, where=scene.where("remote", "mode"), mend="write mode: model")
@@ -58,7 +59,7 @@ def joined(session: Session, at: str | None, key: Path | None) -> Iterator[Remot
     from palpate.network.channel import address
     from palpate.network.keys import default_path, read_key
     from palpate.session.remote.link import RemoteLink
-    from palpate.session.remote.together import Together
+    from palpate.session.remote.together import Together, network_name
 
     rate = 1000.0 if section is None else section.rate
     if at is not None:
@@ -66,5 +67,8 @@ def joined(session: Session, at: str | None, key: Path | None) -> Iterator[Remot
         with link:
             yield link
         return
-    with Together(session.scene) as both, RemoteLink(session, both.at, both.key, rate) as link:
+    with (
+        Together(session.scene, network_name(session.scene)) as both,
+        RemoteLink(session, both.at, both.key, rate) as link,
+    ):
         yield link

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -36,6 +35,8 @@ class Command:
         """Serve until Ctrl-C; returns the exit code."""
         from rich.console import Console
 
+        from palpate import stop_signals
+        from palpate.console.output import say
         from palpate.network.keys import default_path, read_key, require_cryptography
         from palpate.scene import Scene
         from palpate.scene.rig import build
@@ -45,15 +46,10 @@ class Command:
         key, console = read_key(self.key or default_path()), Console()
         rig = build(Scene.load(self.scene))
         rate = rig.scene.remote.rate if rig.scene.remote is not None else 1000.0
-        server = FollowerServer(rig, key, self.host, self.port, rate, lambda line: console.print(line, highlight=False))
-        console.print(f"listening on {self.host} port {server.port}; Ctrl-C ends it", highlight=False)
-        signal.signal(signal.SIGTERM, lambda *_: server.stop())
-        try:
+        server = FollowerServer(rig, key, self.host, self.port, rate, lambda line: say(console, line))
+        say(console, f"listening on {self.host} port {server.port}; Ctrl-C ends it")
+        with stop_signals.deferred(server.stopped):
             server.run()
-        except KeyboardInterrupt:
-            server.stop()
-        console.print(
-            f"{server.ticks} ticks, {server.missed} missed, {server.strangers} packets refused, largest force "
-            f"{server.largest:.2f} N, {server.cpu:.2f} s of processor time", highlight=False,
-        )  # fmt: skip
+        counts = f"{server.ticks} ticks, {server.missed} missed, {server.strangers} packets refused"
+        say(console, f"{counts}, largest force {server.largest:.2f} N, {server.cpu:.2f} s of processor time")
         return 0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import signal
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -35,17 +34,16 @@ class Command:
         """Relay until Ctrl-C; returns the exit code."""
         from rich.console import Console
 
+        from palpate import stop_signals
+        from palpate.console.output import say
         from palpate.network import network
         from palpate.network.channel import address
         from palpate.network.relay import Relay
 
         console = Console()
         relay = Relay(self.port, address(self.to), network(self.network), self.seed, self.host)
-        console.print(f"listening on {self.host} port {relay.port}; Ctrl-C ends it", highlight=False)
-        signal.signal(signal.SIGTERM, lambda *_: relay.stop())
-        try:
+        say(console, f"listening on {self.host} port {relay.port}; Ctrl-C ends it")
+        with stop_signals.deferred(relay.stopped):
             relay.run()
-        except KeyboardInterrupt:
-            relay.stop()
-        console.print(f"{relay.passed} packets passed, {relay.lost} lost", highlight=False)
+        say(console, f"{relay.passed} packets passed, {relay.lost} lost")
         return 0

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import math
-import select
 import socket
 import threading
 import time
@@ -30,7 +29,6 @@ MENDS = {
 """What to do about a refusal, by a part of its words."""
 _IP_MTU = 14  # of the socket options of IP, on Linux
 _HEADERS = 28  # of IPv4 and UDP [bytes]
-_LARGEST = 2048  # of a packet [bytes]
 
 
 class RemoteLink:
@@ -126,7 +124,7 @@ class RemoteLink:
             tick = self._session.latest()
             p, v = self._motion(tick)
             self._learn(p, v, float(tick["t"]), now)
-            self._hold_or_follow(tick)
+            self._hold_or_follow()
             self._send(tick, p, v, now)
             if now - updated > UPDATE:
                 updated = now
@@ -134,11 +132,7 @@ class RemoteLink:
         self.cpu = time.thread_time() - cpu
 
     def _receive(self) -> None:
-        while select.select([self._udp], [], [], 0.0)[0]:
-            try:
-                data = self._udp.recv(_LARGEST)
-            except OSError:  # nobody listens at this moment
-                return
+        for data, _ in channels.arrived(self._udp):
             payload = self._channel.opener.open(data)
             datagram = None if payload is None else _network.decode(payload)
             if datagram is None:
@@ -162,7 +156,7 @@ class RemoteLink:
         self._model.synchronise(ahead)
         self._model.step(p, v, self._radius, t, self._dt)
 
-    def _hold_or_follow(self, tick: Any) -> None:
+    def _hold_or_follow(self) -> None:
         """Hold the hand's tool while the link is down; the loop's own ramps end and begin the force."""
         peer = self._peer
         aligned = peer.known and bool(peer.newest.flags & _network.FLAG_ALIGNED)

@@ -23,14 +23,12 @@ from palpate.scene.scene import Scene
 PATIENCE = 5.0  # for the first messages of a connection [s]
 HOURS = 3600.0  # by which the clocks of both machines may differ [s]
 _CATCH_UP = 0.02  # ticks older than this are missed, not made up for [s]
-_LARGEST = 2048  # of a packet [bytes]
 
 
 def digest(scene: Scene) -> str:
     """What both ends must have in common: objects, frames and the tool, as 16 hexadecimal digits."""
     parts = scene.model_dump(mode="json", include={"objects", "frames", "contact", "arms"})
-    for part in ("leader",):
-        parts.get("arms", {}).pop(part, None)
+    parts["arms"].pop("leader", None)
     return sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:16]
 
 
@@ -72,9 +70,8 @@ class FollowerServer:
         options.radius = rig.scene.contact.radius
         self._site = _network.Site(options, rig.snapshot)
         self._instrument = _network.Instrument(_network.InstrumentOptions(), options.radius, world(rig), 1)
-        self._start = (rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3]
-        self._instrument.place(self._start)
-        self._stop, self._changing = threading.Event(), threading.Lock()
+        self._instrument.place((rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3])
+        self.stopped, self._changing = threading.Event(), threading.Lock()  #: the event ends `run`
         self._master: _Master | None = None
         self.ticks = self.missed = self.strangers = 0  #: ticks, ticks that came too late, packets that were refused
         self.cpu = 0.0  #: processor time of the loop [s]
@@ -86,14 +83,14 @@ class FollowerServer:
 
     def stop(self) -> None:
         """End `run`."""
-        self._stop.set()
+        self.stopped.set()
 
     def run(self) -> None:
         """Follow until `stop`."""
         threading.Thread(target=self._accept, name="palpate-accept", daemon=True).start()
         begin, cpu = time.monotonic(), time.thread_time()
         due = begin
-        while not self._stop.is_set():
+        while not self.stopped.is_set():
             now = time.monotonic()
             if now < due:
                 time.sleep(due - now)
@@ -120,11 +117,7 @@ class FollowerServer:
                 self._udp.sendto(master.channel.sealer.seal(_network.encode(self._site.send())), master.at)
 
     def _receive(self, master: _Master | None) -> None:
-        for _ in range(64):  # more wait for the next tick: a flood does not hold the loop
-            try:
-                data, sender = self._udp.recvfrom(_LARGEST)
-            except OSError:
-                return
+        for data, sender in channels.arrived(self._udp):
             payload = None if master is None else master.channel.opener.open(data)
             datagram = None if payload is None else _network.decode(payload)
             if master is None or datagram is None:
@@ -137,7 +130,7 @@ class FollowerServer:
     # -- the reliable channel --------------------------------------------------------------------------------------
 
     def _accept(self) -> None:
-        while not self._stop.is_set():
+        while not self.stopped.is_set():
             try:
                 connection, peer = self._tcp.accept()
             except OSError:
@@ -164,7 +157,7 @@ class FollowerServer:
             if fault is not None:
                 channel.send({"error": fault})
                 return
-            channel.send({"ok": True, "version": __version__, "tool": [float(x) for x in self._start]})
+            channel.send({"ok": True})
             self._say(f"operator at {peer[0]}:{peer[1]}")
             connection.settimeout(None)
             while channel.receive() is not None:
@@ -188,6 +181,6 @@ class FollowerServer:
             both = f"{mine}, the other one {hello.get('scene')}"
             return f"this end has another scene ({both}): objects, contact or follower differ"
         apart = time.time() - float(hello.get("time", 0.0))
-        if abs(apart) > HOURS:
+        if not abs(apart) <= HOURS:
             return f"the clocks of both machines differ by {apart / 3600.0:.1f} h"
         return None

@@ -13,21 +13,28 @@ from types import TracebackType
 from typing import Self
 
 from palpate.errors import PalpateError
+from palpate.network.conditions import TRACES
 from palpate.network.keys import make_key, read_key
 from palpate.scene.scene import Scene
 
 _READY = re.compile(r"listening on \S+ port (\d+)")
 
 
+def network_name(scene: Scene) -> str:
+    """Network of a scene's section ``remote``: its name, or the path of a trace, relative to the scene's folder."""
+    name = "none" if scene.remote is None else scene.remote.network
+    return str(scene.path_to(name, scene.where("remote", "network"))) if name.endswith(TRACES) else name
+
+
 class Together:
     """The follower's end and a relay as processes of their own, with a key for this run.
 
-    with Together(scene) as link:
+    with Together(scene, "netfi-delay-2") as link:
         RemoteLink(session, link.at, link.key)
     """
 
-    def __init__(self, scene: Scene) -> None:
-        self._scene, self._stack = scene, ExitStack()
+    def __init__(self, scene: Scene, network: str) -> None:
+        self._scene, self._network, self._stack = scene, network, ExitStack()
         self.at = ("127.0.0.1", 0)  #: address of the relay
         self.follower = 0  #: port of the follower's end
         self.key = b""  #: the shared key
@@ -42,14 +49,13 @@ class Together:
         folder = Path(self._stack.enter_context(tempfile.TemporaryDirectory(prefix="palpate-remote-")))
         make_key(folder / "key")
         self.key = read_key(folder / "key")
-        section = self._scene.remote
         with ExitStack() as opened:
             opened.push(self._stack.pop_all())
             self.follower = self._start(
                 opened, "follower", self._scene.file, "--port", "0", "--key", str(folder / "key")
             )
-            name = "none" if section is None else section.network
-            port = self._start(opened, "relay", "--to", f"127.0.0.1:{self.follower}", "--network", name, "--port", "0")
+            to = f"127.0.0.1:{self.follower}"
+            port = self._start(opened, "relay", "--to", to, "--network", self._network, "--port", "0")
             self.at = ("127.0.0.1", port)
             self._stack = opened.pop_all()
         return self
