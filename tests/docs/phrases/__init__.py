@@ -7,6 +7,7 @@ from phrases import (
     coverage,
     guidance,
     interfaces,
+    network,
     organs,
     paper,
     planning,
@@ -19,4 +20,5 @@ from phrases import (
 TIES = [
     *(paper.TIES + wall.TIES + stability.TIES + guidance.TIES + planning.TIES + registration.TIES),
     *(coverage.TIES + contact.TIES + organs.TIES + arms.TIES + clouds.TIES + tissue.TIES + interfaces.TIES),
+    *network.TIES,
 ]
