@@ -24,7 +24,7 @@ class RemoteLimits:
     model_stable_to_ms: float | None
     """None: no loop closes over the network; the local loop is certified by itself"""
     passivity_stable_to_ms: float | None
-    """None: each port returns no more than the other one has taken, at any delay"""
+    """None: each port may return what the other one has taken, at any delay (docs/network.md has its error)"""
     direct_stable_to_ms: float | None
     """by the certificate of the scene, with the round trip as delay of its loop"""
 

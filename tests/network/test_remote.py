@@ -1,5 +1,7 @@
 """A session and a follower's end over loopback: felt, learnt, refused, held."""
 
+import os
+import signal
 import socket
 import threading
 import time
@@ -8,8 +10,10 @@ from types import SimpleNamespace
 
 import pytest
 
+from palpate.cli import main
 from palpate.errors import PalpateError, SceneError
 from palpate.network import network
+from palpate.network.keys import make_key
 from palpate.scene import Scene
 from palpate.scene.rig import build
 from palpate.session import Session
@@ -20,6 +24,8 @@ from palpate.network import channel as channels
 from palpate.network.relay import Relay
 from palpate.session.remote import link as links
 from palpate.session.remote import site as sites
+from palpate.session.remote.together import network_name
+from palpate.verify.bench.network import _END
 
 KEY = bytes(range(32))
 
@@ -146,3 +152,25 @@ def test_strangers_move_nothing(rig, follower):
 def test_what_cannot_run_across_a_network_is_told(remote, fast, words):
     with pytest.raises((PalpateError, SceneError), match=words):
         require(scene(**remote), None, fast)
+
+
+def test_ctrl_c_ends_the_follower_with_its_figures(tmp_path, capsys, monkeypatch):
+    make_key(tmp_path / "key")
+    run = sites.FollowerServer.run
+
+    def interrupted(server):
+        threading.Timer(0.3, os.kill, (os.getpid(), signal.SIGINT)).start()
+        run(server)
+
+    monkeypatch.setattr(sites.FollowerServer, "run", interrupted)
+    assert main(["serve", "follower", "remote", "--port", "0", "--key", str(tmp_path / "key")]) == 0
+    ticks, *_, cpu = _END.search(capsys.readouterr().out).groups()
+    assert int(ticks) > 20
+    assert float(cpu) > 0.0
+
+
+def test_a_trace_of_a_scene_lies_beside_the_scene(tmp_path):
+    (tmp_path / "scene.yaml").write_text(scene(network="mine.csv").to_yaml())
+    assert network_name(Scene.load(tmp_path / "scene.yaml")) == str(tmp_path / "mine.csv")
+    assert network_name(scene(network="fibre")) == "fibre"
+    assert network_name(scene().model_copy(update={"remote": None})) == "none"
