@@ -148,15 +148,19 @@ def shake_hands(connection: socket.socket, key: bytes, operator: bool) -> Channe
     """The channel of a fresh connection.
 
     Raises:
-        RefusedError: the other end does not speak this protocol. OSError, TimeoutError: the connection broke.
+        RefusedError: the other end does not speak this protocol, or has ended the connection.
+        OSError, TimeoutError: the connection broke.
     """
     from cryptography.hazmat.primitives.asymmetric.x25519 import X25519PrivateKey, X25519PublicKey
     from cryptography.hazmat.primitives.hashes import SHA256
     from cryptography.hazmat.primitives.kdf.hkdf import HKDF
 
     own, nonce = X25519PrivateKey.generate(), secrets.token_bytes(16)
-    connection.sendall(_HELLO + nonce + own.public_key().public_bytes_raw())
-    hello = _exactly(connection, len(_HELLO) + 48)
+    try:
+        connection.sendall(_HELLO + nonce + own.public_key().public_bytes_raw())
+        hello = _exactly(connection, len(_HELLO) + 48)
+    except ConnectionError:  # it was closed with our words unread
+        hello = None
     if hello is None:
         raise RefusedError("the other end has ended the connection", mend="is a follower of Palpate running there?")
     if not hello.startswith(_HELLO):
