@@ -34,9 +34,9 @@ struct Options {
   double radius = 0.002;        ///< radius of the SPR [m]
   double release = 0.05;        ///< `proxy`: deflection that releases a tool that passed through a closed object [m]
   double collision_rate = 250;  ///< rate of the collision thread, for the paper's methods [Hz]
-  std::vector<ToolSphere> spheres;  ///< spheres of the tool in addition to the SPR
-  int sphere = 0;                   ///< index of the sphere that a method is for; Tool sets it
-  bool real_objects = false;        ///< true: the tool touches the real objects instead of the virtual ones
+  std::vector<ToolSphere> spheres{};  ///< spheres of the tool in addition to the SPR
+  int sphere = 0;                     ///< index of the sphere that a method is for; Tool sets it
+  bool real_objects = false;          ///< true: the tool touches the real objects instead of the virtual ones
 };
 
 /// Interface of a contact method for one sphere. A method may have a state, for example the side from which the sphere
