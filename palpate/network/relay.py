@@ -48,7 +48,7 @@ class Relay:
             now = time.monotonic() - begin
             wait = min(max(self._flight[0][0] - now, 0.0), _WAIT) if self._flight else _WAIT
             for ready in select.select([self._front, self._back], [], [], wait)[0]:
-                self._take(ready, time.monotonic() - begin)
+                self._take(ready, begin)
             self._send(time.monotonic() - begin)
         for each in (self._tcp, self._front, self._back):
             each.close()
@@ -57,11 +57,12 @@ class Relay:
         """End `run`."""
         self.stopped.set()
 
-    def _take(self, ready: socket.socket, now: float) -> None:
+    def _take(self, ready: socket.socket, begin: float) -> None:
         forwards = ready is self._front
         for data, sender in arrived(ready):
             if forwards:
                 self._master = sender
+            now = time.monotonic() - begin  # after its reading: no packet is delayed by less than the link's delay
             arrivals = self._links[0 if forwards else 1].send(now, len(data))
             self.lost += not arrivals
             for at in arrivals:
