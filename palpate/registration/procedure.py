@@ -178,6 +178,12 @@ class Procedure:
         return {name: predict.within(one.covariance, each) for name, one in self.targets.items()}
 
     @property
+    def smallest_motion(self) -> float:
+        """Smallest motion of the organ half-way through the touches that is told in nine of ten cases [m], or NaN."""
+        touched = touched_by(self.X_WT, self.radius, self.sigma, self.tip)
+        return disagreement.smallest_motion(self.organ.surface, self.first, touched, self.found)
+
+    @property
     def met(self) -> bool:
         """True if the accuracy is met, and nothing contradicts it."""
         return not self.faults and len(self.X_WT) >= _FEWEST and max(self.bounds.values()) <= self.accuracy

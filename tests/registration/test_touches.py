@@ -84,6 +84,23 @@ def moved_after(liver, rng, X, shift):
     return Touched(np.concatenate([early.p_WT, late.p_WT]), R, RADIUS, SIGMA, TIP)
 
 
+def test_smallest_motion_is_told_in_nine_of_ten_sessions(liver):
+    # Judged by simulated sessions, in which the organ carries the later touches along.
+    rng, X0, told = np.random.default_rng(5), np.eye(4), {0.5: 0, 1.0: 0, 2.0: 0}
+    first, n = Guess(X0, PRIOR), 50
+    for _ in range(n):
+        given = touching(liver, rng, drawn(rng, X0))
+        smallest = disagreement.smallest_motion(liver.surface, first, given, touches(liver.surface, first, given))
+        d = rng.normal(size=3)
+        step = np.repeat([0.0, smallest], 6)[:, None] * d / np.linalg.norm(d)
+        for factor in told:
+            moved = Touched(given.p_WT + factor * step, given.R_WT, RADIUS, SIGMA, TIP)
+            told[factor] += touches(liver.surface, first, moved).probability < disagreement.IMPLAUSIBLE
+    assert told[1.0] / n == pytest.approx(0.9, abs=0.1)
+    assert told[0.5] / n < 0.5 < told[2.0] / n
+    assert np.isnan(Procedure(liver, first, 1e-3, SIGMA, TIP, RADIUS).smallest_motion)  # no touch, no statement
+
+
 def one_off(touched, k, shift):
     p = touched.p_WT.copy()
     p[k] += shift

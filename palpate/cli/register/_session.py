@@ -58,7 +58,7 @@ def values(scanned: RegisteredOrgan, procedure: Procedure, sources: list[str]) -
         "covariance": composed_covariance(found.X, found.covariance, X_OA, np.zeros((6, 6))),
         "fre": float(np.sqrt(np.square(found.residuals).mean())), "tre": [one["tre"] for one in targets],
         "targets": targets, "accuracy": procedure.accuracy, "touches": len(procedure.X_WT),
-        "probability": found.probability, "trusted": procedure.met,
+        "probability": found.probability, "trusted": procedure.met, "smallest_motion": procedure.smallest_motion,
     }))  # fmt: skip
     return result
 

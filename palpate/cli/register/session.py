@@ -77,6 +77,9 @@ class Command:
             say(console, line)
         for name, error in true.items():
             say(console, f"{1e3 * error:.2f} mm", f"true error at {name} (simulated):")
+        if data["smallest_motion"] is not None:
+            size = 1e3 * data["smallest_motion"]
+            say(console, f"a motion of the organ between touches is told from {size:.1f} mm on (9 of 10 times)")
         _session.write(out, data)
         say(console, f"accuracy met after {data['touches']} touches, pose written to {out}")
         took = time.process_time()  # of the whole process, its imports included
