@@ -32,7 +32,8 @@ class Command:
     record: Positional[Path]
     """Record (MCAP), or its folder; the folder of a run of several pairs; or a rosbag2 (folder, .mcap, .db3)."""
     scene: Annotated[Path | None, arg(metavar="FILE")] = None
-    """Scene of a bag, with the arms' models and bases and the objects; the scene in the bag when left out."""
+    """Scene of a bag, with the arms' models and bases and the objects; the scene in the bag when left out.
+    With --to rerun, also the scene that is shown instead of a record's own."""
     port: int = PORT
     """Port of the viewer; the next free one when it is taken."""
     host: str = HOST
@@ -72,15 +73,17 @@ class Command:
         from palpate.export.folder import whole_folder
         from palpate.export.formats.rerun import write
         from palpate.export.options import Options
+        from palpate.scene import Scene
 
         console = console_for(None)
+        scene = None if self.scene is None else Scene.load(self.scene)
         runs = demonstrations([self.record])
         out = self.out or Path(f"{runs[0].name}.rrd")
         if len(runs[0].arms) > 1:
             mend = f"palpate export {self.record} --to rerun --out DIR writes one for each"
             raise OutputError("a run of several pairs gives several files", where=str(self.record), mend=mend)
         with whole_folder(out.with_name(f".{out.name}.parts")) as draft:
-            (file,) = write(runs, draft, Options())["files"]
+            (file,) = write(runs, draft, Options(), scene)["files"]
             (draft / str(file)).replace(out)
         out.with_name(f".{out.name}.parts").rmdir()
         say(console, f"{out}   (rerun {out} shows it)", "wrote")

@@ -11,10 +11,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
-from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 from palpate.devices.driver import Driver
+from palpate.devices.python_file import import_file
 from palpate.devices.trust import require_trust
 from palpate.errors import DeviceError
 
@@ -98,25 +98,18 @@ def _beside(folder: Path | None) -> Iterator[None]:
 
 
 def _module_of(file: Path, name: str) -> str:
-    """Name of the module in a file, after reading the file; a name of its own, so that it hides no other module.
+    """Name of the module in a file, after reading the file.
 
     Raises:
         DeviceError: the file is missing, or raises an exception.
     """
-    module = f"palpate_driver_{file.stem}_{abs(hash(file.resolve())):x}"
     if not file.is_file():
         raise DeviceError(f"driver {name!r}: there is no file {file}", mend="paths start at the scene's folder")
-    spec = spec_from_file_location(module, file)
-    assert spec is not None
-    assert spec.loader is not None
-    sys.modules[module] = made = module_from_spec(spec)
     try:
-        spec.loader.exec_module(made)
+        return import_file(file, "driver").__name__
     except Exception as error:
-        del sys.modules[module]
         what = f"driver {name!r} cannot be imported"
         raise DeviceError(what, why=f"{type(error).__name__}: {error}", mend=f"correct {file}") from error
-    return module
 
 
 def open_python_driver(name: str, folder: Path) -> Driver:

@@ -27,6 +27,8 @@ class BagTicks:
         self.start = float(known.t[0])
         """First time with a measurement of the follower, since the start of the bag [s]."""
         self.started = None
+        self.scene = bag.scene
+        """The scene (YAML) that a Palpate node published; empty without one."""
         self._count = int((float(known.t[-1]) - self.start) * RATE) + 1
 
     def __len__(self) -> int:

@@ -18,7 +18,6 @@ from palpate.record.bags.bag import Bag
 from palpate.record.bags.open import open_any
 from palpate.record.reader import Record
 from palpate.report.pairs import pair_records
-from palpate.session.run_folder import SCENE
 
 NEEDED = ("p_WT", "quat_WT")
 """Signals without which a record holds no follower."""
@@ -105,7 +104,6 @@ def leader_name(model: str, number: int, taken: Collection[str] = ()) -> str:
 def _open(path: Path) -> Demonstration:
     pairs = pair_records(path)
     if pairs:
-        _require_pairs(path, pairs)
         records = [Record.open(file) for file in pairs.values()]
         return _of_records(path.resolve().name, path, records)
     opened = open_any(path)
@@ -123,20 +121,6 @@ def _of_records(name: str, path: Path, records: Sequence[Record]) -> Demonstrati
         model = str(_at(scene, "arms", "leader", "model") or "")
         arms.append(ArmOfRun(f"psm{k}", leader_name(model, k, [arm.leader for arm in arms]), record, scene))
     return Demonstration(name, path, tuple(arms), tuple(fault for record in records for fault in record.faults))
-
-
-def _require_pairs(path: Path, pairs: Collection[str]) -> None:
-    """Refuse a folder of several runs: only the scene beside its records makes them one run of several pairs.
-
-    Raises:
-        RecordError: as said.
-    """
-    file = path / SCENE
-    named = _at(_mapping(file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""), "pairs")
-    if not isinstance(named, dict) or not set(pairs) <= set(map(str, named)):
-        what = f"the folder holds records ({', '.join(pairs)}), and no {SCENE} with pairs of these names"
-        mend = f"give each run of its own: {path}/*"
-        raise RecordError(what, where=str(path), why="it is not the folder of one run", mend=mend)
 
 
 def _require_whole(record: Record) -> None:

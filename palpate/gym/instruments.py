@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Literal
 
 import numpy as np
+from gymnasium.error import ResetNeeded
 from numpy.typing import NDArray
 
 from palpate import _core
@@ -72,8 +73,11 @@ class Instruments:
         """Move all instruments by actions (n, 6), which are clipped to their limits, for `substeps` ticks.
 
         Raises:
-            ValueError: the actions have another shape, or one is not a number.
+            ValueError: the actions have another shape, or one is not a number. ResetNeeded: an instrument has not
+                begun.
         """
+        if None in self._cycles:
+            raise ResetNeeded("no episode has begun: call reset() before step()")
         dt, m = self.substeps / RATE, self.motion
         low, high = self.low_high
         actions = np.asarray(actions, dtype=np.float64)
@@ -125,7 +129,7 @@ class Instruments:
         steps = np.arange(1, self.substeps + 1) / RATE
         for k, i in enumerate(chunk.tolist()):
             cycle = self._cycles[i]
-            assert cycle is not None, "step() before reset()"
+            assert cycle is not None
             cycle.replay(self._t[i] + steps, X[k], self._felt[i])
             self._t[i] += steps[-1]
             self._rows[i] = cycle.latest()

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import importlib
-import importlib.util
-import sys
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from palpate.arrays import Array
+from palpate.devices.python_file import import_file
 from palpate.errors import MissingExtraError, PalpateError
 from palpate.gym.observation import PARTS, Observation
 
@@ -68,7 +67,8 @@ def load_policy(name: str) -> Policy:
         return OnnxPolicy(name)
     module, _, attribute = name.partition(":")
     try:
-        found = getattr(_module(module), attribute)
+        imported = import_file(Path(module), "policy") if module.endswith(".py") else import_module(module)
+        found = getattr(imported, attribute)
     except Exception as error:  # whatever the module of a policy raises
         mend = "write FILE.onnx, FILE.py:NAME or MODULE:NAME, of a module that can be imported"
         why = f"{type(error).__name__}: {error}"
@@ -77,16 +77,3 @@ def load_policy(name: str) -> Policy:
         raise PalpateError(f"{name!r} is no policy: {type(found).__name__} is not a function", mend="give a function")
     policy: Policy = found
     return policy
-
-
-def _module(name: str) -> Any:
-    if not name.endswith(".py"):
-        return importlib.import_module(name)
-    own = f"palpate_policy_{Path(name).stem}"  # a name that hides no other module
-    spec = importlib.util.spec_from_file_location(own, name)
-    if spec is None or spec.loader is None:
-        raise ImportError(f"{name} is no module")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module

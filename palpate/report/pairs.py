@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.errors import MissingExtraError, SceneError
+from palpate.errors import MissingExtraError, RecordError, SceneError
 from palpate.record.reader import Record
 from palpate.report.html import page_of, section, write_report
 from palpate.report.page import write
@@ -32,12 +32,19 @@ def pair_records(folder: Path) -> dict[str, Path]:
     """The records of a run of several pairs by the name of the pair, in the order of the scene; empty for other paths.
 
     The order decides the colours of the pairs, which are those of the running session.
+
+    Raises:
+        RecordError: the folder holds several runs: only the scene beside its records makes them one run.
     """
     if not folder.is_dir() or (folder / "record.mcap").exists():
         return {}
     found = {path.parent.name: path for path in sorted(folder.glob("*/record.mcap"))}
-    order = [name for name in _names_in_scene(folder / SCENE) if name in found]
-    return {name: found[name] for name in dict.fromkeys([*order, *found])}
+    named = _names_in_scene(folder / SCENE)
+    if not set(found) <= set(named):
+        what = f"the folder holds records ({', '.join(found)}), and no {SCENE} with pairs of these names"
+        mend = f"give each run of its own, such as {folder / next(iter(found))}"
+        raise RecordError(what, where=str(folder), why="it is not the folder of one run", mend=mend)
+    return {name: found[name] for name in dict.fromkeys(named) if name in found}
 
 
 def _names_in_scene(file: Path) -> list[str]:

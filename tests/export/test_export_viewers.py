@@ -6,7 +6,9 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
+from crtk_bag import write as write_bag
 from mcap.reader import make_reader
 
 from palpate.cli import main
@@ -29,6 +31,29 @@ def test_rerun_verifies_and_prints_what_is_written(make, tmp_path, monkeypatch, 
         assert name in told, name
     rows = [int(n) for n in re.findall(r"with (\d+) rows [^\n]* - /force/F_T_W ", told)]
     assert sum(rows) == len(made.ticks)
+
+
+def _printed(file, *words):
+    command = [sys.executable, "-m", "rerun", "rrd", "print", *words, str(file)]
+    return subprocess.run(command, check=True, capture_output=True, text=True).stdout
+
+
+def test_rerun_shows_the_scene_that_is_given(make, tmp_path):
+    """A bag's poses are in the base of its arm: the scene gives the objects and the base."""
+    pytest.importorskip("rerun", reason="rerun-sdk, of 0.7 GB, is not installed")
+    scene = tmp_path / "other.yaml"
+    text = "arms: {leader: {model: mtm_right}, follower: {model: psm_lnd, base: {xyz: [0.05, 0, 0.15]}}}\n"
+    scene.write_text(text + "objects: [{name: table, plane: {size: 0.2}, stiffness: 500}]\n")
+    bag, out = write_bag(tmp_path / "bag", posed=True), tmp_path / "out.rrd"
+    assert main(["replay", str(bag), "--to", "rerun", "--scene", str(scene), "--out", str(out)]) == 0
+    assert "/world/table" in _printed(out)
+    path = _printed(out, "-vvv", "--entity", "/world/path")
+    (x, y, z), *_ = [[float(v) for v in one] for one in re.findall(r"\[(-?[\d.]+), (-?[\d.]+), (-?[\d.]+)\]", path)]
+    np.testing.assert_allclose([x, y, z], [0.05, 0.02, 0.05], atol=2e-4)
+    record, out = make().path, tmp_path / "record.rrd"
+    assert main(["replay", str(record), "--to", "rerun", "--scene", str(scene), "--out", str(out)]) == 0
+    assert "/world/table" in _printed(out)
+    assert "/world/floor" not in _printed(out)
 
 
 def test_rerun_that_is_not_installed_is_named(make, tmp_path, monkeypatch, capsys):

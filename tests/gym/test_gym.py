@@ -187,6 +187,15 @@ def test_actions_and_seeds_of_several_are_one_for_each():
             many.step(np.zeros(shape))
 
 
+def test_a_step_before_the_first_reset_is_named():
+    for env, action in ((made(), np.zeros(6)), (PalpateVectorEnv(3, FLOOR, workers=2), np.zeros((3, 6)))):
+        with pytest.raises(gymnasium.error.ResetNeeded, match="call reset"):
+            env.step(action)
+        env.reset(seed=1)
+        env.step(action)
+        env.close()
+
+
 def test_task_lies_in_the_scene_whose_values_were_drawn():
     """A region that is drawn elsewhere is found where it is drawn."""
     env = PalpateEnv(scene="nodule", task="find", vary={"objects.0.regions.0.at.0": (0.0, 0.01)})

@@ -49,4 +49,5 @@ def test_a_folder_of_one_record_is_no_run_of_pairs(folder, tmp_path):
     assert pair_records(path / "left") == {}
     assert pair_records(tmp_path) == {}
     shutil.copytree(path / "left", tmp_path / "run" / "left")
+    shutil.copy(path / "scene.yaml", tmp_path / "run")
     assert list(pair_records(tmp_path / "run")) == ["left"]

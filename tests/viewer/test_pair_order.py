@@ -2,6 +2,8 @@
 
 import pytest
 
+from palpate.cli import main
+from palpate.errors import RecordError
 from palpate.report.pairs import pair_records
 
 
@@ -15,8 +17,11 @@ def test_records_come_in_the_order_of_the_scene(tmp_path, names):
     assert list(pair_records(tmp_path)) == names
 
 
-def test_without_a_scene_they_come_in_alphabetical_order(tmp_path):
+def test_a_folder_of_several_runs_is_no_run_of_pairs(tmp_path):
     for name in ("right", "left"):
         (tmp_path / name).mkdir()
         (tmp_path / name / "record.mcap").touch()
-    assert list(pair_records(tmp_path)) == ["left", "right"]
+    with pytest.raises(RecordError, match=r"records \(left, right\), and no scene.yaml with pairs of these names"):
+        pair_records(tmp_path)
+    for command in ("report", "replay"):
+        assert main([command, str(tmp_path)]) == 2

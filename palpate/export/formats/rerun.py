@@ -7,7 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
+from palpate.arrays import Array
 from palpate.errors import PalpateError
 from palpate.export.bag_ticks import BagTicks
 from palpate.export.demonstration import ArmOfRun, Demonstration
@@ -15,24 +17,34 @@ from palpate.export.frames import ArmFrames, frames_of
 from palpate.export.options import Options
 from palpate.export.tables import Table, tables, told
 from palpate.record.reader import Record
+from palpate.scene.rig import Rig, build
+from palpate.scene.scene import Scene
+from palpate.scene.surface import PlacedSurface
+from palpate.session.recorded import recorded_scene
 
 FORCE_SCALE = 0.012
 """Length of a force arrow [m/N], as in the surgeon's view."""
 _GREEN, _GREY, _SKIN = (40, 210, 80), (120, 120, 130), (190, 120, 110)
 
 
-def write(runs: Sequence[Demonstration], folder: Path, options: Options) -> dict[str, Any]:
+def write(runs: Sequence[Demonstration], folder: Path, options: Options, scene: Scene | None = None) -> dict[str, Any]:
     """Write an .rrd file for each arm; `rerun FILE` shows it.
 
+    Args:
+        runs: the runs.
+        folder: an empty folder.
+        options: options of the export.
+        scene: the scene with the objects and the base of the follower; that of each run when left out.
+
     Raises:
-        PalpateError: rerun-sdk is not installed.
+        PalpateError: rerun-sdk is not installed. SceneError: the given scene cannot be set up.
     """
     rr = _library()
     arms = [arm for run in runs for arm in run.arms]
     written = []
     for table, arm in zip(tables(runs, options), arms, strict=True):
         file = folder / f"{table.name}.rrd"
-        rows = _write(rr, file, table, arm, options.fps)
+        rows = _write(rr, file, table, arm, options.fps, scene)
         written.append((table, file, rows))
     return told(written)
 
@@ -46,11 +58,14 @@ def _library() -> Any:
     return rerun
 
 
-def _write(rr: Any, file: Path, table: Table, arm: ArmOfRun, fps: int) -> int:
+def _write(rr: Any, file: Path, table: Table, arm: ArmOfRun, fps: int, scene: Scene | None) -> int:
     stream = rr.RecordingStream("palpate", recording_id=table.name)
     stream.save(file)
-    _objects(rr, stream, arm.ticks)
-    _tool(rr, stream, frames_of(arm.ticks, min(fps, int(arm.ticks.rate))))
+    shown = _scene_of(arm) if scene is None else build(scene, until=0.0)
+    for section, one in () if shown is None else zip(shown.scene.objects, shown.surfaces, strict=True):
+        _object(rr, stream, section.name, one)
+    X_WB = shown.arms.X_WB if shown is not None and isinstance(arm.ticks, BagTicks) else np.eye(4)
+    _tool(rr, stream, frames_of(arm.ticks, min(fps, int(arm.ticks.rate))), X_WB)
     rows = 0
     for ticks in table.blocks():
         time = [rr.TimeColumn("t", duration=ticks["t"])]
@@ -63,29 +78,34 @@ def _write(rr: Any, file: Path, table: Table, arm: ArmOfRun, fps: int) -> int:
     return rows
 
 
-def _objects(rr: Any, stream: Any, ticks: Record | BagTicks) -> None:
-    """The objects of the scene of a record at rest; none if the record has no scene, or its files are gone."""
-    if not isinstance(ticks, Record):
-        return
-    from palpate.scene.surface import placed
-    from palpate.session.recorded import recorded_scene
-
+def _scene_of(arm: ArmOfRun) -> Rig | None:
+    """The scene of a record or bag, set up; None if it has none, or its files are gone."""
+    ticks = arm.ticks
     try:
-        scene = recorded_scene(ticks)
-        surfaces = placed(scene)
+        if isinstance(ticks, Record):
+            return build(recorded_scene(ticks), until=0.0)
+        return build(Scene.parse(ticks.scene, arm.name), until=0.0) if ticks.scene else None
     except PalpateError:
-        return
-    for section, one in zip(scene.objects, surfaces, strict=True):
-        vertices = one.body.vertices @ one.X_WO[:3, :3].T + one.X_WO[:3, 3]
-        mesh = rr.Mesh3D(vertex_positions=vertices, triangle_indices=one.body.triangles, albedo_factor=(*_SKIN, 255))
-        stream.log(f"world/{rr.escape_entity_path_part(section.name)}", mesh, static=True)
+        return None
 
 
-def _tool(rr: Any, stream: Any, frames: ArmFrames) -> None:
+def _object(rr: Any, stream: Any, name: str, one: PlacedSurface) -> None:
+    """An object of the scene at rest."""
+    vertices = one.body.vertices @ one.X_WO[:3, :3].T + one.X_WO[:3, 3]
+    mesh = rr.Mesh3D(vertex_positions=vertices, triangle_indices=one.body.triangles, albedo_factor=(*_SKIN, 255))
+    stream.log(f"world/{rr.escape_entity_path_part(name)}", mesh, static=True)
+
+
+def _tool(rr: Any, stream: Any, frames: ArmFrames, X_WA: Array) -> None:
+    """The tool, its path and its force, of poses in axes whose pose in W is X_WA (4, 4)."""
     time = [rr.TimeColumn("t", duration=frames.t)]
-    tip, force = frames.pose[:, :3], FORCE_SCALE * np.nan_to_num(frames.wrench[:, :3])
+    tip, turn = frames.pose[:, :3] @ X_WA[:3, :3].T + X_WA[:3, 3], Rotation.from_matrix(X_WA[:3, :3])
+    force = FORCE_SCALE * np.nan_to_num(frames.wrench[:, :3]) @ X_WA[:3, :3].T
+    known = np.isfinite(frames.pose).all(axis=1)
+    quaternions = np.full((len(frames), 4), np.nan)
+    quaternions[known] = (turn * Rotation.from_quat(frames.pose[known, 3:])).as_quat()
     stream.log("world/path", rr.LineStrips3D([tip], colors=[_GREY]), static=True)
-    pose = rr.Transform3D.columns(translation=tip, quaternion=frames.pose[:, 3:])
+    pose = rr.Transform3D.columns(translation=tip, quaternion=quaternions)
     stream.send_columns("world/tool", time, pose)
     stream.log("world/tool", rr.Points3D([[0.0, 0.0, 0.0]], radii=[0.002], colors=[_GREY]), static=True)
     stream.send_columns("world/force", time, rr.Arrows3D.columns(origins=tip, vectors=force))
