@@ -10,6 +10,7 @@ no server of others: fonts and search are part of it.
 from __future__ import annotations
 
 import ast
+import json
 import re
 import shutil
 import subprocess
@@ -77,12 +78,18 @@ def copy(page: Path, pages: Path) -> None:
 
 
 def examples(pages: Path) -> None:
-    """A page with all examples, each with its first words, and a page for each folder that other pages name."""
+    """A page with all examples, each with its first words, and with the notebooks."""
     lines = ["# Examples", "", "Numbered examples, one idea each.", ""]
     for file in sorted((ROOT / "examples").glob("*.py")):
         text = file.read_text(encoding="utf-8")
         words = ast.get_docstring(ast.parse(text)) or ""
         lines += [f"## {file.stem}", "", words, "", "```python", text, "```", ""]
+    lines += ["", "# Notebooks", "", "Open them with `jupyter lab examples/notebooks`.", ""]
+    for file in sorted((ROOT / "examples" / "notebooks").glob("*.ipynb")):
+        for cell in json.loads(file.read_text(encoding="utf-8"))["cells"]:
+            text = "".join(cell["source"])
+            lines += [f"#{text}" if text.startswith("# ") else text, ""] if cell["cell_type"] == "markdown" else [
+                "```python", text, "```", ""]  # fmt: skip
     (pages / "examples").mkdir(exist_ok=True)
     (pages / "examples" / "index.md").write_text("\n".join(lines), encoding="utf-8")
 
