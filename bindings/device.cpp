@@ -6,6 +6,7 @@
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
+#include <cstring>
 #include <memory>
 #include <optional>
 #include <string>
@@ -47,6 +48,27 @@ DeviceFault step_device(DeviceCycle& self, double t, const OnePose& X, const std
   if (V) std::copy_n(V->data(), 6, state.V_LH.emplace().begin());
   write(self.step(state), F);
   return self.fault();
+}
+
+using Paths = Input<double, -1, 6>;
+using Rows = nb::ndarray<double, nb::shape<-1, static_cast<nb::ssize_t>(kColumns)>, nb::c_contig, nb::device::cpu>;
+using Values = nb::ndarray<double, nb::shape<-1>, nb::c_contig, nb::device::cpu>;
+
+void glide_together(const std::vector<std::shared_ptr<DeviceCycle>>& cycles, const Times& t, double dt, int steps,
+                    const Paths& from, const Paths& to, Rows rows, Values felt) {
+  const std::size_t n = cycles.size();
+  for (const std::size_t size : {t.shape(0), from.shape(0), to.shape(0), rows.shape(0), felt.shape(0)}) {
+    if (size != n) throw std::invalid_argument("glide_together: an array has not one row for each cycle");
+  }
+  const nb::gil_scoped_release release;
+  for (std::size_t i = 0; i < n; ++i) {
+    const auto end = [i](const Paths& path) {
+      return Eigen::Matrix<double, 6, 1>(Eigen::Map<const Eigen::Matrix<double, 6, 1>>(path.data() + 6 * i));
+    };
+    felt.data()[i] = cycles[i]->glide({.t = t.data()[i], .dt = dt, .steps = steps, .from = end(from), .to = end(to)});
+    const loop::Tick newest = cycles[i]->front().latest();
+    std::memcpy(rows.data() + kColumns * i, &newest, sizeof(newest));
+  }
 }
 
 void bind_driver(nb::module_& m) {
@@ -133,6 +155,10 @@ void bind_device(nb::module_& m) {
           "timing", [](const DeviceCycle& self) { return percentiles(self.cycle_time()); },
           "Compute times of the steps: p50, p99, p999 and max [us].");
   bind_front(cycle);
+  m.def("glide_together", &glide_together, "cycles"_a, "t"_a, "dt"_a, "steps"_a, "from_"_a, "to"_a, "rows"_a, "felt"_a,
+        "Steps every cycle from its time t (n,) [s] by `steps` steps of dt [s] along a straight path of the handle: "
+        "displacement [m] and rotation vector [rad], from_ (n, 6) to `to` (n, 6). Writes the newest row of each to "
+        "rows (n, TICK_BYTES/8), and the largest force on its hand to felt (n,) [N].");
 
   bind_driver(m);
   m.def(

@@ -3880,6 +3880,22 @@ class DeviceCycle:
         ValueError if their number differs.
         """
 
+def glide_together(
+    cycles: Sequence[DeviceCycle],
+    t: Annotated[NDArray[numpy.float64], "(:,)"],
+    dt: float,
+    steps: int,
+    from_: Annotated[NDArray[numpy.float64], "(:, 6)"],
+    to: Annotated[NDArray[numpy.float64], "(:, 6)"],
+    rows: Annotated[NDArray[numpy.float64], "(:, 475)"],
+    felt: Annotated[NDArray[numpy.float64], "(:,)"],
+) -> None:
+    """
+    Steps every cycle from its time t (n,) [s] by `steps` steps of dt [s] along a straight path of the handle:
+    displacement [m] and rotation vector [rad], from_ (n, 6) to `to` (n, 6). Writes the newest row of each to rows (n,
+    TICK_BYTES/8), and the largest force on its hand to felt (n,) [N].
+    """
+
 class Driver:
     """An opened device, which a thread of the core reads and commands."""
 

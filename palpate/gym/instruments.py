@@ -7,14 +7,14 @@ threads.
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
 from gymnasium.error import ResetNeeded
-from numpy.typing import NDArray
 
 from palpate import _core
-from palpate.arrays import Array, rigid
+from palpate.arrays import Array
 from palpate.errors import PalpateError
 from palpate.gym.world import RATE, Motion, World, cycle_at
 from palpate.record.ticks import TICK_DOUBLES, Ticks, as_ticks
@@ -48,11 +48,11 @@ class Instruments:
         self._p0, self._R0 = np.zeros((n, 3)), np.tile(np.eye(3), (n, 1, 1))
         self._p, self._r = np.zeros((n, 3)), np.zeros((n, 3))  # goal from the start: displacement, rotation vector
         self._t = np.zeros(n)
-        self._rows = np.zeros((n, TICK_DOUBLES))
-        self._felt = np.zeros((n, substeps, 6))
+        self._rows, self._felt = np.zeros((n, TICK_DOUBLES)), np.zeros(n)
         self._limit = np.repeat([motion.reach, motion.tilt], 3)
         self._pool = ThreadPoolExecutor(min(workers, n), "palpate-gym") if min(workers, n) > 1 else None
-        self._chunks = np.array_split(np.arange(n), min(workers, n))
+        ends = [round(k * n / min(workers, n)) for k in range(min(workers, n) + 1)]
+        self._chunks = [slice(a, b) for a, b in pairwise(ends)]
 
     @property
     def low_high(self) -> tuple[Array, Array]:
@@ -67,7 +67,7 @@ class Instruments:
         self._cycles[i], X = cycle_at(rig, X_WT)
         self._p0[i], self._R0[i] = X[:3, 3], X[:3, :3]
         self._p[i], self._r[i], self._t[i] = 0.0, 0.0, 0.0
-        self._advance(np.array([i]), np.zeros((1, self.substeps, 6)))
+        self._advance(slice(i, i + 1), np.zeros((self.n, 6)), np.zeros((self.n, 6)))
 
     def step(self, actions: Array) -> None:
         """Move all instruments by actions (n, 6), which are clipped to their limits, for `substeps` ticks.
@@ -90,12 +90,10 @@ class Instruments:
         most = dt * np.repeat([m.speed, m.turn], 3)
         move = dt * wanted if self.action == "twist" else np.clip(wanted - goal, -most, most)
         target = np.clip(goal + move, -self._limit, self._limit)
-        share = (np.arange(1, self.substeps + 1) / self.substeps)[None, :, None]
-        paths = goal[:, None] + share * (target - goal)[:, None]
         if self._pool is None:
-            self._advance(np.arange(self.n), paths)
+            self._advance(slice(0, self.n), goal, target)
         else:
-            list(self._pool.map(self._advance, self._chunks, [paths[chunk] for chunk in self._chunks]))
+            list(self._pool.map(lambda chunk: self._advance(chunk, goal, target), self._chunks))
         self._p, self._r = target[:, :3].copy(), target[:, 3:].copy()
 
     @property
@@ -106,7 +104,7 @@ class Instruments:
     @property
     def felt(self) -> Array:
         """Largest force that a hand would have felt during the last step (n,), after all caps [N]."""
-        return np.asarray(np.sqrt(np.einsum("nij,nij->ni", self._felt[:, :, :3], self._felt[:, :, :3]).max(axis=1)))
+        return self._felt.copy()
 
     @property
     def goals(self) -> Array:
@@ -123,13 +121,9 @@ class Instruments:
         if self._pool is not None:
             self._pool.shutdown()
 
-    def _advance(self, chunk: NDArray[np.intp], paths: Array) -> None:
-        """Run the cycles of some instruments along goals (k, substeps, 6) from their starts."""
-        X = rigid.rigid(rigid.exp(paths[..., 3:]), paths[..., :3])
-        steps = np.arange(1, self.substeps + 1) / RATE
-        for k, i in enumerate(chunk.tolist()):
-            cycle = self._cycles[i]
-            assert cycle is not None
-            cycle.replay(self._t[i] + steps, X[k], self._felt[i])
-            self._t[i] += steps[-1]
-            self._rows[i] = cycle.latest()
+    def _advance(self, chunk: slice, goals: Array, targets: Array) -> None:
+        """Run the cycles of some instruments along straight lines between goals (n, 6) from their starts."""
+        cycles = [cycle for cycle in self._cycles[chunk] if cycle is not None]
+        t, rows, felt = self._t[chunk], self._rows[chunk], self._felt[chunk]
+        _core.glide_together(cycles, t, 1.0 / RATE, self.substeps, goals[chunk], targets[chunk], rows, felt)
+        t += self.substeps / RATE

@@ -15,7 +15,7 @@ from palpate.arrays.checks import positive
 from palpate.devices.loop import device_options, device_port, device_scene
 from palpate.errors import PalpateError
 from palpate.scene.overrides import override
-from palpate.scene.rig import Rig, build
+from palpate.scene.rig import MATERIALS, Rig, build, with_materials
 from palpate.scene.scene import Scene
 from palpate.scene.surface import Bodies
 
@@ -68,6 +68,7 @@ class World:
                 )
         self.scene = Scene.of(scene)
         self.vary = {name: (float(low), float(high)) for name, (low, high) in sorted(vary.items())}
+        self._only_materials = all(_is_material(name) for name in self.vary)
         self._bodies: Bodies = {}
         self.plain = self._prepared(self.scene)
         """The rig without variation."""
@@ -77,10 +78,21 @@ class World:
         if not self.vary:
             return self.plain
         values = {name: float(rng.uniform(low, high)) for name, (low, high) in self.vary.items()}
-        return self._prepared(override(self.scene, values))
+        scene = override(self.scene, values)
+        return with_materials(self.plain, _device_scene(scene)) if self._only_materials else self._prepared(scene)
 
     def _prepared(self, scene: Scene) -> Rig:
-        return build(device_scene(for_policies(scene), "loop", RATE), self._bodies, until=0.0)
+        return build(_device_scene(scene), self._bodies, until=0.0)
+
+
+def _is_material(name: str) -> bool:
+    """True for the path of a value of which only the materials of an object depend."""
+    first, _, key, *_ = [*name.split("."), "", ""]
+    return first == "objects" and key in MATERIALS
+
+
+def _device_scene(scene: Scene) -> Scene:
+    return device_scene(for_policies(scene), "loop", RATE)
 
 
 def for_policies(scene: Scene) -> Scene:

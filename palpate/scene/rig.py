@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import yaml
@@ -218,11 +218,7 @@ def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | Non
             warnings.warn(
                 PalpateWarning(what, where=scene.file, mend="use a finer grid or a larger radius"), stacklevel=2
             )
-    for i, obj in enumerate(placed):
-        _warn_of_lost_regions(scene, i, obj)
-    snapshot = surface.snapshot(scene, placed)
-    _require_regions_that_push(scene, snapshot)
-    check_method(scene, snapshot)
+    snapshot = _snapshot(scene, placed)
     path = hand.plan(scene, placed, until)
     camera = placed_ecm.place(scene, path)
     both = arms.place(scene, placed, path, None if camera is None else camera.R_WL)
@@ -238,6 +234,32 @@ def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | Non
     return rig
 
 
+MATERIALS = ("stiffness", "damping", "friction", "static_friction", "regions")
+"""Keys of an object that `with_materials` can change."""
+
+
+def with_materials(rig: Rig, scene: Scene) -> Rig:
+    """The rig of a scene that differs from the rig's own in `MATERIALS` of its objects only.
+
+    Surfaces, arms, frames and fixtures are those of the rig, and so is the path of the hand.
+
+    Raises:
+        SceneError: a value is invalid; the message states where, why, and the correction.
+    """
+    gains.check_stiffness(scene)
+    return replace(rig, scene=scene, snapshot=_snapshot(scene, rig.surfaces))
+
+
+def _snapshot(scene: Scene, placed: list[surface.PlacedSurface]) -> _core.Snapshot:
+    """The objects for the core, checked."""
+    for i, obj in enumerate(placed):
+        _warn_of_lost_regions(scene, i, obj)
+    snapshot = surface.snapshot(scene, placed)
+    _require_regions_that_push(scene, snapshot)
+    check_method(scene, snapshot)
+    return snapshot
+
+
 def _warn_of_lost_regions(scene: Scene, index: int, placed: surface.PlacedSurface) -> None:
     """Warn of regions that lie outside their object, most likely given in millimetres or in another frame."""
     for i, region in enumerate(scene.objects[index].regions):
@@ -248,7 +270,7 @@ def _warn_of_lost_regions(scene: Scene, index: int, placed: surface.PlacedSurfac
             )
             where = scene.where("objects", index, "regions", i, "at")
             warnings.warn(
-                PalpateWarning(what, where=where, mend="at is in metres, in the object's own frame"), stacklevel=3
+                PalpateWarning(what, where=where, mend="at is in metres, in the object's own frame"), stacklevel=4
             )
 
 

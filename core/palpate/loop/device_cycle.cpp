@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "palpate/loop/realtime.hpp"
+#include "palpate/types/so3.hpp"
 #include "palpate/types/status.hpp"
 
 namespace palpate::loop {
@@ -88,6 +89,21 @@ const Wrench& DeviceCycle::step(const DeviceState& state) noexcept {
     cycle_.reset_wrench();
   }
   return advance();
+}
+
+double DeviceCycle::glide(const Glide& path) noexcept {
+  double largest = 0.0;
+  DeviceState state;
+  for (int k = 1; k <= path.steps; ++k) {
+    const Eigen::Matrix<double, 6, 1> at = path.from + (static_cast<double>(k) / path.steps) * (path.to - path.from);
+    RowMajor4 X = RowMajor4::Identity();
+    X.topLeftCorner<3, 3>() = rotation_by(at.tail<3>());
+    X.topRightCorner<3, 1>() = at.head<3>();
+    Eigen::Map<RowMajor4>(state.X_LH.data()) = X;
+    state.t = path.t + k * path.dt;
+    largest = std::max(largest, step(state).f.norm());
+  }
+  return largest;
 }
 
 const Wrench& DeviceCycle::report_failure() noexcept {

@@ -33,6 +33,14 @@ struct DeviceState {
   bool clutch = false;                                       ///< the clutch button is pressed
 };
 
+/// A straight path of the handle: displacement [m] and rotation vector [rad] in the device's base, from one to another.
+struct Glide {
+  double t = 0.0;   ///< time before the first step [s]
+  double dt = 0.0;  ///< time between two steps [s]
+  int steps = 0;
+  Eigen::Matrix<double, 6, 1> from, to;
+};
+
 /// The wrench is finite and below its caps at every step. It is zero in the same step if a number of the state is
 /// invalid, because the position of the hand is then unknown. It ramps to zero within `release` if the time does not
 /// increase, and is zero in the first step after a gap. After a fault it returns by a ramp, `settle` later.
@@ -50,6 +58,8 @@ class DeviceCycle {
 
   /// One step; returns the wrench on the hand, in the axes of the device's base [N, N m]. No allocation, no exception.
   const Wrench& step(const DeviceState& state) noexcept;
+  /// Steps along a path; returns the largest force on the hand [N].
+  double glide(const Glide& path) noexcept;
   /// Sets the wrench to zero and records it: the device cannot be read. Advances the clock by one period.
   const Wrench& report_failure() noexcept;
 

@@ -36,17 +36,20 @@ class Command:
         console = console_for(self.json)
         require_writable(self.json)
         found = gym.run(self.instruments, self.substeps, self.seconds)
+        cpu = "processor time of one"
         say(
             console,
-            f"{found['steps_per_s']:,.0f} steps/s of {found['substeps']} ticks of 1 ms by {found['workers']} threads; "
-            f"processor time of one: {found['cpu_us_per_step']:.1f} us; load {found['load']:.1f}",
+            f"{found['steps_per_s']:,.0f} steps/s of {found['step_ms']:g} ms of simulated time ({found['substeps']} "
+            f"ticks of the haptic cycle) by {found['workers']} threads; {cpu}: {found['cpu_us_per_step']:.1f} us; "
+            f"of a reset with a drawn stiffness: {found['reset_ms']:.1f} ms; load {found['load']:.1f}",
         )
         if found["control_steps_per_s"]:
             say(
                 console,
                 f"control: a bare arm of {found['control_joints']} joints in MuJoCo without contact, as many ticks a "
                 f"step: {found['control_steps_per_s']:,.0f} steps/s on one core; "
-                f"processor time of one: {found['control_cpu_us_per_step']:.1f} us",
+                f"{cpu}: {found['control_cpu_us_per_step']:.1f} us, of which ours takes "
+                f"{found['ratio_to_control']:.2f} times as much",
             )
         write_json(self.json, found)
         return 0

@@ -11,6 +11,7 @@ import numpy as np
 from palpate.sweep.local import cores
 
 _JOINTS = 7
+_VARY = {"objects.0.stiffness": (200.0, 600.0)}  # drawn at each reset
 _LINK = '<geom type="capsule" size="0.01" fromto="0 0 0 0 0 -0.1"/>'
 _ARM = '<body pos="0 0 -0.1"><joint axis="{axis}"/>' + _LINK + "{inner}</body>"
 
@@ -20,21 +21,31 @@ class Figures(TypedDict):
 
     instruments: int
     substeps: int
+    step_ms: float
     workers: int
     steps_per_s: float
     cpu_us_per_step: float
     control_joints: int
     control_steps_per_s: float
     control_cpu_us_per_step: float
+    ratio_to_control: float
+    reset_ms: float
     load: float
 
 
 def run(instruments: int = 64, substeps: int = 20, seconds: float = 5.0) -> Figures:
-    """Step environments of the scene `palpation` with random actions for some seconds, then the control."""
-    from palpate.gym import PalpateVectorEnv
+    """Step environments of the scene `palpation` with random actions for some seconds, then the control.
 
-    many = PalpateVectorEnv(instruments, "palpation", substeps=substeps, duration=1e6)
+    A step is an action: `substeps` ticks of 1 ms of the whole haptic cycle, of simulated time.
+    """
+    from palpate.gym import PalpateVectorEnv
+    from palpate.gym.world import RATE
+
+    many = PalpateVectorEnv(instruments, "palpation", substeps=substeps, duration=1e6, vary=_VARY)
     many.reset(seed=0)
+    before = time.process_time()
+    many.reset(seed=0)
+    reset = time.process_time() - before
     rng = np.random.default_rng(0)
     low, high = many.instruments.low_high
     actions = [rng.uniform(low, high, (instruments, 6)) for _ in range(50)]
@@ -45,15 +56,19 @@ def run(instruments: int = 64, substeps: int = 20, seconds: float = 5.0) -> Figu
     took, used = time.perf_counter() - began, time.process_time() - used
     many.close()
     control, control_cpu = _control(substeps, min(seconds, 2.0))
+    cpu = 1e6 * used / (steps * instruments)
     return Figures(
         instruments=instruments,
         substeps=substeps,
+        step_ms=1e3 * substeps / RATE,
         workers=cores(),
         steps_per_s=steps * instruments / took,
-        cpu_us_per_step=1e6 * used / (steps * instruments),
+        cpu_us_per_step=cpu,
         control_joints=_JOINTS,
         control_steps_per_s=control,
         control_cpu_us_per_step=control_cpu,
+        ratio_to_control=cpu / control_cpu if control_cpu > 0.0 else 0.0,
+        reset_ms=1e3 * reset / instruments,
         load=os.getloadavg()[0],
     )
 
