@@ -92,14 +92,19 @@ def main() -> None:
     n, motion = 2 * PAIRS * EACH + FRESH, Motion(speed=0.05, reach=AREA)
     many = PalpateVectorEnv(n, SCENE, Search(), substeps=SUB, duration=1e6, observe=("force",), motion=motion)
     last, factor = max(1, o.generations // 4), stats.t.ppf(0.975, o.seeds - 1) / np.sqrt(o.seeds)
+    curves, wide = {}, {}
     for name, feels in (("with force", True), ("without", False)):
         found = 100 * np.array([train(many, feels, seed, o.generations) for seed in range(o.seeds)])
         ends = found[:, -last:].mean(axis=1)
         print(f"{name:10}: finds {ends.mean():.0f} +- {factor * ends.std(ddof=o.seeds > 1):.0f} % of the lumps")
-        if o.figure:
-            mean, wide = found.mean(axis=0), factor * found.std(axis=0, ddof=o.seeds > 1)
-            plt.plot(mean, label=name)
-            plt.fill_between(range(len(mean)), mean - wide, mean + wide, alpha=0.25)
+        curves[name], wide[name] = found.mean(axis=0), factor * found.std(axis=0, ddof=o.seeds > 1)
+    print("lumps found [%], mean over seeds and half of its 95 % interval")
+    print(f"{'generation':>10}" + "".join(f"{name:>16}" for name in curves))
+    for k in range(o.generations):
+        print(f"{k + 1:10}" + "".join(f"{curves[name][k]:9.0f} +-{wide[name][k]:4.0f}" for name in curves))
+    for name, mean in curves.items() if o.figure else ():
+        plt.plot(mean, label=name)
+        plt.fill_between(range(len(mean)), mean - wide[name], mean + wide[name], alpha=0.25)
     if o.figure:
         plt.gca().set(xlabel="generation", ylabel="lumps found [%], mean and 95 % interval", ylim=(0, 100))
         plt.gcf().legend()

@@ -19,7 +19,7 @@ class Command:
       palpate policy nodule policy.onnx --duration 10
       palpate policy palpation my_policy.py:act --rate 30 --realtime
 
-    Caps, guidance and watchdog of the scene act as for a person's device (docs/demonstrations.md).
+    Caps, guidance and watchdog of the scene act as for a person's device (docs/learning.md).
     """
 
     scene: Positional[Path]

@@ -66,6 +66,9 @@ def driver():
 def demonstrations():
     record("record.mcap")
     record("runs/one/record.mcap")
+
+
+def learning():
     Path("my_policy.py").write_text("def act(seen):\n    return [0, 0, -0.01, 0, 0, 0]\n")
 
 
@@ -125,6 +128,7 @@ MEANT = {
     "docs/demonstrations.md": demonstrations,
     "docs/device.md": driver,
     "docs/dynamics.md": dynamics,
+    "docs/learning.md": learning,
     "docs/meshes.md": lambda: sphere("organ.stl"),
     "docs/record.md": records,
     "docs/registration.md": registration,

@@ -1,6 +1,7 @@
 """The examples run, print the documented results, and are at most a page long."""
 
 import os
+import re
 import runpy
 import subprocess
 import sys
@@ -161,6 +162,8 @@ def test_force_helps_a_network_that_uses_it():
 @pytest.mark.long
 def test_force_helps_to_learn(run, tmp_path):
     out = run("10_force_helps.py", "--seeds", "2", "--figure", tmp_path / "curves.png")
-    found = {line.split(":")[0].strip(): float(line.split("finds ")[1].split()[0]) for line in out.splitlines()}
+    ends = [line for line in out.splitlines() if "finds " in line]
+    found = {line.split(":")[0].strip(): float(line.split("finds ")[1].split()[0]) for line in ends}
     assert found["with force"] > found["without"] + 30.0
+    assert len(re.findall(r"^ +\d+( +\d+ \+- *\d+){2}$", out, re.MULTILINE)) == 20  # both curves, with intervals
     assert (tmp_path / "curves.png").is_file()
