@@ -28,8 +28,8 @@ class Eye:
         self._ecm = endoscope(rig.scene, np.asarray(arms.X_WB @ arms.follower.fk(arms.q_follower0))[:3, 3])
         self._canvas = Canvas(size, self._ecm.section.endoscope.width_deg)
         for k, surface in enumerate(rig.surfaces):
-            body = self._canvas.add(surface.body.vertices, surface.body.triangles, TISSUE[k % len(TISSUE)], 0.25)
-            body.X_WB = surface.X_WO
+            body = surface.body
+            self._canvas.add(body.vertices, body.triangles, TISSUE[k % len(TISSUE)], 0.25, surface.X_WO)
         self._arm = ArmBodies(self._canvas, arms.follower, arms.X_WB)
 
     def pictures(self, ticks: Ticks) -> NDArray[np.uint8]:

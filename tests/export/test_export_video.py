@@ -58,6 +58,27 @@ def test_nearer_bodies_hide_those_behind():
     assert green > 2 * red
 
 
+def test_bodies_at_rest_look_as_those_drawn_each_time():
+    """They are drawn once for a camera; pixels are equal, also for more cameras than are kept and for hidden bodies."""
+    cameras = [np.eye(4) for _ in range(3)]
+    for k, X_WC in enumerate(cameras):
+        X_WC[0, 3] = 0.004 * k
+    canvases = [Canvas(SIZE, 70.0) for _ in range(2)]
+    for canvas, X in zip(canvases, (np.eye(4), None), strict=True):
+        points, triangles = ball(0.02)
+        canvas.add(np.add(points, [0.0, 0.0, 0.1]), triangles, (255, 0, 0), 0.2, X)
+    moving = [canvas.add(*ball(0.01), (0, 255, 0)) for canvas in canvases]
+    for step in range(4):
+        for X_WC in cameras:
+            for body in moving:
+                body.X_WB[:3, 3] = [0.01 * step - 0.02, 0.0, 0.09 + 0.01 * step]
+            kept, anew = (canvas.picture(X_WC) for canvas in canvases)
+            np.testing.assert_array_equal(kept, anew)
+    assert len(canvases[0]._backgrounds) == 2
+    for canvas in canvases:
+        canvas.close()
+
+
 @pytest.fixture(scope="module")
 def felt(tmp_path_factory):
     """Record of a short simulated palpation."""

@@ -13,6 +13,7 @@ from palpate.errors import MissingExtraError, PalpateError
 Image = NDArray[np.uint8]
 _NEAR, _FAR = 0.004, 1.0  # [m]
 _BACKGROUND = (0.16, 0.06, 0.05)  # of the cavity
+_KEPT = 2  # backgrounds: one for each eye
 
 _VERTEX = """
 #version 330
@@ -86,31 +87,60 @@ class Canvas:
         self._context.enable(moderngl.DEPTH_TEST)
         self._program: Any = self._context.program(vertex_shader=_VERTEX, fragment_shader=_FRAGMENT)
         _set(self._program, "to_picture", _projection(size, width_deg))
-        wide = (size[1], size[0])
-        self._frame = self._context.framebuffer(
-            [self._context.texture(wide, 4)], self._context.depth_renderbuffer(wide)
-        )
-        self._size, self._bodies = size, []  # type: tuple[tuple[int, int], list[Body]]
+        self._size = size
+        self._frame = self._buffer()
+        self._bodies: list[Body] = []
+        self._resting: list[Body] = []
+        self._backgrounds: dict[bytes, Any] = {}
+        """What cameras saw of the bodies at rest, by their pose: colours and depths; the newest comes last."""
 
     @property
     def renderer(self) -> str:
         """Name of what draws, such as llvmpipe."""
         return str(self._context.info["GL_RENDERER"])
 
-    def add(self, points: Array, triangles: NDArray[Any], color: Any, gloss: float = 0.15) -> Body:
-        """A body with vertices (n, 3) [m] in its own axes, and a colour of 0 to 255."""
-        self._bodies.append(Body(self._context, self._program, points, triangles, color, gloss))
-        return self._bodies[-1]
+    def add(
+        self, points: Array, triangles: NDArray[Any], color: Any, gloss: float = 0.15, X_WB: Array | None = None
+    ) -> Body:
+        """A body with vertices (n, 3) [m] in its own axes, and a colour of 0 to 255.
+
+        One with a pose X_WB (4, 4) rests there and keeps its vertices: a camera that stays draws it once.
+        """
+        body = Body(self._context, self._program, points, triangles, color, gloss)
+        if X_WB is None:
+            self._bodies.append(body)
+        else:
+            body.X_WB = X_WB
+            self._resting.append(body)
+            self._backgrounds.clear()
+        return body
 
     def picture(self, X_WC: Array) -> Image:
         """What a camera at X_WC (4, 4) sees, x right and y down: (h, w, 3)."""
-        self._frame.use()
-        self._context.clear(*_BACKGROUND)
         X_CW = np.asarray(np.linalg.inv(X_WC), dtype=np.float64)
+        self._context.copy_framebuffer(self._frame, self._background(X_CW))
+        self._frame.use()
         for body in self._bodies:
             body.draw(X_CW)
-        data = np.frombuffer(self._frame.read(components=4, alignment=4), np.uint8)
-        return data.reshape(*self._size, 4)[:, :, :3]
+        return np.frombuffer(self._frame.read(components=3, alignment=1), np.uint8).reshape(*self._size, 3)
+
+    def _background(self, X_CW: Array) -> Any:
+        """The bodies at rest, seen by a camera with the inverse pose X_CW (4, 4)."""
+        key = X_CW.tobytes()
+        if key not in self._backgrounds:
+            oldest = next(iter(self._backgrounds)) if len(self._backgrounds) >= _KEPT else None
+            frame = self._buffer() if oldest is None else self._backgrounds.pop(oldest)
+            frame.use()
+            self._context.clear(*_BACKGROUND)
+            for body in self._resting:
+                body.draw(X_CW)
+            self._backgrounds[key] = frame
+        return self._backgrounds[key]
+
+    def _buffer(self) -> Any:
+        """A place to draw to, with colours and depths."""
+        wide = (self._size[1], self._size[0])
+        return self._context.framebuffer([self._context.texture(wide, 4)], self._context.depth_renderbuffer(wide))
 
     def close(self) -> None:
         """Release the pictures and bodies."""

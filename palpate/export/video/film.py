@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -33,7 +34,7 @@ EYES: tuple[Eye, ...] = ("left", "right")
 TISSUE = ((170, 62, 52), (205, 140, 110), (150, 165, 100), (200, 165, 125))
 _EVERY = 10  # frames between two that the statistics take
 _COARSE = 8  # pixels between two that they take
-_ENCODER = {"preset": "superfast", "crf": "23", "g": "10"}  # a key frame each third of a second: for random access
+_ENCODER = {"preset": "ultrafast", "crf": "23", "g": "10"}  # a key frame each third of a second: for random access
 
 
 @dataclass(frozen=True)
@@ -68,7 +69,7 @@ class Film:
         self.ecm = _endoscope(scene, first)
         self.canvas = Canvas(size, self.ecm.section.endoscope.width_deg)
         self._camera = first.snapshots(CAMERA)
-        self._surfaces = self._objects(scene, first)
+        self._soft = self._objects(scene, first)
         self._arms = [self._arm(arm) for arm in run.arms]
 
     @property
@@ -85,38 +86,29 @@ class Film:
         for k, t in enumerate(episode.arms[0].frames.t.tolist()):
             for bodies, arm in zip(self._arms, episode.arms, strict=True):
                 bodies.move(arm.frames.q[k], arm.frames.jaw[k, 0])
-            for body, surface, track in self._surfaces:
-                if track is not None:
-                    body.replace(surface.body.vertices + track.at(t))
+            for body, surface, track in self._soft:
+                body.replace(surface.body.vertices + track.at(t))
             q = self.ecm.q0 if self._camera is None else self._camera.at(t)
             yield {side: self.canvas.picture(self.ecm.eye(q, side)) for side in EYES}
 
     def shoot(self, episode: Episode, folder: Path, fps: int) -> dict[str, Clip]:
         """Write the film of each eye into a folder, by the name of its feature."""
-        writers = {side: _Writer(folder / f"{side}.mp4", self.size, fps) for side in EYES}
-        samples: dict[Eye, list[NDArray[Any]]] = {side: [] for side in EYES}
-        for k, pictures in enumerate(self.pictures(episode)):
-            for side, picture in pictures.items():
-                writers[side].add(picture)
-                if k % _EVERY == 0:
-                    samples[side].append(picture[::_COARSE, ::_COARSE].reshape(-1, 3) / 255.0)
-        return {
-            f"observation.images.endoscope.{side}": Clip(
-                writers[side].close(), np.concatenate(samples[side]), self.size
-            )
-            for side in EYES
-        }
+        files = {side: folder / f"{side}.mp4" for side in EYES}
+        return films(self.pictures(episode), files, self.size, fps)
 
     def close(self) -> None:
         """Release what draws."""
         self.canvas.close()
 
-    def _objects(self, scene: Scene, record: Record) -> list[tuple[Body, PlacedSurface, Track | None]]:
+    def _objects(self, scene: Scene, record: Record) -> list[tuple[Body, PlacedSurface, Track]]:
         found = []
         for k, (section, surface) in enumerate(zip(scene.objects, placed(scene), strict=True)):
-            body = self.canvas.add(surface.body.vertices, surface.body.triangles, TISSUE[k % len(TISSUE)], 0.25)
+            mesh, color, track = surface.body, TISSUE[k % len(TISSUE)], record.snapshots(topic_of(section.name))
+            at_rest = surface.X_WO if track is None else None
+            body = self.canvas.add(mesh.vertices, mesh.triangles, color, 0.25, at_rest)
             body.X_WB = surface.X_WO
-            found.append((body, surface, record.snapshots(topic_of(section.name))))
+            if track is not None:
+                found.append((body, surface, track))
         return found
 
     def _arm(self, one: ArmOfRun) -> ArmBodies:
@@ -124,6 +116,31 @@ class Film:
         scene = recorded_scene(one.ticks)
         base = scene.arms.follower.base
         return ArmBodies(self.canvas, scene.arm("follower"), np.eye(4) if base is None else base.matrix())
+
+
+def films(
+    pictures: Iterable[Mapping[Eye, Image]], files: Mapping[Eye, Path], size: tuple[int, int], fps: int
+) -> dict[str, Clip]:
+    """Write the film of each eye from pictures (h, w, 3) of equal times; by the name of its feature.
+
+    Each eye is encoded by a thread of its own, while the next pictures are made.
+    """
+    writers = {side: _Writer(file, size, fps) for side, file in files.items()}
+    samples: dict[Eye, list[NDArray[Any]]] = {side: [] for side in files}
+    with ThreadPoolExecutor(len(files), "palpate-film") as pool:
+        encoding: list[Future[None]] = []
+        for k, shown in enumerate(pictures):
+            for one in encoding:
+                one.result()
+            encoding = [pool.submit(writers[side].add, shown[side]) for side in files]
+            for side in files if k % _EVERY == 0 else ():
+                samples[side].append(shown[side][::_COARSE, ::_COARSE].reshape(-1, 3) / 255.0)
+        for one in encoding:
+            one.result()
+    return {
+        f"observation.images.endoscope.{side}": Clip(writers[side].close(), np.concatenate(samples[side]), size)
+        for side in files
+    }
 
 
 class _Writer:
