@@ -43,6 +43,7 @@ __all__ = [
     "Tissue",
     "Variation",
     "certify",
+    "cmake_dir",
     "contact",
     "guidance",
     "planning",
@@ -67,6 +68,15 @@ _MODULE_OF = {
     "certify": "palpate.certificate",
     "simulate": "palpate.batch",
 }
+
+
+def cmake_dir() -> str:
+    """Folder of palpateConfig.cmake, by which a library compiles against the installed core (docs/extending.md)."""
+    from pathlib import Path
+
+    from palpate import _core
+
+    return str(Path(_core.__file__).parent / "cmake")
 
 
 def __getattr__(name: str) -> Any:

@@ -64,12 +64,12 @@ def script(shell: str) -> str:
 
 
 def _walk(module: Any, prog: str) -> Iterator[tuple[str, list[tuple[str, str]]]]:
-    from palpate.cli._folder import entries
+    from palpate.cli._folder import all_entries
 
     if hasattr(module, "Command"):
         yield prog, _options(module.Command)
         return
-    members = entries(getattr(module, "MEMBERS", module.__name__), getattr(module, "FIRST", ()))
+    members = all_entries(module)
     yield prog, [(name, entry.summary) for name, entry in members.items()]
     for name, entry in members.items():
         yield from _walk(import_module(entry.module), f"{prog} {name}")

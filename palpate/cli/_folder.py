@@ -7,6 +7,9 @@ members that the help shows first, ``OTHERWISE`` the one that takes arguments th
 ``prepare()`` runs before one of them is imported.
 
 Listing reads the files as text; a command and its imports are loaded only when the command runs.
+
+Other installed distributions add commands and studies by entry points (docs/extending.md), which are looked up only for
+the help, and for a name that is no command of our own.
 """
 
 from __future__ import annotations
@@ -21,8 +24,12 @@ from pathlib import Path
 from types import ModuleType, UnionType
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
+from palpate import plugins
 from palpate.cli._overview import overview
 from palpate.errors import PalpateError
+
+_OF_OTHERS: dict[str, plugins.Group] = {"palpate.cli": "palpate.commands", "palpate.studies": "palpate.studies"}
+"""Groups of the entry points that add to the commands of a package."""
 
 
 @dataclass(frozen=True)
@@ -62,12 +69,43 @@ def entries(package: str, first: Sequence[str] = ()) -> dict[str, Entry]:
     return dict(sorted(found.items(), key=lambda item: (order.get(item[0], len(order)), item[0])))
 
 
+def all_entries(group: ModuleType) -> dict[str, Entry]:
+    """The commands of a group, and those that other distributions add; ours come first, and keep their names."""
+    own = _own_entries(group)
+    return own | {name: entry for name, entry in _of_others(_package(group)).items() if name not in own}
+
+
+def _own_entries(group: ModuleType) -> dict[str, Entry]:
+    return entries(_package(group), getattr(group, "FIRST", ()))
+
+
+def _package(group: ModuleType) -> str:
+    return str(getattr(group, "MEMBERS", group.__name__))
+
+
+def _of_others(package: str) -> dict[str, Entry]:
+    """What other distributions add to the commands of a package, without those whose module is not found."""
+    found: dict[str, Entry] = {}
+    group = _OF_OTHERS.get(package)
+    for name in plugins.names(group) if group else ():
+        one = plugins.point(group, name) if group else None
+        try:
+            spec = find_spec(one.module) if one else None
+        except ImportError:
+            continue
+        if one and spec and spec.origin:
+            found[name] = Entry(one.module, Path(spec.origin))
+    return found
+
+
 def dispatch(group: ModuleType, prog: str, description: str, args: Sequence[str]) -> int:
     """Run the command that the arguments name; returns its exit code.
 
     Wrong arguments exit with 2 and list the possible ones.
     """
-    members = entries(getattr(group, "MEMBERS", group.__name__), getattr(group, "FIRST", ()))
+    members = _own_entries(group)
+    if not args or args[0] not in members:  # to look for those of others takes 30 ms
+        members = all_entries(group)
     if not args or args[0] in ("-h", "--help"):
         print(overview(prog, description, {name: entry.summary for name, entry in members.items()}))
         return 0

@@ -7,19 +7,18 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from importlib import import_module
-from importlib.metadata import entry_points
 from pathlib import Path
 from typing import Any, TypeAlias
 
+from palpate import plugins
 from palpate.errors import PalpateError
 from palpate.export.demonstration import Demonstration, demonstrations
 from palpate.export.folder import require_free, whole_folder
 from palpate.export.options import Options
 
-GROUP = "palpate.exporters"
-"""Group of the entry points of other distributions: the name is the format, the object an `Exporter`."""
 Exporter: TypeAlias = Callable[[Sequence[Demonstration], Path, Options], dict[str, Any]]
-"""Writes runs into an empty folder, and returns facts for the user by name, in plain values."""
+"""Writes runs into an empty folder, and returns facts for the user by name, in plain values. Other distributions add
+theirs as entry points of the group `palpate.exporters`, whose name is the format."""
 
 
 def export(
@@ -63,7 +62,7 @@ def export(
 def formats() -> list[str]:
     """Names of all formats."""
     own = [path.stem for path in _FOLDER.iterdir() if not path.name.startswith("_")]
-    return sorted({*own, *(point.name for point in entry_points(group=GROUP))})
+    return sorted({*own, *plugins.names("palpate.exporters")})
 
 
 def exporter(name: str) -> Exporter:
@@ -72,8 +71,8 @@ def exporter(name: str) -> Exporter:
     Raises:
         PalpateError: there is none of this name.
     """
-    for point in entry_points(group=GROUP, name=name):
-        found: Exporter = point.load()
+    found: Exporter | None = plugins.load("palpate.exporters", name)
+    if found is not None:
         return found
     if name not in formats():
         near = difflib.get_close_matches(name, formats(), n=1)

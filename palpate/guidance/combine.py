@@ -4,8 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
-from pydantic import Field, SerializerFunctionWrapHandler, model_serializer, model_validator
+from pydantic import (
+    Field,
+    ModelWrapValidatorHandler,
+    PrivateAttr,
+    SerializerFunctionWrapHandler,
+    model_serializer,
+    model_validator,
+)
 
+from palpate import plugins
 from palpate.arrays import Array
 from palpate.arrays.plain import Content
 from palpate.errors import GuidanceError
@@ -114,28 +122,38 @@ class Geometry(Section):
     """the intersection of several geometries"""
     difference: Difference | None = None
     """the first geometry without the others"""
+    _other: Shape | None = PrivateAttr(None)  # of another distribution, whose key no field has
 
-    @model_validator(mode="before")
+    @model_validator(mode="wrap")
     @classmethod
-    def _wrap_shape(cls, value: Any) -> Any:
-        return {value.key: value} if isinstance(value, Shape) else value
+    def _take_shape(cls, value: Any, handler: ModelWrapValidatorHandler[Self]) -> Self:
+        other = _of_others(value)
+        if other is not None:
+            section = cls.model_construct()
+            section._other = other
+            return section
+        return handler({value.key: value} if isinstance(value, Shape) else value)
 
     @model_validator(mode="after")
     def _require_one(self) -> Self:
         given = [key for key in type(self).model_fields if getattr(self, key) is not None]
-        if len(given) != 1:
+        if len(given) != 1 and self._other is None:
             count = f"{' and '.join(given)} are given" if given else "none is given"
-            keys = ", ".join(type(self).model_fields)
+            keys = ", ".join([*type(self).model_fields, *plugins.names("palpate.shapes")])
             raise ValueError(f"a geometry is one of {keys}; {count} | keep one of them, e.g. sphere: {{radius: 2 cm}}")
         return self
 
     @model_serializer(mode="wrap")
     def _dump_given(self, handler: SerializerFunctionWrapHandler) -> Content:
+        if self._other is not None:
+            return {self._other.key: self._other.model_dump()}
         return {key: value for key, value in handler(self).items() if value is not None}
 
     @property
     def shape(self) -> Shape:
         """The shape that is given."""
+        if self._other is not None:
+            return self._other
         shape: Shape = next(filter(None, (getattr(self, key) for key in type(self).model_fields)))
         return shape
 
@@ -150,3 +168,15 @@ class Geometry(Section):
 
 for _model in (Offset, Union, Intersection, Difference, Geometry):
     _model.model_rebuild()
+
+
+def _of_others(value: Any) -> Shape | None:
+    """A shape that another distribution adds (group palpate.shapes of entry points), given as itself or by its key."""
+    fields = Geometry.model_fields.keys()
+    if isinstance(value, Shape):
+        return None if value.key in fields else value
+    if not isinstance(value, dict) or len(value) != 1 or value.keys() & fields:
+        return None
+    ((key, given),) = value.items()
+    kind: type[Shape] | None = plugins.load("palpate.shapes", str(key))
+    return None if kind is None else kind.model_validate(given)

@@ -10,6 +10,7 @@ from pydantic import Field, field_validator, model_validator
 from palpate import _core
 from palpate.record.ticks import SIGNALS
 from palpate.scene.clouds import CloudSection
+from palpate.scene.contact_method import ContactMethod
 from palpate.scene.force import Presence
 from palpate.scene.jaws import JawSection
 from palpate.scene.leader import ArmName, LeaderSection
@@ -181,7 +182,7 @@ class ObjectSection(Section):
 class ContactSection(Section):
     """Contact method and geometry of the tool."""
 
-    method: Literal["proxy", "penalty", "paper-plane", "paper-alg1", "face-normal", "approach-velocity"] = "proxy"
+    method: ContactMethod = "proxy"
     """proxy: remembers the side of entry and is correct at any depth; the others serve comparison (docs/contact.md)"""
     radius: Annotated[Positive, Field(le=0.1)] = _C.contact.radius
     """radius of the sphere on the tool tip that touches the objects [m]"""

@@ -1,7 +1,8 @@
 #include "palpate/contact/contact.hpp"
 
-#include <array>
 #include <cmath>
+#include <list>
+#include <mutex>
 #include <stdexcept>
 #include <string>
 
@@ -11,13 +12,14 @@
 #include "palpate/contact/paper_plane.hpp"
 #include "palpate/contact/penalty.hpp"
 #include "palpate/contact/proxy.hpp"
+#include "palpate/contact/registry.hpp"
 
 namespace palpate::contact {
 namespace {
 
 struct Entry {
-  std::string_view name;
-  std::unique_ptr<Method> (*make)(const Options&);
+  std::string name;
+  Maker make;
 };
 
 template <class T>
@@ -35,23 +37,62 @@ std::unique_ptr<Method> make_collision(const Options& options) {
   return std::make_unique<CollisionMethod>(options, &make_rule<R>);
 }
 
-/// Table of all contact methods. A new method needs one file and one line here.
-constexpr std::array kMethods = {
-    Entry{"proxy", &make<Proxy>},
-    Entry{"penalty", &make<Penalty>},
-    Entry{"paper-plane", &make_collision<PaperPlane>},
-    Entry{"paper-alg1", &make_collision<PaperAlg1>},
-    Entry{"face-normal", &make_collision<FaceNormal>},
-    Entry{"approach-velocity", &make_collision<ApproachVelocity>},
+/// All contact methods, the default first. A new method needs one file and one line here, or a call of
+/// register_method() in a library of its own.
+class Registry {
+ public:
+  static Registry& get() {
+    static Registry all;
+    return all;
+  }
+  /// Calls visit(entry) for each method until it returns true.
+  template <class Visit>
+  void any(const Visit& visit) {
+    const std::scoped_lock lock(mutex_);
+    for (const Entry& entry : entries_) {
+      if (visit(entry)) return;
+    }
+  }
+  /// Adds a method; false if its name belongs to another one.
+  bool add(std::string_view name, Maker make) {
+    const std::scoped_lock lock(mutex_);
+    for (const Entry& entry : entries_) {
+      if (entry.name == name) return entry.make == make;
+    }
+    entries_.push_back({std::string(name), make});
+    return true;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::list<Entry> entries_ = {
+      {"proxy", &make<Proxy>},
+      {"penalty", &make<Penalty>},
+      {"paper-plane", &make_collision<PaperPlane>},
+      {"paper-alg1", &make_collision<PaperAlg1>},
+      {"face-normal", &make_collision<FaceNormal>},
+      {"approach-velocity", &make_collision<ApproachVelocity>},
+  };
 };
 
 }  // namespace
 
 std::vector<std::string> methods() {
   std::vector<std::string> names;
-  names.reserve(kMethods.size());
-  for (const Entry& entry : kMethods) names.emplace_back(entry.name);
+  Registry::get().any([&](const Entry& entry) {
+    names.push_back(entry.name);
+    return false;
+  });
   return names;
+}
+
+void register_method(std::string_view name, Maker make, std::size_t layout) {
+  const std::string what = "contact: method '" + std::string(name) + "' ";
+  if (name.empty() || make == nullptr)
+    throw std::invalid_argument("contact: a method needs a name and a function that makes it");
+  if (layout != kLayout)
+    throw std::invalid_argument(what + "was compiled against headers of another version of palpate; compile it again");
+  if (!Registry::get().add(name, make)) throw std::invalid_argument(what + "exists already; give it another name");
 }
 
 Vec3 ToolSphere::centre(double jaw) const noexcept {
@@ -64,11 +105,15 @@ std::unique_ptr<Method> make_method(std::string_view name, const Options& option
     throw std::invalid_argument("contact: radius must be a positive length in metres, got " +
                                 std::to_string(options.radius));
   std::string known;
-  for (const Entry& entry : kMethods) {
-    if (entry.name == name) return entry.make(options);
-    known += (known.empty() ? "" : ", ") + std::string(entry.name);
-  }
-  throw std::invalid_argument("contact: no method '" + std::string(name) + "'; there are: " + known);
+  Maker make = nullptr;
+  Registry::get().any([&](const Entry& entry) {
+    if (entry.name == name) make = entry.make;
+    known += (known.empty() ? "" : ", ") + entry.name;
+    return make != nullptr;
+  });
+  if (make == nullptr)
+    throw std::invalid_argument("contact: no method '" + std::string(name) + "'; there are: " + known);
+  return make(options);
 }
 
 }  // namespace palpate::contact
