@@ -28,8 +28,8 @@ def tool(t: float) -> np.ndarray:
 
 
 def write(folder: Path, plugin: StoragePlugin = StoragePlugin.MCAP, follower: bool = True, named: str = "MTMR",
-          posed: bool = False) -> Path:  # fmt: skip
-    """`posed` adds poses of the follower.
+          posed: bool = False, cameras: bool = False) -> Path:  # fmt: skip
+    """`posed` adds poses of the follower, `cameras` two cameras at 25 Hz whose pictures become brighter.
 
     The wrench is repeated until 1.6 s and then stays at 1 N; an arm without a timeout pushes for 0.4 s more.
     """
@@ -76,6 +76,8 @@ def write(folder: Path, plugin: StoragePlugin = StoragePlugin.MCAP, follower: bo
                 for name in ("measured_cp", "setpoint_cp"):
                     stamped = T["geometry_msgs/msg/PoseStamped"](head(t), tip)
                     send(f"/PSM1/{name}", "geometry_msgs/msg/PoseStamped", t, stamped)
+            if cameras and k % 8 == 0:
+                _shoot(T, send, head(t), t)
             if k == int(RATE):
                 send(f"/{named}/body/set_cf_orientation_absolute", "std_msgs/msg/Bool", t, Bool(True))
             if t <= 1.6:
@@ -83,3 +85,42 @@ def write(folder: Path, plugin: StoragePlugin = StoragePlugin.MCAP, follower: bo
                 stamped = T["geometry_msgs/msg/WrenchStamped"](head(t), wrench)
                 send(f"/{named}_PSM1/following/mtm/body/servo_cf", "geometry_msgs/msg/WrenchStamped", t, stamped)
     return folder
+
+
+def _shoot(T, send, header, t: float) -> None:
+    """A raw picture of the left camera, a JPEG of the right one, and their CameraInfo."""
+    picture = shown(t)
+    left = T["sensor_msgs/msg/Image"](
+        header, 482, 640, "bgr8", 0, 1920, np.ascontiguousarray(picture[:, :, ::-1]).ravel()
+    )
+    send("/davinci/left/image_raw", "sensor_msgs/msg/Image", t, left)
+    right = T["sensor_msgs/msg/CompressedImage"](header, "jpeg", jpeg(picture))
+    send("/davinci/right/image_raw/compressed", "sensor_msgs/msg/CompressedImage", t, right)
+    for side, shift in (("left", 0.0), ("right", -0.005)):
+        K = np.array([700.0, 0, 320, 0, 701, 241, 0, 0, 1])
+        P = np.array([700.0, 0, 320, 700 * shift, 0, 701, 241, 0, 0, 0, 1, 0])
+        roi = T["sensor_msgs/msg/RegionOfInterest"](0, 0, 0, 0, False)
+        D = np.array([-0.1, 0.01, 0, 0, 0])
+        info = T["sensor_msgs/msg/CameraInfo"](header, 482, 640, "plumb_bob", D, K, np.eye(3).ravel(), P, 0, 0, roi)
+        send(f"/davinci/{side}/camera_info", "sensor_msgs/msg/CameraInfo", t, info)
+
+
+def shown(t: float) -> np.ndarray:
+    """Picture (482, 640, 3): red grows with time, green marks the left half."""
+    picture = np.zeros((482, 640, 3), np.uint8)
+    picture[:, :, 0] = round(40 + 80 * t)
+    picture[:, :320, 1] = 150
+    return picture
+
+
+def jpeg(picture: np.ndarray) -> np.ndarray:
+    from fractions import Fraction
+
+    import av
+
+    codec = av.CodecContext.create("mjpeg", "w")
+    codec.height, codec.width = picture.shape[:2]
+    codec.pix_fmt, codec.time_base = "yuvj444p", Fraction(1, 25)
+    frame = av.VideoFrame.from_ndarray(picture, format="rgb24")
+    packets = [*codec.encode(frame), *codec.encode()]
+    return np.frombuffer(b"".join(bytes(one) for one in packets), np.uint8)

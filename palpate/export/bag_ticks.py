@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from datetime import UTC, datetime
+from typing import Protocol
 
 import numpy as np
 
@@ -13,6 +15,14 @@ from palpate.record.ticks import SIGNALS, Ticks
 
 RATE = 1000.0
 """Rate of the ticks [Hz]: that of the fastest topics of a dVRK."""
+
+
+class Forces(Protocol):
+    """Forces that were recorded beside a bag."""
+
+    def at(self, t: Array) -> dict[str, Array]:
+        """Signals (n, size) by their names in a record, at times t (n,) since the start of the bag [s]."""
+        ...
 
 
 class BagTicks:
@@ -26,7 +36,11 @@ class BagTicks:
         known = self.follower.pose if len(self.follower.pose.t) else self.follower.q
         self.start = float(known.t[0])
         """First time with a measurement of the follower, since the start of the bag [s]."""
-        self.started = None
+        self.begin = bag.begin
+        """Wall-clock time of the start of the bag, in seconds since 1970 [s]."""
+        self.started = datetime.fromtimestamp(bag.begin + self.start, UTC)
+        self.beside: Forces | None = None
+        """Forces that were recorded beside the bag."""
         self.scene = bag.scene
         """The scene (YAML) that a Palpate node published; empty without one."""
         self._count = int((float(known.t[-1]) - self.start) * RATE) + 1
@@ -71,6 +85,7 @@ class BagTicks:
             "gripper": self.leader.gripper.at(t),
             "F_H_L": force,
             "t_H_L": torque,
+            **({} if self.beside is None else self.beside.at(t)),
         }
 
     def _wrench_on_hand(self, t: Array) -> tuple[Array, Array]:

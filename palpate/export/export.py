@@ -12,6 +12,7 @@ from typing import Any, TypeAlias
 
 from palpate import plugins
 from palpate.errors import PalpateError
+from palpate.export.beside import with_forces
 from palpate.export.demonstration import Demonstration, demonstrations
 from palpate.export.folder import require_free, whole_folder
 from palpate.export.options import Options
@@ -54,6 +55,8 @@ def export(
     listed = [records] if isinstance(records, (str, os.PathLike)) else list(records)
     chosen = replace(options or Options(), **changes)
     runs = demonstrations(Path(os.fspath(one)) for one in listed)
+    if chosen.forces is not None:
+        runs = with_forces(runs, chosen.forces)
     with whole_folder(out) as draft:
         facts = write(runs, draft, chosen)
     return {"format": to, "out": str(out), "runs": [run.name for run in runs], **facts}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 from typing import Literal
 
@@ -24,6 +25,8 @@ class Options:
     """LeRobot: also copy the records, which hold every tick, into the data set."""
     mixed: bool = False
     """LeRobot and Minari: allow records of different scenes in one data set."""
+    forces: str | os.PathLike[str] | None = None
+    """Bags: a record of Palpate's node that ran meanwhile, whose forces are exported with them."""
     signals: tuple[str, ...] = ()
     """Tables: names of the signals; all that were recorded when left out."""
     every: int = 1

@@ -13,7 +13,7 @@ import os
 import pickle
 import time
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, is_dataclass
 from hashlib import sha256
 from pathlib import Path
 from types import TracebackType
@@ -71,8 +71,25 @@ def _code_of(fn: Any) -> str:
         source = Path(inspect.getfile(inner)).read_bytes()
     except (OSError, TypeError):
         source = inner.__code__.co_code
-    bound = pickle.dumps((fn.args, fn.keywords)) if hasattr(fn, "func") else b""
+    bound = steady((fn.args, fn.keywords)) if hasattr(fn, "func") else b""
     return _digest(source + bound)
+
+
+def steady(value: Any) -> bytes:
+    """Bytes of a bound argument, equal in every process. Those of pickle are not: the order of a set is random."""
+    if isinstance(value, (set, frozenset)):
+        return b"{%s}" % b",".join(sorted(map(steady, value)))
+    if isinstance(value, (list, tuple)):
+        return b"[%s]" % b",".join(map(steady, value))
+    if isinstance(value, dict):
+        return b"<%s>" % b",".join(steady(key) + b":" + steady(one) for key, one in value.items())
+    if isinstance(value, Path):
+        return str(value).encode()
+    if is_dataclass(value) and not isinstance(value, type):
+        return steady((type(value).__qualname__, {one.name: getattr(value, one.name) for one in fields(value)}))
+    if hasattr(value, "model_fields_set"):  # a model of pydantic, such as a scene, with the set of what was given
+        return steady((type(value).__qualname__, value.__getstate__()))
+    return pickle.dumps(value)
 
 
 def _digest(data: bytes) -> str:

@@ -3,6 +3,7 @@
 import json
 import os
 import subprocess
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -118,8 +119,6 @@ def test_body_wrench_of_the_dvrk_names_is_turned_into_the_tool(make, tmp_path):
 
 
 def test_stamps_are_those_of_the_clock_in_real_time(make, tmp_path):
-    from datetime import UTC, datetime
-
     started = datetime(2026, 3, 4, 5, 6, 7, tzinfo=UTC)
     export(make(started=started).path, tmp_path / "out")
     stamps = column(tmp_path / "out", "observation.meta.host_stamp_ns")
@@ -195,6 +194,49 @@ def test_foreign_bag_of_a_real_arm_exports(tmp_path):
         export(without, tmp_path / "none")
     export(without, tmp_path / "joints", names="dvrk")
     assert faults(tmp_path / "joints") == []
+
+
+BASED = """\
+arms: {leader: {model: mtm_right}, follower: {model: psm_lnd, base: {xyz: [0.1, 0, 0.2], rpy_deg: [0, 0, 90]}}}
+objects: [{name: floor, plane: {size: 0.2}, stiffness: 500}]
+"""
+
+
+@pytest.mark.parametrize("names", ["openh", "dvrk"])
+def test_forces_of_a_record_lie_beside_a_foreign_bag(make, tmp_path, names):
+    """The clocks put them together: the record began 0.3 s before the bag, and its forces are in the world."""
+    bag = write_bag(tmp_path / "bag", posed=True)  # from 100 s since 1970 on, for 2 s
+    made = make("node", seconds=1.5, scene=BASED, started=datetime.fromtimestamp(99.7, UTC))
+    export(bag, tmp_path / "out", names=names, forces=made.path)
+    assert faults(tmp_path / "out") == []
+    force = {"openh": "observation.meta.force_torque", "dvrk": "ros.PSM1.body.measured_cf"}[names]
+    found = column(tmp_path / "out", force)[:, :3]
+    at = np.rint(1000 * (np.arange(len(found)) / 30 + 0.3)).astype(int)
+    known = at < len(made.ticks)
+    x, y, z = made.ticks["F_T_W"][at[known]].T
+    np.testing.assert_allclose(found[known], np.column_stack([y, -x, z]), atol=0.02)  # the base is turned by 90 degrees
+    assert np.ptp(z) > 0.5
+    assert np.isnan(found[~known][1:]).all()
+    assert len(known) - known.sum() > 10
+    peaks = column(tmp_path / "out", "observation.meta.force_peak")
+    assert np.nanmax(peaks[:, -1]) == pytest.approx(np.linalg.norm(made.ticks["F_T_W"][300:], axis=1).max(), rel=1e-3)
+    if names == "openh":
+        info = info_of(tmp_path / "out")["features"][force]["info"]
+        assert info["frame"] == "base of the arm, about the tool tip"
+        assert column(tmp_path / "out", "observation.meta.host_stamp_ns")[0] == 100 * 10**9
+
+
+def test_forces_that_do_not_belong_to_a_bag_are_refused(make, tmp_path):
+    bag = write_bag(tmp_path / "bag", posed=True)
+    later = make("later", started=datetime.fromtimestamp(500, UTC)).path
+    for runs, forces, words in [
+        (bag, later, "did not run during the bag: bag 1970-01-01 00:01:40 to 1970-01-01 00:01:4"),
+        (bag, make("lockstep").path, "does not know when it began"),
+        (later, later, "forces is for ROS 2 bags"),
+    ]:
+        with pytest.raises(RecordError, match=words):
+            export(runs, tmp_path / "out", forces=forces)
+        assert not (tmp_path / "out").exists()
 
 
 def other(scene, old, new):

@@ -126,7 +126,7 @@ def test_film_shows_the_motion_of_the_tool(felt):
 def test_what_cannot_be_filmed_is_named(make, tmp_path, monkeypatch):
     from crtk_bag import write as write_bag
 
-    with pytest.raises(RecordError, match="no scene to draw"):
+    with pytest.raises(RecordError, match="the bag has no pictures"):
         export(write_bag(tmp_path / "bag", posed=True), tmp_path / "out", video=True)
     monkeypatch.setitem(sys.modules, "moderngl", None)
     with pytest.raises(MissingExtraError, match="moderngl"):

@@ -132,6 +132,34 @@ def test_authority_passes_without_a_jump(by, tmp_path):
     assert len(person.felt) == 2500
 
 
+@pytest.mark.parametrize("by", ["pedal", "gripper"])
+def test_force_does_not_jump_at_a_hand_over_in_contact(by, tmp_path):
+    """The policy holds 1 N; the person, whose hand was moved by 80 mm before, takes over and pulls at 1 mm/s.
+
+    At a hand-over, no step of the force is larger than the goal's own motion explains: stiffness times its step.
+    """
+
+    class Pulls(Person):
+        def read(self, t):
+            X = np.eye(4)
+            X[2, 3] = 0.2 * np.clip(t - 1.2, 0.0, 0.4) + 0.001 * max(0.0, t - 2.0)
+            takes = 2.0 <= t < 2.8
+            return Hand(X, gripper=0.1 if takes else 0.8, pedal=takes)
+
+    def hold(seen):
+        return [0, 0, 0.02 * (seen["force"][2] - 1.0), 0, 0, 0]
+
+    done = drive(FLOOR, hold, 4.0, record=tmp_path, person=Pulls(), authority=by)
+    force = recorded(done)["F_H_L"]
+    steps = np.linalg.norm(np.diff(force, axis=0), axis=1)
+    assert np.linalg.norm(force[1990]) == pytest.approx(1.0, abs=0.1)
+    assert np.ptp(np.linalg.norm(force[2300:2800], axis=1)) > 0.2  # the person pulls
+    over = [*range(1990, 2310), *range(2790, 3110)]
+    moved = np.abs(np.diff(recorded(done)["p_WT_goal"][:, 2]))
+    assert (steps - 2000.0 * moved)[over].max() < 0.005  # the rest is damping
+    assert steps[over].max() < 0.02
+
+
 def test_motion_without_authority_does_not_move_the_tool(tmp_path):
     """A hand that was moved elsewhere while the policy drove takes over from where the tool is."""
 

@@ -1,6 +1,9 @@
 """Demonstrations by simulated operators: deterministic, resumable, with the forces that the operator intended."""
 
 import json
+import subprocess
+import sys
+import time
 
 import numpy as np
 import pytest
@@ -73,6 +76,40 @@ def test_interrupted_work_is_taken_up(scene, tmp_path, monkeypatch):
     made(scene, tmp_path / "b")()
     name = "data/chunk-000/file-000.parquet"
     assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes()
+
+
+@pytest.mark.long
+def test_killed_work_is_taken_up_by_another_process(scene, tmp_path):
+    """kill -9 in the middle; another process with two workers goes on, to the bytes of an uninterrupted run."""
+    words = [
+        sys.executable,
+        "-m",
+        "palpate",
+        "study",
+        "demonstrations",
+        str(scene),
+        "--episodes",
+        "8",
+        "--seconds",
+        "2",
+    ]
+    out, parts = tmp_path / "my set", tmp_path / ".my set.episodes"
+    killed = subprocess.Popen([*words, "--out", str(out), "--workers", "1"], stderr=subprocess.PIPE)
+    while len(list(parts.glob("episode_*"))) < 3 and killed.poll() is None:
+        time.sleep(0.05)
+    killed.kill()
+    killed.communicate()
+    assert 0 < len(list(parts.glob("episode_*"))) < 8
+    assert not out.exists()
+    subprocess.run([*words, "--out", str(out), "--workers", "2"], check=True, capture_output=True)
+    made(scene, tmp_path / "whole", episodes=8, seconds=2.0, operators=20)()
+    files = sorted(path.relative_to(out) for path in out.rglob("*") if path.is_file())
+    assert files == sorted(
+        one.relative_to(tmp_path / "whole") for one in (tmp_path / "whole").rglob("*") if one.is_file()
+    )
+    for name in files:
+        assert (out / name).read_bytes() == (tmp_path / "whole" / name).read_bytes(), name
+    assert not parts.exists()
 
 
 def test_scenes_take_turns_and_values_vary(scene, tmp_path):

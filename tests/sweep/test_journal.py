@@ -1,11 +1,13 @@
 """A journal keeps finished points after a kill, after Ctrl-C and with a broken line, and rejects another sweep."""
 
 import json
+import pickle
 import signal
 import subprocess
 import sys
 import time
 import warnings
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -13,8 +15,9 @@ import pytest
 import sweep_points
 
 from palpate.errors import OutputError, PalpateWarning, SweepError
+from palpate.scene.scene import Scene
 from palpate.sweep import sweep
-from palpate.sweep.journal import Journal
+from palpate.sweep.journal import Journal, steady
 from palpate.sweep.work import seed_of
 
 GRID = {"K": [1.0, 2.0, 4.0], "law": ["a", "b"]}
@@ -96,6 +99,27 @@ def test_broken_line_repeats_only_its_point(tmp_path):
     with warnings.catch_warnings():
         warnings.simplefilter("error", ResourceWarning)
         assert done(tmp_path / "j") == 7
+
+
+@dataclass(frozen=True)
+class Held:
+    given: frozenset[int]
+    where: Path = Path("/a")
+
+
+def test_bound_arguments_have_one_fingerprint_in_every_process():
+    """The order of a set differs between processes, as its pickle does; a scene holds the set of its given keys."""
+    one, other = frozenset([0, 8]), frozenset([8, 0])
+    assert one == other
+    assert list(one) != list(other)
+    assert pickle.dumps(one) != pickle.dumps(other)  # control
+    assert steady(({"a": Held(one)},)) == steady(({"a": Held(other)},))
+    assert steady(Held(one)) != steady(Held(frozenset([0, 9])))
+    scenes = [Scene.parse("objects: [{name: floor, plane: {size: 0.2}, stiffness: 500}]") for _ in range(2)]
+    object.__setattr__(scenes[0], "__pydantic_fields_set__", {0, 8})
+    object.__setattr__(scenes[1], "__pydantic_fields_set__", {8, 0})
+    assert steady(scenes[0]) == steady(scenes[1])
+    assert steady(scenes[0]) != steady(Scene.parse("objects: [{name: floor, plane: {size: 0.2}, stiffness: 501}]"))
 
 
 def test_failed_points_are_retried(tmp_path):

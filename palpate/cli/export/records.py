@@ -42,6 +42,8 @@ class Command:
     """lerobot, minari: allow records of different scenes in one data set."""
     keep_records: bool = False
     """lerobot: also copy the records, which hold every tick, into the data set."""
+    forces: Annotated[Path | None, arg(metavar="RECORD")] = None
+    """bags: a record of the haptic node that ran meanwhile; its forces are exported with them, by the wall clock."""
     signals: Annotated[tuple[str, ...], arg(metavar="NAME")] = ()
     """tables: names of signals; all that were recorded when left out."""
     every: Annotated[int, arg(metavar="N")] = 1
@@ -63,6 +65,7 @@ class Command:
             self.video,
             self.keep_records,
             self.mixed,
+            self.forces,
             self.signals,
             self.every,
         )

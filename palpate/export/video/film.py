@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.arrays import Array
-from palpate.errors import MissingExtraError, RecordError
+from palpate.errors import MissingExtraError
 from palpate.export.demonstration import ArmOfRun, Demonstration
 from palpate.export.episode import Episode
 from palpate.export.video.arms import ArmBodies
@@ -46,6 +46,8 @@ class Clip:
     """(n, 3) colours of some pixels, 0 to 1, for the statistics."""
     size: tuple[int, int]
     """Height and width [pixels]."""
+    stamps: NDArray[np.int64] | None = None
+    """(n,) stamps of the pictures of a camera [ns]."""
 
 
 class Film:
@@ -56,14 +58,12 @@ class Film:
         size: height and width of a picture [pixels].
 
     Raises:
-        RecordError: the run has no scene to draw. MissingExtraError, PalpateError: as `Canvas`.
+        SceneError: the scene of the record cannot be read. MissingExtraError, PalpateError: as `Canvas`.
     """
 
     def __init__(self, run: Demonstration, size: tuple[int, int] = SIZE) -> None:
         first = run.arms[0].ticks
-        if not isinstance(first, Record):
-            mend = "export it without --video"
-            raise RecordError("the bag has no scene to draw", where=str(run.path), mend=mend)
+        assert isinstance(first, Record), "the cameras of a bag are filmed by BagFilm"
         self.record, self.size = first, size
         scene = recorded_scene(first)
         self.ecm = _endoscope(scene, first)
@@ -94,7 +94,7 @@ class Film:
     def shoot(self, episode: Episode, folder: Path, fps: int) -> dict[str, Clip]:
         """Write the film of each eye into a folder, by the name of its feature."""
         files = {side: folder / f"{side}.mp4" for side in EYES}
-        return films(self.pictures(episode), files, self.size, fps)
+        return films(self.pictures(episode), files, dict.fromkeys(EYES, self.size), fps)
 
     def close(self) -> None:
         """Release what draws."""
@@ -119,13 +119,13 @@ class Film:
 
 
 def films(
-    pictures: Iterable[Mapping[Eye, Image]], files: Mapping[Eye, Path], size: tuple[int, int], fps: int
+    pictures: Iterable[Mapping[Eye, Image]], files: Mapping[Eye, Path], sizes: Mapping[Eye, tuple[int, int]], fps: int
 ) -> dict[str, Clip]:
     """Write the film of each eye from pictures (h, w, 3) of equal times; by the name of its feature.
 
     Each eye is encoded by a thread of its own, while the next pictures are made.
     """
-    writers = {side: _Writer(file, size, fps) for side, file in files.items()}
+    writers = {side: _Writer(file, sizes[side], fps) for side, file in files.items()}
     samples: dict[Eye, list[NDArray[Any]]] = {side: [] for side in files}
     with ThreadPoolExecutor(len(files), "palpate-film") as pool:
         encoding: list[Future[None]] = []
@@ -138,7 +138,7 @@ def films(
         for one in encoding:
             one.result()
     return {
-        f"observation.images.endoscope.{side}": Clip(writers[side].close(), np.concatenate(samples[side]), size)
+        f"observation.images.endoscope.{side}": Clip(writers[side].close(), np.concatenate(samples[side]), sizes[side])
         for side in files
     }
 

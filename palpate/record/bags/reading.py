@@ -79,7 +79,9 @@ class _Reading:
             names = ", ".join(sorted({c.topic for c in self.reader.connections if c.msgtype == kind}))
             notes.append(f"the definition of {kind} in the bag cannot be read ({why}); it is the type of {names}")
         notes += [words for topic in sorted(self.stamps) if (words := offset_words(topic, self._offset(topic)))]
-        return Contents(self.path, duration, arms, self.events, list(self._topics()), self.scene, notes)
+        return Contents(
+            self.path, duration, arms, self.events, list(self._topics()), self.scene, notes, 1e-9 * self.begin
+        )
 
     def _take(self, topic: str, t: float, message: Any) -> None:
         stamp = getattr(getattr(message, "header", None), "stamp", None)

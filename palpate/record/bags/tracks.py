@@ -103,3 +103,5 @@ class Contents:
     """The scene (YAML), if a Palpate node published it."""
     notes: list[str] = field(default_factory=list)
     """Messages about topics that could not be decoded."""
+    begin: float = 0.0
+    """Wall-clock time of the start, in seconds since 1970 [s]."""

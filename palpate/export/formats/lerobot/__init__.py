@@ -17,6 +17,7 @@ from palpate.export.formats.lerobot.data_set import DataSet
 from palpate.export.formats.lerobot.page import page
 from palpate.export.formats.lerobot.splits import ordered, splits_of
 from palpate.export.options import Options
+from palpate.export.video.bag_film import BagFilm
 from palpate.export.video.film import Clip, Film
 
 
@@ -63,7 +64,8 @@ def write_episodes(
             first, data = episode, DataSet(folder, options.version, options.fps, _robot(episode))
         columns = NAMINGS[options.names](episode)
         _require_state(columns, episode, options.names)
-        clips = None if films is None else films(episode)
+        clips = {} if films is None else films(episode)
+        columns |= _stamps(clips)
         data.add(columns, episode.task, episode.failed, episode.name, clips)
     if data is None or first is None:
         raise PalpateError("there is no episode to write", mend="give at least one record")
@@ -79,7 +81,8 @@ def _films(runs: Sequence[Demonstration], folder: Path, fps: int) -> Callable[[E
     by_name = {run.name: run for run in runs}
 
     def shoot(episode: Episode) -> dict[str, Clip]:
-        film = Film(by_name[episode.name])
+        run = by_name[episode.name]
+        film = BagFilm(run) if episode.foreign else Film(run)
         try:
             about = folder / "meta" / "calibration" / "camera_intrinsics.json"
             if not about.exists():
@@ -90,6 +93,15 @@ def _films(runs: Sequence[Demonstration], folder: Path, fps: int) -> Callable[[E
             film.close()
 
     return shoot
+
+
+def _stamps(clips: Mapping[str, Clip]) -> dict[str, Column]:
+    """Stamps of the pictures that cameras took, by the name of their stream."""
+    return {
+        f"{name.replace('.images.', '.meta.')}_stamp_ns": Column(clip.stamps[:, None], ("ns",), {"units": "ns"})
+        for name, clip in clips.items()
+        if clip.stamps is not None
+    }
 
 
 def _require_state(columns: Mapping[str, Column], episode: Episode, names: str) -> None:

@@ -49,14 +49,15 @@ def open_h(episode: Episode) -> dict[str, Column]:
     n, arms = len(episode), episode.arms
     pose = {"units": "m, quaternion, rad", "frame": "base of the arm" if episode.foreign else "world"}
     joints = {"units": "rad, m"}
+    tip = _AT_TIP | ({"frame": "base of the arm, about the tool tip"} if episode.foreign else {})
     found = {
         "observation.state": _each(arms, lambda a: (a.frames.pose, a.frames.jaw[:, :1]), (*POSE, "gripper"), pose),
         "action": _each(arms, lambda a: (a.frames.goal, a.frames.jaw[:, 1:]), (*POSE, "gripper"), pose),
         "observation.meta.joint_positions": _joints(arms, "q", joints),
         "observation.meta.joint_setpoints": _joints(arms, "q_goal", joints),
         "observation.meta.joint_positions.mtm": _leader(arms, joints),
-        "observation.meta.force_torque": _each(arms, lambda a: (a.frames.wrench,), WRENCH, _AT_TIP),
-        "observation.meta.force_peak": _each(arms, lambda a: (a.frames.peaks,), PEAKS, _AT_TIP | _PEAK),
+        "observation.meta.force_torque": _each(arms, lambda a: (a.frames.wrench,), WRENCH, tip),
+        "observation.meta.force_peak": _each(arms, lambda a: (a.frames.peaks,), PEAKS, tip | _PEAK),
         "observation.meta.force_torque.mtm": _each(arms, lambda a: (a.frames.hand,), WRENCH, _ON_HAND),
         "observation.meta.force_peak.mtm": _each(arms, lambda a: (a.frames.hand_peaks,), PEAKS, _ON_HAND | _PEAK),
         "observation.meta.contact": _each(
