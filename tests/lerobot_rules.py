@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pyarrow.parquet as pq
 
 COUNTERS = {"timestamp", "frame_index", "episode_index", "index", "task_index"}
@@ -60,4 +61,57 @@ def _faults_of_data(folder: Path, info: dict) -> list[str]:
     ends = [tuple(map(int, span.split(":"))) for span in info["splits"].values()]
     found += [f"splits {info['splits']}"] * ([0, *(b for _, b in ends)] != [*(a for a, _ in ends), ends[-1][1]])
     found += ["splits leave episodes out"] * (ends[-1][1] != info["total_episodes"])
+    return found
+
+
+POSE = ["x", "y", "z", "qx", "qy", "qz", "qw", "gripper"]
+WRENCH = ["fx", "fy", "fz", "tx", "ty", "tz"]
+SPLITS = {"train", "val", "test", "recovery", "failure"}
+
+
+def faults_of_open_h(folder: Path, arms: int = 1) -> list[str]:
+    """Messages for each name, size and meaning that is not as the pages of Open-H-Embodiment v2 state it.
+
+    Its own validator cannot be had; these are its documented rules, without the library.
+    """
+    info = json.loads((folder / "meta/info.json").read_text())
+    features, table = info["features"], pq.read_table(sorted((folder / "data").rglob("*.parquet"))[0])
+    wanted = {
+        "observation.state": ("float32", POSE), "action": ("float32", POSE),
+        "observation.meta.force_torque": ("float32", WRENCH), "observation.meta.force_torque.mtm": ("float32", WRENCH),
+    }  # fmt: skip
+    found = [f"no {name}" for name in wanted if name not in features]
+    for name, (kind, parts) in wanted.items():
+        one = features.get(name, {"dtype": kind, "shape": [], "names": []})
+        own = [part.split(".")[-1] for part in one["names"]]
+        wrong = one["dtype"] != kind or one["shape"] != [arms * len(parts)] or own != arms * parts
+        found += [f"{name}: {one['dtype']} {one['shape']} {one['names']}"] * wrong
+    for name in wanted:
+        about = features.get(name, {}).get("info", {})
+        keys = ("units", "frame", "sensor") if "force" in name else ("units", "frame")
+        found += [f"{name}: no {key} in its info" for key in keys if not about.get(key)]
+    texts = [name for name, one in features.items() if one["dtype"] == "string"]
+    found += ["no instruction.text"] * ("instruction.text" not in texts)
+    tools = [name for name in texts if name.startswith("observation.meta.tool.")]
+    found += [f"tools {tools} for {arms} arms"] * (len(tools) != arms)
+    stamps = {name: one for name, one in features.items() if name.endswith("_stamp_ns")}
+    found += ["no host_stamp_ns"] * ("observation.meta.host_stamp_ns" not in stamps)
+    found += [f"{name}: {one['dtype']}" for name, one in stamps.items() if one["dtype"] != "int64"]
+    for name in stamps:
+        values = np.array(table[name].to_pylist())
+        jumps = np.diff(values)[np.diff(np.array(table["episode_index"].to_pylist())) == 0]
+        found += [f"{name} goes back"] * bool((jumps < 0).any())
+    for name in ("observation.state", "action"):
+        if name in features:
+            q = np.array(table[name].to_pylist()).reshape(-1, arms, 8)[..., 3:7]
+            away = np.abs(np.linalg.norm(q, axis=-1) - 1.0)
+            found += [f"{name}: quaternions are not of length 1"] * bool(np.nanmax(away, initial=0.0) > 1e-3)
+    found += [f"splits {sorted(set(info['splits']) - SPLITS)}"] * bool(set(info["splits"]) - SPLITS)
+    films = [name for name, one in features.items() if one["dtype"] == "video"]
+    found += [f"film {n}" for n in films if not n.startswith("observation.images.endoscope.")]
+    if films:
+        camera = json.loads((folder / "meta/calibration/camera_intrinsics.json").read_text())
+        for name in films:
+            eye = camera.get(name.removeprefix("observation.images."), {})
+            found += [f"{name}: no {key}" for key in ("fx", "fy", "cx", "cy", "distortion_model") if key not in eye]
     return found

@@ -14,15 +14,18 @@ try:
 except ImportError:
     raise MissingExtraError("gymnasium", "learning") from None
 
-from palpate.gym.drive import Drive, Hand, drive
+from palpate.gym.drive import Drive, drive
 from palpate.gym.env import PalpateEnv
+from palpate.gym.mixing import Hand
 from palpate.gym.policy import OnnxPolicy
+from palpate.gym.shared import share
 from palpate.gym.tasks import Find, Press, Task
 from palpate.gym.vector import PalpateVectorEnv
 from palpate.gym.world import Motion
 
 __all__ = [
     "Drive", "Find", "Hand", "Motion", "OnnxPolicy", "PalpateEnv", "PalpateVectorEnv", "Press", "Task", "drive",
+    "share",
 ]  # fmt: skip
 
 if "Palpate-v0" not in gymnasium.registry:

@@ -25,6 +25,7 @@ def make(tmp_path):
         path = tmp_path / name / "record.mcap"
         path.parent.mkdir(parents=True)
         ticks = synthetic_run.run(seconds, rate)
+        ticks["quat_WT_asked"] = ticks["quat_WT"]
         with Recorder(path, scene, seed=0, rate=rate, deterministic=False, **more) as recorder:
             recorder.append(ticks)
         return Made(path, ticks)

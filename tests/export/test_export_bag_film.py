@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from crtk_bag import shown
 from crtk_bag import write as write_bag
-from lerobot_rules import faults
+from lerobot_rules import faults, faults_of_open_h
 
 from palpate.errors import RecordError
 from palpate.export import export
@@ -25,6 +25,8 @@ def test_films_show_the_pictures_of_their_time(bag, tmp_path):
     """Both eyes, raw and JPEG, by the newest picture at each frame, with its stamp and the intrinsics of the bag."""
     export(bag, tmp_path / "out", video=True)
     assert faults(tmp_path / "out", images=True) == []
+    without = [one for one in faults_of_open_h(tmp_path / "out") if "observation.meta.force_torque" not in one]
+    assert without == []  # a bag has no force at the instrument
     info = json.loads((tmp_path / "out/meta/info.json").read_text())
     table = pq.read_table(tmp_path / "out/data/chunk-000/file-000.parquet")
     n = table.num_rows

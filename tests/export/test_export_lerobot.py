@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from crtk_bag import tool
 from crtk_bag import write as write_bag
-from lerobot_rules import faults
+from lerobot_rules import faults, faults_of_open_h
 
 from palpate.errors import RecordError
 from palpate.export import export
@@ -39,6 +39,31 @@ def test_data_set_keeps_the_rules_of_lerobot_and_open_h(make, tmp_path, names, v
     assert (facts["episodes"], facts["frames"]) == (12, 12 * 15)
     assert facts["splits"] == {"train": "0:10", "val": "10:11", "test": "11:12"}
     assert info_of(tmp_path / "out")["robot_type"] == "dvrk"
+
+
+def test_names_and_sizes_are_those_that_open_h_states(make, tmp_path):
+    export(make().path, tmp_path / "one")
+    assert faults_of_open_h(tmp_path / "one") == []
+    for name in ("left", "right"):
+        make(f"run/{name}")
+    (tmp_path / "run/scene.yaml").write_text("pairs: {left: {}, right: {}}\n")
+    export(tmp_path / "run", tmp_path / "two")
+    assert faults_of_open_h(tmp_path / "two", arms=2) == []
+    assert "tools ['observation.meta.tool.psm1', 'observation.meta.tool.psm2'] for 1 arms" in faults_of_open_h(
+        tmp_path / "two"
+    )
+    file = tmp_path / "one/meta/info.json"
+    info = json.loads(file.read_text())
+    force = info["features"]["observation.meta.force_torque"]
+    for name, change, words in [
+        ("action", {"names": [*"xyz", "qw", "qx", "qy", "qz", "gripper"]}, "action: float32"),
+        ("observation.meta.force_torque", {"info": {**force["info"], "sensor": ""}}, "no sensor"),
+        ("observation.meta.host_stamp_ns", {"dtype": "float32"}, "host_stamp_ns: float32"),
+        ("instruction.text", {"dtype": "int64"}, "no instruction.text"),
+    ]:
+        changed = {**info["features"], name: info["features"][name] | change}
+        file.write_text(json.dumps(info | {"features": changed}))
+        assert any(words in one for one in faults_of_open_h(tmp_path / "one")), words
 
 
 def test_rules_find_what_is_wrong(make, tmp_path):

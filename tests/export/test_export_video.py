@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 import pytest
-from lerobot_rules import faults
+from lerobot_rules import faults, faults_of_open_h
 from scipy.spatial.transform import Rotation
 
 from palpate.cli import main
@@ -103,6 +103,7 @@ def test_films_of_both_eyes_belong_to_the_frames(felt, tmp_path, monkeypatch, ve
     words = ["export", felt, "--out", str(tmp_path / "out"), "--video", "--version", version, "--fps", "20"]
     assert main(words) == 0
     assert faults(tmp_path / "out", images=True) == []
+    assert faults_of_open_h(tmp_path / "out") == []
     films = {
         side: frames_of(tmp_path / "out/videos" / name.format(f"observation.images.endoscope.{side}"))
         for side in ("left", "right")
