@@ -143,6 +143,7 @@ void bind_contact(nb::module_& m) {
               "Rate of the collision thread, for the paper's methods [Hz]."_doc)
       .def_rw("real", &contact::Options::real_objects,
               "True: the tool touches the real objects, not the virtual ones."_doc)
+      .def_rw("objects", &contact::Options::objects, "Largest number of objects in a scene."_doc)
       .def_rw("spheres", &contact::Options::spheres,
               "Spheres of the tool in addition to the SPR. This is a copy: assign a whole list."_doc);
   nb::class_<contact::Friction>(m, "Friction", "Coulomb friction of one proxy, with sticking and slipping.")

@@ -70,6 +70,7 @@ void bind_object(nb::module_& m) {
 
 void bind_snapshot(nb::module_& m) {
   using scene::Object;
+  m.attr("MAX_OBJECTS") = scene::kMaxObjects;
   nb::class_<scene::Snapshot>(m, "Snapshot", "The objects of a scene; immutable during a tick, replaced as a whole.")
       .def(
           "__init__",

@@ -575,6 +575,8 @@ class Object:
         [N/m^2]).
         """
 
+MAX_OBJECTS: int = 512
+
 class Snapshot:
     """The objects of a scene; immutable during a tick, replaced as a whole."""
 
@@ -654,6 +656,13 @@ class ContactOptions:
 
     @real.setter
     def real(self, arg: bool, /) -> None: ...
+
+    @property
+    def objects(self) -> int:
+        """Largest number of objects in a scene."""
+
+    @objects.setter
+    def objects(self, arg: int, /) -> None: ...
 
     @property
     def spheres(self) -> list[ToolSphere]:

@@ -93,6 +93,7 @@ RUNS: dict[str, Run] = {
     ),
     "contact_bench": Run("bench contact", _TIMES, lambda row: row.get("path") != "tool"),
     "record": Run("bench record --hours 1"),  # on an idle machine
+    "growth": Run("bench growth"),  # on an idle machine
     "contact_times": Run("bench contact", (), lambda row: row.get("path") == "deep"),  # on an idle machine
     "organs": Run("bench contact --organs"),  # with the organ meshes of the test data
     "laws": Run(

@@ -55,10 +55,10 @@ def run_pairs(command: Options, scene: Scene, viewer: bool) -> int:
         page = open_page(scene.title, command.port, console, command.host)
         begin = partial(_session, command, scene, page.say)
         run = partial(_run, command, console, realtime=not command.fast)
-        summary = live_pairs(begin, run, partial(_report, console, scene), page, console)
+        summary = live_pairs(begin, run, partial(_report, console, scene, viewer), page, console)
     else:
         session = _session(command, scene, lambda line: None)
-        summary = _report(console, scene, _run(command, console, session, realtime=command.realtime))
+        summary = _report(console, scene, viewer, _run(command, console, session, realtime=command.realtime))
     write_json(command.json, summary)
     return outcome.exit_code(*summary.pairs.values())
 
@@ -103,17 +103,19 @@ def _with_page(summary: PairsSummary) -> PairsSummary:
         return replace(summary, faults=(*summary.faults, f"no report: {error}"))
 
 
-def _report(console: Console, scene: Scene, summary: PairsSummary) -> PairsSummary:
-    """Write the reports of all pairs and print their summaries."""
+def _report(console: Console, scene: Scene, viewer: bool, summary: PairsSummary) -> PairsSummary:
+    """Write the reports of all pairs that are wanted, and print their summaries."""
     from palpate.console import outcome
     from palpate.console.pairs import pairs_table
 
     each = scene.each_pair()
-    pairs = {name: outcome.with_report(one, each[name]) for name, one in summary.pairs.items()}
+    pairs = {
+        name: outcome.with_report(one, outcome.wants_report(each[name], viewer)) for name, one in summary.pairs.items()
+    }
     faults = tuple(f"{name}: {fault}" for name, one in pairs.items() for fault in one.faults)
     interrupted = summary.interrupted or any(one.interrupted for one in pairs.values())
     summary = replace(summary, pairs=pairs, faults=faults, interrupted=interrupted)
-    summary = _with_page(summary) if scene.record.report else summary
+    summary = _with_page(summary) if outcome.wants_report(scene, viewer) else summary
     console.print(pairs_table(summary))
     if summary.interrupted:
         say(console, "stopped by Ctrl-C; the records are complete up to this moment")
@@ -126,7 +128,7 @@ def _report(console: Console, scene: Scene, summary: PairsSummary) -> PairsSumma
         say(console, words, "warning:", "yellow")
     for fault in summary.faults:
         say(console, fault, "fault:", "red")
-    for label, path in (("records", summary.record), ("report", summary.report)):
-        if path is not None:
-            say(console, f"{label}: {path}")
+    if summary.record is not None:
+        say(console, f"records: {summary.record}")
+        say(console, f"report: {summary.report or f'palpate report {summary.record}'}")
     return summary

@@ -108,10 +108,12 @@ class Command:
             return self._run_device(scene)
         if viewer:
             page = open_page(scene.title, self.port, console, self.host)
-            run, report = partial(self._run, console=console, realtime=not self.fast), partial(_report, console, scene)
+            run = partial(self._run, console=console, realtime=not self.fast)
+            report = partial(_report, console, outcome.wants_report(scene, viewer))
             summary = live(partial(self._session, scene, page.say), run, report, page, console)
         else:
-            summary = _report(console, scene, self._run(self._session(scene), console, self.realtime))
+            wanted = outcome.wants_report(scene, viewer)
+            summary = _report(console, wanted, self._run(self._session(scene), console, self.realtime))
         write_json(self.json, summary)
         return outcome.exit_code(summary)
 
@@ -192,9 +194,9 @@ class Command:
         with DeviceLine(console, session.nearest) as line, pedals(self.pedals, session.console, True):
             summary = session.run(self.duration, on_progress=line)
         failed = session.failed
-        summary = outcome.with_report(summary, scene)
+        summary = outcome.with_report(summary, outcome.wants_report(scene, viewer=False))
         console.print(summary_table(summary))
-        outcome.print_details(console, summary, scene.record.report)
+        outcome.print_details(console, summary)
         write_json(self.json, summary)
         ended = replace(summary, interrupted=summary.interrupted and self.duration is not None)
         return outcome.exit_code(ended) or int(failed)
@@ -231,12 +233,12 @@ class Command:
             raise PalpateError(f"--seed {self.seed}: must be a whole number from 0", mend="give e.g. --seed 1")
 
 
-def _report(console: Console, scene: Scene, summary: Summary) -> Summary:
-    """Write the report of a run and print its summary."""
+def _report(console: Console, wanted: bool, summary: Summary) -> Summary:
+    """Write the report of a run if it is wanted, and print its summary."""
     from palpate.console import outcome
     from palpate.report.summary import summary_table
 
-    summary = outcome.with_report(summary, scene)
+    summary = outcome.with_report(summary, wanted)
     console.print(summary_table(summary))
-    outcome.print_details(console, summary, scene.record.report)
+    outcome.print_details(console, summary)
     return summary

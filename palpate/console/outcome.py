@@ -16,9 +16,14 @@ from palpate.scene import Scene
 from palpate.session.summary import Summary
 
 
-def with_report(summary: Summary, scene: Scene) -> Summary:
+def wants_report(scene: Scene, viewer: bool) -> bool:
+    """True if a report follows the run: as the scene says, or else in the viewer, whose stop button opens it."""
+    return viewer if scene.record.report is None else scene.record.report
+
+
+def with_report(summary: Summary, wanted: bool) -> Summary:
     """Write the report next to the record; a failure is added to the faults, or printed on the standard error."""
-    if not scene.record.report or summary.record is None:
+    if not wanted or summary.record is None:
         return summary
     if stop_signals.ends_at_once():
         return replace(summary, interrupted=True)
@@ -42,7 +47,7 @@ def exit_code(*summaries: Summary) -> int:
     return CUT if any(one.record is not None and one.record_sha256 is None for one in summaries) else 0
 
 
-def print_details(console: Console, summary: Summary, report_wanted: bool) -> None:
+def print_details(console: Console, summary: Summary) -> None:
     """Print the details below the table: scheduling, faults and the files written."""
     if summary.interrupted:
         say(console, "stopped by Ctrl-C; the record is complete up to this moment")
@@ -52,7 +57,4 @@ def print_details(console: Console, summary: Summary, report_wanted: bool) -> No
         say(console, fault, "fault:", "red")
     if summary.record is not None:
         say(console, f"record: {summary.record}")
-    if summary.report is not None:
-        say(console, f"report: {summary.report}")
-    elif summary.interrupted and report_wanted and summary.record is not None:
-        say(console, f"report: not written; run: palpate report {summary.record}")
+        say(console, f"report: {summary.report or f'palpate report {summary.record}'}")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, fields
+from hashlib import sha256
 
 import numpy as np
 import numpy.typing as npt
@@ -33,6 +34,8 @@ DOUBTFUL_DEG = 60.0
 """Edges sharper than this are real; those between the crease angle and this may be a coarsely meshed round shape."""
 SLIVER = 0.1
 """Height over longest edge below which a triangle is a sliver, whose normal tilts the smooth surface [-]."""
+CACHED_FROM = 10_000
+"""Triangles from which the fineness of a mesh is kept in the cache."""
 MOST_TRIANGLES = 200_000
 """Triangles from which a sample of a mesh is looked at, a few in a hundred thousand of which do not matter."""
 EDGE_SPEED = 0.05
@@ -94,10 +97,11 @@ class _Edges:
 
 
 def fineness_of(mesh: Mesh, stiffness: float) -> Fineness:
-    """As `fineness`; that of a large mesh is kept in the user's cache."""
-    if not mesh.key:
+    """As `fineness`; kept in the user's cache unless the mesh is small."""
+    if not mesh.key and len(mesh.triangles) < CACHED_FROM:
         return fineness(mesh.core, stiffness)
-    key = cache.source_key([__file__], mesh.key, stiffness)
+    content = mesh.key or "".join(sha256(a.data).hexdigest() for a in (mesh.vertices, mesh.triangles))
+    key = cache.source_key([__file__], content, stiffness)
     found = cache.load_or_make("mesh_fineness", key, lambda: _as_arrays(fineness(mesh.core, stiffness)))
     values = {one.name: found[one.name].item() for one in fields(Fineness)}
     return Fineness(**values)
@@ -120,7 +124,7 @@ def fineness(mesh: _core.Mesh, stiffness: float) -> Fineness:
     share = float(e.area[doubtful].sum() / max(e.area.sum(), 1e-300))
     more = max(direction / COARSE_DEG, np.sqrt(force / COARSE_MN), 4.0 if share > 0.05 else 0.0)
     return Fineness(
-        edge_mm=1e3 * float(np.median(e.length)) if len(e.length) else 0.0,
+        edge_mm=1e3 * float(np.percentile(e.length, 50.0)) if len(e.length) else 0.0,
         turn_deg=float(np.degrees(angle)),
         direction_error_deg=float(direction),
         force_error_mN=float(force),
@@ -169,7 +173,7 @@ def radius(mesh: _core.Mesh, given: float, *, feature: float | None = None, nois
         noise: standard deviation of the surface [m]; default: from its roughness.
     """
     e = _edges(mesh)
-    edge = float(np.median(e.length)) if len(e.length) else 0.0
+    edge = float(np.percentile(e.length, 50.0)) if len(e.length) else 0.0
     noise = roughness(mesh) if noise is None else noise
     rough = noise > 0.05 * edge  # then the curvature of the mesh is that of the noise
     hollow = (e.turn < -1e-9) & ~np.full(len(e.turn), rough)

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable, Iterator, MutableSequence
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
+from threading import Lock
 from typing import IO, Any, NamedTuple, overload
 
 import zstandard
@@ -123,6 +124,7 @@ class Index:
     sound: int = 0
     """Bytes from the start of the file up to the end of its last whole record before the summary."""
     _file: IO[bytes] | None = field(default=None, repr=False)
+    _opening: Lock = field(default_factory=Lock, repr=False)  # several threads may load chunks
 
     def schema_of(self, channel: int) -> records.Schema | None:
         """Message type of a channel."""
@@ -135,8 +137,9 @@ class Index:
             RecordError: the chunk is damaged, or cannot be read.
         """
         try:
-            if self._file is None:
-                self._file = self.path.open("rb", buffering=0)
+            with self._opening:
+                if self._file is None:
+                    self._file = self.path.open("rb", buffering=0)
             body = _read(self._file.fileno(), place.offset, place.length)
             *_, size, crc, width = _CHUNK_HEAD.unpack_from(body)
             at = _CHUNK_HEAD.size + width

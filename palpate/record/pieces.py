@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from array import array
 from bisect import bisect_right
+from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple, overload
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 from mcap.opcode import Opcode
@@ -19,7 +20,14 @@ from palpate.record.mcap_file import MESSAGE_HEAD
 from palpate.record.mcap_scan import Index, Place, Places, damaged
 from palpate.record.ticks import SIGNALS, Signal
 
+if TYPE_CHECKING:
+    from concurrent.futures import Future
+
 Bytes = NDArray[np.uint8]
+THREADS = 2
+"""Threads that unpack the next pieces of a long reading: unpacking is most of its time."""
+AHEAD_FROM = 10_000
+"""Ticks from which a reading is long."""
 
 
 class Column(NamedTuple):
@@ -118,7 +126,10 @@ class Group:
     def fill(self, target: NDArray[Any], names: list[str], start: int) -> None:
         """Write signals of the ticks from number `start` on into the fields of a structured array (n,)."""
         stop = start + len(target)
-        for piece in self.within(start, stop):
+        pieces = self.within(start, stop)
+        if len(target) > AHEAD_FROM and not self._bytes:
+            pieces = self._unpacked_ahead(pieces, names)
+        for piece in pieces:
             a, b = max(start, piece.start), min(stop, piece.start + piece.length)
             into = target[a - start : b - start]
             moving = [name for name in names if name in piece.rows.columns]
@@ -133,6 +144,24 @@ class Group:
                 for name in moving:
                     _set(into, name, piece.rows.columns[name], rows)
 
+    def _unpacked_ahead(self, pieces: Iterator[Piece], names: list[str]) -> Iterator[Piece]:
+        """The pieces, of which the next ones are unpacked meanwhile by threads."""
+        from concurrent.futures import ThreadPoolExecutor
+
+        with ThreadPoolExecutor(THREADS, "palpate-record") as pool:
+            ahead: deque[tuple[Piece, Future[Bytes] | None]] = deque()
+            for piece in pieces:
+                needed = any(name in piece.rows.columns for name in names)
+                ahead.append((piece, pool.submit(self._rows, piece) if needed else None))
+                if len(ahead) > THREADS:
+                    yield self._with_rows(*ahead.popleft())
+            while ahead:
+                yield self._with_rows(*ahead.popleft())
+
+    @staticmethod
+    def _with_rows(piece: Piece, rows: Future[Bytes] | None) -> Piece:
+        return piece if rows is None else piece._replace(source=rows.result())
+
     def _load(self, piece: Piece) -> Bytes:
         if isinstance(piece.source, np.ndarray):
             return piece.source
@@ -140,12 +169,17 @@ class Group:
         if known is not None:
             self._unpacked[piece.start] = known
             return known
+        rows = self._unpacked[piece.start] = self._rows(piece)
+        if len(self._unpacked) > self.kept:
+            del self._unpacked[next(iter(self._unpacked))]
+        return rows
+
+    def _rows(self, piece: Piece) -> Bytes:
+        """The bytes (length, width) of a piece in the file."""
+        assert not isinstance(piece.source, np.ndarray)
         rows = np.frombuffer(self._index.load(piece.source), np.uint8).reshape(piece.length, piece.rows.width)
         if not piece.rows.has_form(rows):
             raise damaged(self._index.path, ValueError("a chunk holds other messages than its index says"))
-        self._unpacked[piece.start] = rows
-        if len(self._unpacked) > self.kept:
-            del self._unpacked[next(iter(self._unpacked))]
         return rows
 
 

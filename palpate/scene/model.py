@@ -253,8 +253,9 @@ class RecordSection(Section):
     """size at which the record of the open viewer, which takes all motion after the run, ends [GB]"""
     frames: bool = True
     """true: the record also holds frames, arms and meshes, which Foxglove's 3-D panel shows"""
-    report: bool = True
-    """true: write an HTML report next to the record"""
+    report: bool | None = None
+    """true: write an HTML report next to the record; when left out only after a run in the viewer (palpate report
+    writes one of any record)"""
 
     @field_validator("signals")
     @classmethod

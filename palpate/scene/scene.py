@@ -53,7 +53,7 @@ class Scene(Section):
 
     preset: Literal["paper", "as-shipped"] | None = None
     """default values of the paper or of its published code; keys given in this file take precedence"""
-    objects: Annotated[tuple[ObjectSection, ...], Field(min_length=1, max_length=32)]
+    objects: Annotated[tuple[ObjectSection, ...], Field(min_length=1, max_length=_core.MAX_OBJECTS)]
     """objects that can be touched"""
     arms: ArmsSection = ArmsSection()
     """leader and follower"""

@@ -36,6 +36,16 @@ def test_run_writes_record_report_and_json(palpate, scene, tmp_path):
         assert hashlib.sha256(file.read()).hexdigest() == report["record_sha256"]
 
 
+def test_a_run_without_a_viewer_leaves_the_report_to_its_command(palpate, scene, tmp_path, monkeypatch):
+    """Most of the start of a short run was its figures."""
+    monkeypatch.setattr("palpate.report.write_report", None, raising=False)
+    scene.write_text(scene.read_text().replace("record: {report: false}", ""))
+    done = palpate("run", scene, "--headless", "--duration", "0.05", "--out", tmp_path, "--json", tmp_path / "run.json")
+    run = json.loads((tmp_path / "run.json").read_text())
+    assert (done.code, run["report"], run["faults"]) == (0, None, [])
+    assert f"report: palpate report {run['record']}" in done.out
+
+
 def test_summary_agrees_with_the_record(palpate, scene, tmp_path):
     palpate("run", scene, "--headless", "--out", tmp_path / "o", "--json", tmp_path / "run.json")
     report = json.loads((tmp_path / "run.json").read_text())

@@ -42,7 +42,7 @@ def test_forces_of_several_objects_add_up(count):
     np.testing.assert_allclose(force, exact, atol=1e-9)
 
 
-def test_thirty_two_objects_are_rendered_and_one_more_is_rejected():
+def test_thirty_two_objects_are_rendered_and_one_more_needs_room():
     angles = np.linspace(0, 2 * np.pi, 32, endpoint=False)
     ring = [plane([-np.cos(a), -np.sin(a), 0.0], -0.01) for a in angles]
     tips = np.linspace([0, 0, 0.0], [0.004, 0.007, 0.0], 200)
@@ -50,8 +50,10 @@ def test_thirty_two_objects_are_rendered_and_one_more_is_rejected():
     gaps = RADIUS + tips @ np.stack([np.cos(angles), np.sin(angles), 0 * angles]) - 0.01
     inwards = -np.stack([np.cos(angles), np.sin(angles), 0 * angles], axis=1)
     np.testing.assert_allclose(force, K * np.maximum(gaps, 0.0) @ inwards, atol=1e-9)
-    with pytest.raises(ValueError, match="at most 32 objects, got 33"):
-        _core.Snapshot([*ring, ring[0]])
+    with pytest.raises(ValueError, match="has 33 objects, and this loop was made for at most 32"):
+        render_path([*ring, ring[0]], tips)
+    with pytest.raises(ValueError, match="at most 512 objects, got 513"):
+        _core.Snapshot(16 * ring + ring[:1])
 
 
 def test_rod_of_spheres_gives_the_wrench_of_its_springs():

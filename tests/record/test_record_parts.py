@@ -2,12 +2,14 @@
 
 import os
 from functools import lru_cache
+from threading import current_thread
 
 import numpy as np
 import pytest
 import synthetic_run
 
-from palpate.record import SIGNALS, Record, Recorder, as_rows, as_ticks
+from palpate.errors import RecordError
+from palpate.record import SIGNALS, Record, Recorder, as_rows, as_ticks, pieces
 from palpate.record.ticks import TICK_DOUBLES
 
 
@@ -68,6 +70,26 @@ def test_ranges_blocks_and_steps_are_those_of_the_whole(grown):
         found = record.read(names, start, stop, every)
         for name in names:
             assert found[name].tobytes() == ticks[name][start:stop:every].tobytes(), (start, stop, every)
+
+
+def test_threads_that_unpack_ahead_change_no_bit_and_tell_damage(grown, monkeypatch, tmp_path):
+    record, ticks = grown
+    monkeypatch.setattr(pieces, "AHEAD_FROM", 0)
+    threads = set()
+    load = type(record._index).load
+    monkeypatch.setattr(
+        type(record._index), "load", lambda self, place: threads.add(current_thread().name) or load(self, place)
+    )
+    for start, stop in ((0, None), (249, 251), (17, 4321)):
+        found = Record.open(record.path).read(None, start, stop)
+        assert found.tobytes() == ticks[start:stop].tobytes()
+    assert any(name.startswith("palpate-record") for name in threads)
+    data = bytearray(record.path.read_bytes())
+    *_, place = (p for p in record._index.chunks if record._index.channels[p.channels[0]].topic == "/follower")
+    data[place.offset + place.length - 9] ^= 0xFF
+    (tmp_path / "r.mcap").write_bytes(data)
+    with pytest.raises(RecordError, match="damaged"):
+        Record.open(tmp_path / "r.mcap").read(["F_T_W"])
 
 
 def test_only_the_chunks_of_the_asked_signal_are_unpacked(grown, monkeypatch):

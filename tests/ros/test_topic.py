@@ -63,7 +63,7 @@ def scene_of_the_page(folder, more=""):
 
 def test_commands_of_the_page_work_unchanged(built, start, tmp_path, capsys):
     """Four terminals; the last two commands print the force of the wall and the force on the hand."""
-    scene_of_the_page(tmp_path)
+    scene_of_the_page(tmp_path, "record: {report: true}\n")
     blocks = [block.replace("\\\n", " ") for block in re.findall(r"```bash\n(.*?)```", PAGE, re.S)]
     robot, node, hand, felt_by_hand = blocks[1:5]
     commands = [shlex.split(line, comments=True) for line in (robot, node)]
@@ -105,7 +105,7 @@ def test_commands_of_the_page_work_unchanged(built, start, tmp_path, capsys):
 
 def test_page_from_the_simulation_to_the_wall(built, start, tmp_path):
     """The scene and the client of docs/ros2.md; commands of the page list, echo and hz."""
-    scene_of_the_page(tmp_path, "record: {report: false}\n")  # the test above waits for the report
+    scene_of_the_page(tmp_path, "record: {report: false}\n")
     sim = start("-m", "palpate", "ros", "sim", "--arms", "MTMR", "PSM1", "--rate", "125")
     options = [
         "--follower",

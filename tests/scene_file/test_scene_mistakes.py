@@ -193,6 +193,6 @@ def test_any_value_of_a_section_gives_a_scene_or_a_scene_error(section, value):
 
 
 def test_too_many_objects_are_rejected():
-    """The proxy method has room for 32 objects; a 33rd would be drawn but not rendered."""
-    with pytest.raises(SceneError, match="32"):
-        Scene.parse("objects:\n" + "- {shape: organ, stiffness: 400}\n" * 33)
+    """The contact methods have room for 512 objects; one more would be drawn but not rendered."""
+    with pytest.raises(SceneError, match="512"):
+        Scene.parse("objects:\n" + "- {sphere: {radius: 0.01}}\n" * 513)

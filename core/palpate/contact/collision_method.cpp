@@ -81,6 +81,11 @@ void CollisionMethod::post(const scene::Snapshot& scene, const Vec3& p_WT, const
 }
 
 void CollisionMethod::check(const scene::Snapshot& scene) const {
+  if (scene.objects.size() > Request{}.X_WO.size()) {
+    throw std::invalid_argument("contact: the paper's methods take at most " + std::to_string(kMaxContacts) +
+                                " objects, and the scene has " + std::to_string(scene.objects.size()) +
+                                "; use method proxy or penalty");
+  }
   for (const scene::Object& object : scene.objects) {
     if (object.surface->deformable() != nullptr) {
       throw std::invalid_argument("contact: object '" + object.name +

@@ -54,8 +54,8 @@ class CollisionMethod final : public Method {
  private:
   /// Tool state posted by step() for collide().
   struct Request {
-    std::array<Pose, scene::kMaxObjects> X_WO;  ///< poses of the objects
-    std::array<Vec3, scene::kMaxObjects> v_OT;  ///< velocity of the tool relative to each object, in O [m/s]
+    std::array<Pose, kMaxContacts> X_WO;  ///< poses of the objects
+    std::array<Vec3, kMaxContacts> v_OT;  ///< velocity of the tool relative to each object, in O [m/s]
     std::size_t objects = 0;
     Vec3 p_WT = Vec3::Zero();
     std::uint64_t number = 0;  ///< sequence number; 0: no request yet

@@ -104,6 +104,9 @@ std::unique_ptr<Method> make_method(std::string_view name, const Options& option
   if (!(options.radius > 0.0) || !std::isfinite(options.radius))
     throw std::invalid_argument("contact: radius must be a positive length in metres, got " +
                                 std::to_string(options.radius));
+  if (options.objects < 1 || options.objects > scene::kMaxObjects)
+    throw std::invalid_argument("contact: objects must be from 1 to " + std::to_string(scene::kMaxObjects) + ", got " +
+                                std::to_string(options.objects));
   std::string known;
   Maker make = nullptr;
   Registry::get().any([&](const Entry& entry) {

@@ -35,6 +35,7 @@ struct Options {
   double release = 0.05;        ///< `proxy`: deflection that releases a tool that passed through a closed object [m]
   double collision_rate = 250;  ///< rate of the collision thread, for the paper's methods [Hz]
   std::vector<ToolSphere> spheres{};  ///< spheres of the tool in addition to the SPR
+  int objects = 32;                   ///< largest number of objects in a scene, at most scene::kMaxObjects
   int sphere = 0;                     ///< index of the sphere that a method is for; Tool sets it
   bool real_objects = false;          ///< true: the tool touches the real objects instead of the virtual ones
 };

@@ -16,6 +16,7 @@ constexpr double kTouch = 1e-4;     // [r] tolerance of the clearance r: roundin
 constexpr double kShort = 1.5;      // [r] a shorter path crosses nothing when both ends are r away; 2 is the limit
 constexpr double kSameFace = 0.7;   // smallest cosine between normals that may follow each other within one tick
 constexpr double kTrust = 0.9;      // factor on two overlapping clearances: the distances of a grid are not exact
+constexpr double kFree = 0.5;       // factor on a clearance that a free tool may move without a query
 constexpr double kSameWall = 0.5;   // cosine: a wall whose normal turned by more is another wall
 constexpr double kEscape = 0.25;    // [r] step of a proxy whose centre is inside a second wall
 constexpr double kWallRange = 2.0;  // [r] nearer walls constrain the proxy
@@ -70,6 +71,17 @@ bool FieldProxy::follow_free_tool(const Vec3& g) noexcept {
   touching_ = started_inside_ = false;
   walls_ = 0;
   return true;
+}
+
+double FieldProxy::free_way(const Vec3& g) const noexcept {
+  return touching_ || started_inside_ || centre_ != g ? 0.0 : kFree * (tool_.distance - radius_);
+}
+
+void FieldProxy::follow(const scene::Surface& surface, const Vec3& g) noexcept {
+  if (surface_id_ != surface.id()) return;  // step() places the proxy anew
+  surface_ = &surface;
+  centre_ = g;
+  near_ = surface.nearest(g);
 }
 
 /// Moves the proxy to the point r above the surface point nearest to the tool, if this point is on the proxy's side and

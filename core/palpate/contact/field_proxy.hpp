@@ -34,6 +34,10 @@ class FieldProxy {
   /// Moves the proxy towards the tool at g [m] and returns the contact. radius: radius of the sphere [m]. release:
   /// deflection that releases a tool that has passed through the object [m].
   ProxyContact step(const scene::Surface& surface, const Vec3& g, double radius, double release) noexcept;
+  /// Distance that a free tool, which is at g [m], may move before step() does more than follow it [m]; 0 unless free.
+  [[nodiscard]] double free_way(const Vec3& g) const noexcept;
+  /// Lets the proxy follow a free tool to g [m] without a step, within free_way().
+  void follow(const scene::Surface& surface, const Vec3& g) noexcept;
   /// Derivative of the normal of the last step's contact with the tool's position g [1/m].
   [[nodiscard]] Mat3 normal_gradient(const Vec3& normal, const Vec3& g) const noexcept;
   /// True if the proxy started with the tool inside the object, until the tool is free.

@@ -128,6 +128,21 @@ bool ObjectProxy::follow_free_tool(const Vec3& g, double radius) noexcept {
   return true;
 }
 
+double ObjectProxy::free_way(const Vec3& g, double radius) noexcept {
+  if (touching_ || started_inside_ || centre_ != g) return 0.0;
+  const double range = lookout(radius);
+  if (near_.triangle < 0 && clear_ == range) {  // the last query looked no farther
+    clear_at_ = g;
+    clear_ = std::abs(mesh_->nearest_or_far(g, range).distance);
+  }
+  return clear_ - (g - clear_at_).norm() - radius - mesh_->impl().topology.height;
+}
+
+/// Range in which the proxy searches for triangles [m].
+double ObjectProxy::lookout(double radius) const noexcept {
+  return kQueryRange * radius + mesh_->impl().topology.height;
+}
+
 void ObjectProxy::set_constraint(int i, const scene::BvhHit& hit) noexcept {
   constraint_[to_index(i)].at = {hit.triangle, hit.v, hit.w};
   constraint_[to_index(i)].q = mesh_->impl().position(constraint_[to_index(i)].at);
@@ -188,7 +203,7 @@ double ObjectProxy::safe_step(double radius) const noexcept {
 /// Moves the centre towards the point nearest to g that the constraints allow. Returns false if the centre has not
 /// arrived after the last query.
 bool ObjectProxy::relax(const Vec3& g, double radius, double tolerance) noexcept {
-  const double lookout = kQueryRange * radius + mesh_->impl().topology.height;
+  const double range = lookout(radius);
   linearise(radius);
   active_ = project(half_space_.data(), constraint_count_, g, kSlack * radius);
   bool settled = false;
@@ -200,10 +215,10 @@ bool ObjectProxy::relax(const Vec3& g, double radius, double tolerance) noexcept
     set_centre(centre_ + step);
 
     // The nearest triangle and the known constraints determine the next target.
-    near_ = mesh_->impl().closest(centre_, lookout, seed_);
+    near_ = mesh_->impl().closest(centre_, range, seed_);
     if (near_.triangle >= 0) seed_ = near_.triangle;
     clear_at_ = centre_;
-    clear_ = near_.triangle >= 0 ? std::sqrt(near_.distance2) : lookout;
+    clear_ = near_.triangle >= 0 ? std::sqrt(near_.distance2) : range;
     linearise(radius);
     if (clear_ < radius) add_constraint(near_, radius);
     active_ = project(half_space_.data(), constraint_count_, g, kSlack * radius);

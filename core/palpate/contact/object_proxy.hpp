@@ -48,6 +48,10 @@ class ObjectProxy {
   /// Moves the proxy towards the tool at g [m] and returns the contact. radius: radius of the sphere [m]. release:
   /// deflection that releases a tool that has passed through a closed object [m].
   ProxyContact step(const scene::Mesh& mesh, const Vec3& g, double radius, double release) noexcept;
+  /// Distance that a free tool, which is at g [m], may move before step() does more than follow it [m]; 0 unless free.
+  [[nodiscard]] double free_way(const Vec3& g, double radius) noexcept;
+  /// Lets the proxy follow a free tool to g [m] without a step, within free_way().
+  void follow(const Vec3& g) noexcept { centre_ = tool_ = g; }
   /// Derivative of the normal of the last step's contact with the tool's position g [1/m].
   [[nodiscard]] Mat3 normal_gradient(const Vec3& normal, const Vec3& g, double radius) const noexcept;
   /// Motion of the proxy with its surface at the beginning of the last step, where the mesh moved [m].
@@ -74,6 +78,7 @@ class ObjectProxy {
   void set_centre(const Vec3& centre) noexcept;
   bool follow_free_tool(const Vec3& g, double radius) noexcept;
   [[nodiscard]] bool passed_through(const Vec3& g, double radius, double release) const noexcept;
+  [[nodiscard]] double lookout(double radius) const noexcept;
   [[nodiscard]] double safe_step(double radius) const noexcept;
   bool relax(const Vec3& g, double radius, double tolerance) noexcept;
   void set_constraint(int i, const scene::BvhHit& hit) noexcept;

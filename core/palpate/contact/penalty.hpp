@@ -7,6 +7,7 @@
 // Surface::nearest() and works on every surface.
 #pragma once
 
+#include "palpate/contact/broad_phase.hpp"
 #include "palpate/contact/contact.hpp"
 
 namespace palpate::contact {
@@ -14,13 +15,19 @@ namespace palpate::contact {
 /// Contact method without state; see the top of this file.
 class Penalty final : public Method {
  public:
-  explicit Penalty(const Options& options) : radius_(options.radius), sphere_(options.sphere) {}
-  void reset() noexcept override { set_ = ContactSet(); }
+  explicit Penalty(const Options& options) : radius_(options.radius), sphere_(options.sphere), near_(options.objects) {}
+  void reset() noexcept override {
+    set_ = ContactSet();
+    near_.reset();
+  }
   const ContactSet& step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT, double t) noexcept override;
 
  private:
+  double touch(const scene::Object& object, int index, const Vec3& p_WT, double t) noexcept;
+
   double radius_;
   int sphere_;
+  BroadPhase near_;
   ContactSet set_;
 };
 

@@ -13,6 +13,7 @@ namespace palpate::contact {
 void Proxy::reset() noexcept {
   for (int i = 0; i < object_count_; ++i) state_[to_index(i)] = ProxyState();
   object_count_ = 0;
+  near_.reset();
   set_ = ContactSet();
 }
 
@@ -30,10 +31,12 @@ void Proxy::record_path(std::vector<Vec3>* path) {
 const ContactSet& Proxy::step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& /*v_WT*/, double t) noexcept {
   set_.size = 0;
   set_.started_inside = false;
-  const int objects = std::min(static_cast<int>(scene.objects.size()), scene::kMaxObjects);
-  for (int i = 0; i < objects; ++i) touch(scene.objects[to_index(i)], i, scene.objects[to_index(i)].pose(t), p_WT);
-  for (int i = objects; i < object_count_; ++i) state_[to_index(i)] = ProxyState();
-  object_count_ = objects;
+  ++tick_;
+  near_.step(scene, p_WT, [&](int i) noexcept {
+    return touch(scene.objects[to_index(i)], i, scene.objects[to_index(i)].pose(t), p_WT);
+  });
+  for (int i = near_.objects(); i < object_count_; ++i) state_[to_index(i)] = ProxyState();
+  object_count_ = near_.objects();
   return set_;
 }
 
@@ -60,16 +63,29 @@ ObjectProxy::ProxyContact Proxy::on_soft(const scene::Deformable& soft, const Ob
   return {true, met.depth * met.normal, met.normal, met.depth, met.depth};
 }
 
-void Proxy::touch(const scene::Object& object, int index, const Pose& X_WO, const Vec3& p_WT) noexcept {
+/// Adds the contact with an object, if there is one. Returns the distance that the tool may move before the object has
+/// to be examined again [m].
+double Proxy::touch(const scene::Object& object, int index, const Pose& X_WO, const Vec3& p_WT) noexcept {
   ProxyState& state = state_[to_index(index)];
   const Vec3 p_OT = X_WO.R.transpose() * (p_WT - X_WO.p);
   const scene::Surface& surface = *object.surface;
+  if (state.tick + 1 != tick_) {  // the tool was free of the object since then
+    const Vec3 p_OT_before = state.X_WO.R.transpose() * (near_.before() - state.X_WO.p);
+    if (surface.mesh()) {
+      state.proxy.follow(p_OT_before);
+    } else {
+      state.field.follow(surface, p_OT_before);
+    }
+  }
+  state.tick = tick_;
+  state.X_WO = X_WO;
   ObjectProxy::ProxyContact touch = surface.mesh()
                                         ? state.proxy.step(*surface.mesh(), p_OT, options_.radius, options_.release)
                                         : state.field.step(surface, p_OT, options_.radius, options_.release);
   if (touch.touching && surface.deformable() != nullptr) touch = on_soft(*surface.deformable(), touch, p_OT);
   set_.started_inside |= surface.mesh() ? state.proxy.started_inside() : state.field.started_inside();
-  if (!touch.touching || set_.size == kMaxContacts) return;
+  if (!touch.touching) return surface.mesh() ? state.proxy.free_way(p_OT, options_.radius) : state.field.free_way(p_OT);
+  if (set_.size == kMaxContacts) return 0.0;
 
   Contact& c = set_.contact[to_index(set_.size++)];
   c = Contact();
@@ -85,6 +101,7 @@ void Proxy::touch(const scene::Object& object, int index, const Pose& X_WO, cons
     c.dn = X_WO.R * dn * X_WO.R.transpose();
   }
   if (surface.deformable() != nullptr) c.carried = X_WO.R * state.proxy.carried();
+  return 0.0;
 }
 
 }  // namespace palpate::contact

@@ -29,7 +29,8 @@ void shorten(Contact& c, const Vec3& p_WS, double share) noexcept {
 
 }  // namespace
 
-Tool::Tool(std::string_view method, const Options& options) : real_objects_(options.real_objects) {
+Tool::Tool(std::string_view method, const Options& options)
+    : real_objects_(options.real_objects), objects_(options.objects) {
   if (options.spheres.size() >= kMaxSpheres) {
     throw std::invalid_argument("contact: " + std::to_string(options.spheres.size()) +
                                 " spheres beside the one on the tip; a tool has at most " +
@@ -48,7 +49,7 @@ Tool::Tool(std::string_view method, const Options& options) : real_objects_(opti
     methods_.push_back(make_method(method, one));
   }
   if (methods_.front()->has_friction()) {
-    rubbing_.resize(methods_.size() * to_index(scene::kMaxObjects));
+    rubbing_.resize(methods_.size() * to_index(objects_));
     springs_.resize(rubbing_.size());
   }
 }
@@ -61,6 +62,15 @@ void Tool::reset() noexcept {
 
 void Tool::collide(const scene::Snapshot& scene) {
   for (const auto& method : methods_) method->collide(scene);
+}
+
+void Tool::check(const scene::Snapshot& scene) const {
+  if (scene.objects.size() > to_index(objects_)) {
+    throw std::invalid_argument("contact: the scene has " + std::to_string(scene.objects.size()) +
+                                " objects, and this loop was made for at most " + std::to_string(objects_) +
+                                "; start it with a scene of that size, or set ContactOptions.objects");
+  }
+  methods_.front()->check(scene);
 }
 
 const ContactSet& Tool::step(const scene::Snapshot& scene, const Vec3* p_WS, double t) noexcept {
@@ -124,7 +134,7 @@ void Tool::press_along_normal(Contact& c) const noexcept {
 
 /// Adds the friction, which holds the tool and its proxy back.
 void Tool::rub(Contact& c, const Vec3& p_WS, const scene::Object& object, double t) noexcept {
-  Rubbing& state = rubbing_[to_index(c.sphere * scene::kMaxObjects + c.object)];
+  Rubbing& state = rubbing_[to_index(c.sphere * objects_ + c.object)];
   const bool begins = state.tick + 1 != tick_ || state.surface != object.surface->id() || !state.rubs;
   if (begins) state = Rubbing();
   state.surface = object.surface->id();
@@ -165,7 +175,7 @@ void Tool::rub(Contact& c, const Vec3& p_WS, const scene::Object& object, double
 void Tool::keep_energy(Contact& c, const Vec3& p_WS, const scene::Object& object, double t) noexcept {
   const double k = object.material.K.mean();
   if (object.surface->deformable() != nullptr || !object.surface->is_exact() || !(k > 0.0)) return;
-  Spring& s = springs_[to_index(c.sphere * scene::kMaxObjects + c.object)];
+  Spring& s = springs_[to_index(c.sphere * objects_ + c.object)];
   const Pose X_WO = object.pose(t);
   const Vec3 x = X_WO.R.transpose() * (p_WS - X_WO.p), F = X_WO.R.transpose() * spring_force(c) / k;
   const double stored = spring_energy(c) / k;

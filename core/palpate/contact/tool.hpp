@@ -41,7 +41,7 @@ class Tool {
   void reset() noexcept;
   [[nodiscard]] bool asynchronous() const noexcept { return methods_.front()->asynchronous(); }
   void collide(const scene::Snapshot& scene);
-  void check(const scene::Snapshot& scene) const { methods_.front()->check(scene); }
+  void check(const scene::Snapshot& scene) const;
 
  private:
   /// Friction of a sphere on an object, and the tick in which they last touched. All vectors are in O [m].
@@ -83,10 +83,11 @@ class Tool {
   void keep_if_stronger(const Contact& contact) noexcept;
 
   std::vector<std::unique_ptr<Method>> methods_;
-  std::vector<Rubbing> rubbing_;  ///< kMaxObjects for each sphere; none for a method without friction
+  std::vector<Rubbing> rubbing_;  ///< objects_ for each sphere; none for a method without friction
   std::vector<Spring> springs_;   ///< as rubbing_
   std::uint64_t tick_ = 1;        ///< number of this step
   bool real_objects_;
+  int objects_;  ///< largest number of objects in a scene
   std::array<double, kMaxSpheres> radius_{};
   std::array<Vec3, kMaxSpheres> last_;  ///< p_WS of the previous step [m]
   double t_ = 0.0;

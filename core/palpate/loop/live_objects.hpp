@@ -23,6 +23,7 @@ struct RenderedScene {
   RenderedScene(std::shared_ptr<const scene::Snapshot> snapshot, std::uint64_t number,
                 const scene::Snapshot* before = nullptr)
       : given(std::move(snapshot)), objects(scene::with_own_deformables(*given, before)), epoch(number) {
+    scene::seal(objects);
     share.fill(1.0);
   }
 

@@ -9,9 +9,7 @@ namespace palpate::loop {
 
 void advance_soft(const scene::Snapshot& scene, const contact::Tool& tool, const ContactSet& contacts,
                   const force::ForceTerms& forces, double t, double dt) noexcept {
-  for (std::size_t k = 0; k < scene.objects.size(); ++k) {
-    scene::Deformable* const soft = scene.objects[k].surface->deformable();
-    if (soft == nullptr) continue;
+  scene::for_each_soft(scene, [&](std::size_t k, scene::Deformable& soft) noexcept {
     const Pose X_OW = scene.objects[k].pose(t).inverse();
     std::array<scene::SurfaceLoad, kMaxContacts> loads;
     std::size_t n = 0;
@@ -24,22 +22,20 @@ void advance_soft(const scene::Snapshot& scene, const contact::Tool& tool, const
                     X_OW.R * forces.F_contact[to_index(i)].f,
                     X_OW.R * c.material.K.cwiseProduct(c.lag_to_come)};
     }
-    soft->advance({loads.data(), n}, dt);
-  }
+    soft.advance({loads.data(), n}, dt);
+  });
 }
 
 scene::DeformableState soft_state(const scene::Snapshot& scene) noexcept {
   scene::DeformableState sum;
-  for (const scene::Object& object : scene.objects) {
-    const scene::Deformable* const soft = object.surface->deformable();
-    if (soft == nullptr) continue;
-    const scene::DeformableState one = soft->state();
+  scene::for_each_soft(scene, [&](std::size_t, scene::Deformable& soft) noexcept {
+    const scene::DeformableState one = soft.state();
     sum.potential += one.potential;
     sum.kinetic += one.kinetic;
     sum.hurried |= one.hurried;
     sum.frozen |= one.frozen;
     sum.late |= one.late;
-  }
+  });
   return sum;
 }
 

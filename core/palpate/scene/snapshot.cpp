@@ -1,8 +1,7 @@
 #include "palpate/scene/snapshot.hpp"
 
 #include <algorithm>
-
-#include "palpate/scene/deformable.hpp"
+#include <atomic>
 
 namespace palpate::scene {
 
@@ -19,6 +18,15 @@ Snapshot with_own_deformables(Snapshot scene, const Snapshot* before) {
     object.surface = kept != nullptr ? kept->surface : deformable->at_rest();
   }
   return scene;
+}
+
+void seal(Snapshot& scene) {
+  static std::atomic<std::uint64_t> last{0};
+  scene.revision = ++last;
+  scene.soft.clear();
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    if (scene.objects[i].surface->deformable() != nullptr) scene.soft.push_back(i);
+  }
 }
 
 }  // namespace palpate::scene

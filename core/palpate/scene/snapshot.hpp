@@ -1,12 +1,15 @@
 // An immutable description of the scene. It is never edited, but replaced as a whole.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "palpate/scene/approach.hpp"
+#include "palpate/scene/deformable.hpp"
 #include "palpate/scene/material.hpp"
 #include "palpate/scene/motion.hpp"
 #include "palpate/scene/surface.hpp"
@@ -15,7 +18,7 @@
 namespace palpate::scene {
 
 /// Maximum number of objects in a snapshot.
-inline constexpr int kMaxObjects = 32;
+inline constexpr int kMaxObjects = 512;
 
 /// One object of the scene: its surface, pose, material and motion.
 struct Object {
@@ -42,10 +45,26 @@ struct Object {
 /// All objects of the scene.
 struct Snapshot {
   std::vector<Object> objects;  ///< at most kMaxObjects objects
+  /// Unique number of a snapshot in which only live objects and soft bodies change; 0: any object may (seal).
+  std::uint64_t revision = 0;
+  std::vector<std::size_t> soft;  ///< indices of its soft bodies, unless revision is 0
 };
 
 /// A copy of `scene` with its own deformable surfaces, at rest, except that it takes those of `before` that have the
 /// same id.
 Snapshot with_own_deformables(Snapshot scene, const Snapshot* before = nullptr);
+/// Gives the snapshot its revision: from now on only its live objects and soft bodies change.
+void seal(Snapshot& scene);
+
+/// Calls visit(i, body) for each soft body, in the order of the objects.
+template <class Visit>
+void for_each_soft(const Snapshot& scene, Visit&& visit) noexcept {
+  const bool listed = scene.revision != 0;
+  const std::size_t count = listed ? scene.soft.size() : scene.objects.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t i = listed ? scene.soft[k] : k;
+    if (Deformable* const soft = scene.objects[i].surface->deformable(); soft != nullptr) visit(i, *soft);
+  }
+}
 
 }  // namespace palpate::scene

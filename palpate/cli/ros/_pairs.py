@@ -76,11 +76,14 @@ def run_pairs(command: Options, scene: Scene) -> int:
         summaries = pairs.close(pairs.stopped.is_set())
     each = scene.each_pair()
     if not any(summary.interrupted for summary in summaries.values()):  # Ctrl-C ends at once; palpate report writes it
-        summaries = {name: outcome.with_report(summary, each[name]) for name, summary in summaries.items()}
+        summaries = {
+            name: outcome.with_report(summary, outcome.wants_report(each[name], viewer=False))
+            for name, summary in summaries.items()
+        }
     for name, summary in summaries.items():
         say(console, name, "pair", "bold")
         console.print(summary_table(summary))
-        outcome.print_details(console, summary, scene.record.report)
+        outcome.print_details(console, summary)
     write_json(command.json, {"pairs": summaries})
     return 1 if failed else 0
 

@@ -112,9 +112,9 @@ class Command:
             line = stack.enter_context(HapticLine(console, session))
             summary = session.run(self.duration, on_progress=line)
         line.rest()
-        summary = outcome.with_report(summary, scene)
+        summary = outcome.with_report(summary, outcome.wants_report(scene, viewer=False))
         console.print(summary_table(summary))
-        outcome.print_details(console, summary, scene.record.report)
+        outcome.print_details(console, summary)
         write_json(self.json, summary)
         return 0
 

@@ -58,7 +58,7 @@ def run(
     out |= _percentiles("qp", _verify.time_qp(*_programs(ticks)))
     A, b, y0 = _programs(ticks)
     out |= _percentiles("qp_contradictory", _verify.time_qp(A, -b, y0))
-    out |= _percentiles("hundred_hard", _verify.time_guidance(_polytope(), _around(ticks), 1.0 / RATE))
+    out |= _percentiles("hundred_hard", _verify.time_guidance(polytope(), around(ticks), 1.0 / RATE))
     return out | {"kept": all(out[key] <= most for key, most in BUDGET.items())}
 
 
@@ -142,10 +142,10 @@ def _programs(n: int) -> tuple[Array, Array, Array]:
     return A, -rng.uniform(0.1, 1.0, (n, CONSTRAINTS)), 2.0 * rng.normal(size=(n, 6))
 
 
-def _polytope() -> _guidance.Fixtures:
-    """Forbidden half-spaces around a ball of 3 cm radius, which confine the tool."""
+def polytope(count: int = CONSTRAINTS) -> _guidance.Fixtures:
+    """`count` forbidden half-spaces around a ball of 3 cm radius, which confine the tool."""
     rng = np.random.default_rng(2)
-    normals = rng.normal(size=(CONSTRAINTS, 3))
+    normals = rng.normal(size=(count, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     policy = _core.Policy()
     policy.hard = True
@@ -164,7 +164,7 @@ def _wall(n: Array) -> _guidance.Geometry:
     return _guidance.PlacedGeometry(_guidance.SurfaceGeometry(_core.Plane()), X)
 
 
-def _around(ticks: int) -> Array:
+def around(ticks: int) -> Array:
     """Poses (ticks, 4, 4) that oscillate between the centre and 1 cm beyond the walls in changing directions."""
     t = np.arange(ticks) / RATE
     r = 0.04 * np.sin(0.5 * t)

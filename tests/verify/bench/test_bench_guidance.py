@@ -24,8 +24,8 @@ def test_quadratic_programs_are_active_and_the_cage_holds():
     assert min(steps) >= 1
     assert np.mean(steps) > 3
     stage = _guidance.Guidance()
-    cage = guidance._polytope()
+    cage = guidance.polytope()
     stage.take(cage)
-    X = guidance._around(4000)
+    X = guidance.around(4000)
     held = [stage.step(i * 1e-3, X[i], np.zeros(6), X[i])["correction"] for i in range(4000)]
     assert np.linalg.norm(held, axis=1).max() > 5e-3
