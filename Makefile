@@ -55,7 +55,7 @@ setup: .venv/.ready
 	@cd .venv/lib/python3*/site-packages && cat ros_*.dist-info/RECORD 2>/dev/null | grep -o '^[^/,]*\.egg-info' | sort -u | xargs -r rm -rf
 	@cd .venv/lib/python3*/site-packages && cat ros_*.dist-info/RECORD lark_parser-*.dist-info/RECORD pyyaml-*.dist-info/RECORD 2>/dev/null \
 	  | grep -o '^[^.,][^,]*\.py,' | tr -d , | ../../../bin/python -m compileall -q -i - >/dev/null || true
-	@.venv/bin/python -m palpate.ros.pykdl >/dev/null || true
+	@.venv/bin/palpate ros setup >/dev/null || true
 	@touch $@
 
 # Installs uv from the package index into a plain folder, or, where python3 has no pip, into a small environment, which

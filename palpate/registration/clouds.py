@@ -40,6 +40,16 @@ class Cloud:
         centred = near - near.mean(axis=1, keepdims=True)
         return np.asarray(np.linalg.eigh(np.einsum("nki,nkj->nij", centred, centred))[1][:, :, 0])
 
+    @cached_property
+    def for_small_gicp(self) -> tuple[Any, Any]:
+        """The points with normals as small_gicp takes them, and its search tree."""
+        import small_gicp
+
+        points = small_gicp.PointCloud(self.points)
+        tree = small_gicp.KdTree(points)
+        small_gicp.estimate_normals(points, tree)
+        return points, tree
+
     @property
     def noise(self) -> float:
         """Standard deviation of the points about their local planes, the median over the cloud [m]."""
@@ -49,6 +59,16 @@ class Cloud:
     def spacing(self) -> float:
         """Median distance between neighbours [m]."""
         return self.sampling.spacing
+
+    def sparse(self, n: int) -> Cloud:
+        """The cloud of the points of `thinned`, made once."""
+        if n not in self._sparse:
+            self._sparse[n] = Cloud(self.thinned(n))
+        return self._sparse[n]
+
+    @cached_property
+    def _sparse(self) -> dict[int, Cloud]:
+        return {}
 
     def rows(self, n: int) -> Indices:
         """About n rows, evenly from a random order that is always the same."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -72,7 +73,8 @@ def surface(
         RegistrationError: too few points, other units, a start that is not rigid.
         MissingExtraError: small_gicp is not installed.
     """
-    m, f = (Cloud(checks.cloud(name, p, least=50)) for name, p in (("moving", moving), ("fixed", fixed)))
+    m = Cloud(checks.cloud("moving", moving, least=50))
+    f = _prepared(checks.cloud("fixed", fixed, least=50).tobytes())
     checks.units(m.points, f.points)
     goals = np.zeros((0, 3)) if targets is None else checks.cloud("targets", targets, least=1)
     sigma = float(np.hypot(m.noise, f.noise)) if noise is None else noise
@@ -102,14 +104,22 @@ def surface(
     )  # fmt: skip
 
 
+@lru_cache(maxsize=2)
+def _prepared(points: bytes) -> Cloud:
+    """The cloud of these coordinates [m]: clouds come one after the other, and the surface stays.
+
+    The normals and trees of 40,000 points take as long as the registration.
+    """
+    return Cloud(np.frombuffer(points).reshape(-1, 3))
+
+
 def _minima(starts: Array, m: Cloud, f: Cloud, floor: float) -> tuple[Array, Array, list[int]]:
     """Poses of the distinct minima, their costs over the whole cloud [m^2], and their order."""
     few, more, many = (m.thinned(n) for n in (_COARSE, _MIDDLE, _FINE))
-    coarse = Cloud(f.thinned(5000))
     if len(starts) > _NEAR:
-        starts, cost = icp.iterate(starts, few[::2], Cloud(f.thinned(1500)), 4.0 * floor, 4)
+        starts, cost = icp.iterate(starts, few[::2], f.sparse(1500), 4.0 * floor, 4)
         starts = starts[np.argsort(cost)[:_NEAR]]
-    X, cost = icp.iterate(starts, few, coarse, 2.0 * floor, 12)
+    X, cost = icp.iterate(starts, few, f.sparse(5000), 2.0 * floor, 12)
     keep = icp.distinct(X, cost, few, 2.0 * _APART * floor)[:_KEPT]
     X, _ = icp.iterate(X[keep], more, f, floor, 15)
     cost = icp.costs(X, many, f, floor)
@@ -119,12 +129,10 @@ def _minima(starts: Array, m: Cloud, f: Cloud, floor: float) -> tuple[Array, Arr
 def _refined(X: Array, m: Cloud, f: Cloud, gate: float) -> Array:
     """The pose after small_gicp's point-to-plane registration with all points."""
     gicp = _small_gicp()
-    target, source = (gicp.PointCloud(c.points) for c in (f, Cloud(m.thinned(_FINE))))
-    tree = gicp.KdTree(target)
-    gicp.estimate_normals(target, tree)
+    target, tree = f.for_small_gicp
     found = gicp.align(
-        target, source, tree, X, registration_type="PLANE_ICP", max_correspondence_distance=gate,
-        max_iterations=50, rotation_epsilon=1e-6, translation_epsilon=1e-7,
+        target, gicp.PointCloud(m.thinned(_FINE)), tree, X, registration_type="PLANE_ICP",
+        max_correspondence_distance=gate, max_iterations=50, rotation_epsilon=1e-6, translation_epsilon=1e-7,
     )  # fmt: skip
     T = np.asarray(found.T_target_source, dtype=np.float64)
     return rigid(T[:3, :3], transform(T, np.zeros((1, 3)))[0])

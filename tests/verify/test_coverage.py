@@ -17,9 +17,9 @@ WITHOUT = {
     "path": "its deviations are distances of two given curves, computed exactly",
 }
 _INTERVAL = re.compile(r"_95$|^covariance$|_covariance$|interval|_low$|_high$|deviation|^std|_std|^p_|^uncertain$")
-_TRIALS = {"bench": 2, "payload": 2, "session": 1, "surface": 2, "tissue": 5}
+_TRIALS = {"bench": 2, "dynamics": 5, "payload": 2, "session": 1, "surface": 1, "tissue": 5}
 if LONG:
-    _TRIALS |= {"surface": 4, "tissue": 10}
+    _TRIALS |= {"dynamics": 10, "surface": 4, "tissue": 10}
 
 
 def commands_with_intervals() -> set[str]:
