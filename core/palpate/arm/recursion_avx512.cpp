@@ -2,7 +2,9 @@
 // Compiled without contraction to FMA: its results are those of the portable build, bit by bit.
 #include "palpate/arm/recursion.hpp"
 
-#if defined(__x86_64__)
+#if defined(__x86_64__) && defined(__clang__)  // clang knows the width as an option of the command line alone
+#define PALPATE_TARGET __attribute__((target("avx512f,avx512vl,avx512dq")))
+#elif defined(__x86_64__)
 #define PALPATE_TARGET __attribute__((target("avx512f,avx512vl,avx512dq,prefer-vector-width=256")))
 #else
 #define PALPATE_TARGET

@@ -21,8 +21,9 @@ alignas(64) inline constexpr Lanes kUnit[kLanes] = {{1},
 
 /// Compiles a function of plain loops twice, with and without AVX2; the loader chooses. The operations and their order
 /// are the same, so that both return the same bits. Not for the fuzz targets: a sanitizer instruments the function that
-/// chooses, and the loader calls it before the sanitizer's own functions have addresses.
-#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(PALPATE_FUZZ)
+/// chooses, and the loader calls it before the sanitizer's own functions have addresses. Not for clang, which wants the
+/// attribute at every declaration of a function, in headers too: it compiles the plain version alone.
+#if defined(__x86_64__) && defined(__gnu_linux__) && !defined(__clang__) && !defined(PALPATE_FUZZ)
 #define PALPATE_AVX2_TOO __attribute__((target_clones("avx2", "default")))
 #else
 #define PALPATE_AVX2_TOO
