@@ -23,7 +23,7 @@ ROOT = Path(__file__).resolve().parents[1]
 #: Headings of the site and their pages: those of docs by name, those of the root with a slash in front. A page that
 #: is in none of them is an error.
 NAVIGATION = {
-    "Start": "/index /examples/index comparison platforms viewer session",
+    "Start": "/index howto /examples/index comparison platforms viewer session",
     "Contact": "contact contact-* meshes slicer geometry wall oscillation",
     "Soft tissue": "tissue tissue-* soft-thread grasping",
     "Sensing and registration": "sensing camera scan frames registration registration-*",
@@ -34,7 +34,7 @@ NAVIGATION = {
     "ROS 2": "ros2 ros2-*",
     "Records and studies": "record metrics studies coverage operators paper requirements * json json/*",
     "Python": "/api/*",
-    "Project": "/ARCHITECTURE /NOTATION /CONTRIBUTING changes security /SECURITY /CHANGELOG",
+    "Project": "/ARCHITECTURE /NOTATION /CONTRIBUTING changes extending security /SECURITY /CHANGELOG",
 }
 _LINK = re.compile(r"(\]\()([^)#\s]+)((?:#[^)\s]*)?\))")
 

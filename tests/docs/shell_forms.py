@@ -23,6 +23,7 @@ LONG = {
     "cc": "",
     "palpate bench contact --organs": "--json r.json",
     "palpate bench contact": "--quick --json r.json",
+    "palpate bench growth": "--small --only fixtures",
     "palpate bench viewer": "--duration 1 --json r.json",
     "palpate calibrate dynamics": "",
     "palpate calibrate export": "",
@@ -64,6 +65,8 @@ LONG = {
     "palpate study wall": f"--hands 2 {_STUDY}",
     "palpate study zwidth": f"--rates 1000 --delays 0 {_STUDY}",
 }
+#: Those of LONG that read recordings which are not shipped (PALPATE_DATA).
+RECORDINGS = ("palpate study drift", "palpate bench contact --organs")
 #: Lines that a test of another file runs, below tests: they need a robot, a second process or a person's answer.
 ELSEWHERE = {
     "export ROS_SECURITY_KEYSTORE=$PWD/keys": "ros/test_dds_security.py",

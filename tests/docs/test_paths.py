@@ -12,7 +12,20 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-FOLDERS = ("core", "bindings", "palpate", "simulators", "models", "scenes", "examples", "docs", "tests", "tools", ".ci")
+FOLDERS = (
+    "core",
+    "bindings",
+    "palpate",
+    "simulators",
+    "models",
+    "scenes",
+    "examples",
+    "docs",
+    "tests",
+    "tools",
+    "ros2",
+    ".ci",
+)
 FILES = sorted(
     str(path.relative_to(ROOT))
     for folder in FOLDERS
