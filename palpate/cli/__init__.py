@@ -13,9 +13,9 @@ from palpate.errors import PalpateError, PalpateWarning
 
 #: Commands that `palpate --help` lists first, in this order; the others follow in alphabetical order.
 FIRST = (
-    "run", "replay", "report", "record", "metrics", "check", "frames", "certify", "study", "reproduce", "calibrate",
-    "identify", "register", "tracker", "device", "bench", "fuzz", "soak", "coverage", "ros", "plan", "export", "policy",
-    "path", "grid", "scan", "scenes", "schema", "cache", "doctor", "licenses", "completion",
+    "run", "replay", "report", "record", "metrics", "check", "frames", "certify", "study", "experiment", "reproduce",
+    "calibrate", "identify", "register", "tracker", "device", "bench", "fuzz", "soak", "coverage", "ros", "plan",
+    "export", "policy", "path", "grid", "scan", "scenes", "schema", "cache", "doctor", "licenses", "completion",
 )  # fmt: skip
 
 _DESCRIPTION = """\

@@ -19,6 +19,7 @@ OLDEST_GCC = 12
 _USES = {
     "calibrate": "palpate calibrate",
     "dask": "studies on a cluster",
+    "experiment": "the mixed model of palpate experiment",
     "files": "NIfTI, NRRD, 3MF, COLLADA and label maps",
     "haply": "the stand-in of Haply's service",
     "learning": "data sets of demonstrations, environments, policies",

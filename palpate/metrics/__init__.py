@@ -1,12 +1,13 @@
 """Measures of how somebody performed a task, from a record: one library for people and for simulated operators."""
 
 from palpate.metrics.force import ForceSensitivity, force_sensitivity
-from palpate.metrics.measures import summary
+from palpate.metrics.measures import Wanted, summary
 from palpate.metrics.scores import fls_peg_transfer, simulator_score
 from palpate.metrics.smoothness import log_dimensionless_jerk, movements, sparc
 
 __all__ = [
     "ForceSensitivity",
+    "Wanted",
     "fls_peg_transfer",
     "force_sensitivity",
     "log_dimensionless_jerk",

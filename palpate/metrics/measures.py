@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy.typing as npt
 
 from palpate.arrays import Array
 from palpate.arrays.peaks import SustainedPeak
+from palpate.arrays.polyline import distance
 from palpate.metrics.force import HARM, NEED, TOUCH, force_sensitivity
 from palpate.metrics.smoothness import log_dimensionless_jerk, movements, sparc
 from palpate.record import Record
@@ -30,11 +32,18 @@ _SIGNALS = (
 )
 _FORCES = (
     *("touches", "contact_s", "mean_force_N", "peak_force_N", "peak_50ms_N", "above_threshold_s", "impulse_Ns"),
-    *("force_per_path_N_per_m", "force_sensitivity", "excess", "peaks", "unsteady"),
+    *("force_per_path_N_per_m", "force_sensitivity", "excess", "peaks", "unsteady", "force_error_N"),
 )
 _NEEDED = {
     frozenset(("p_LH",)): ("path_hand_m",),
-    frozenset(("p_WT",)): ("path_tool_m", "movements", "sparc", "log_dimensionless_jerk", "force_per_path_N_per_m"),
+    frozenset(("p_WT",)): (
+        "path_tool_m",
+        "movements",
+        "sparc",
+        "log_dimensionless_jerk",
+        "force_per_path_N_per_m",
+        "path_error_m",
+    ),
     frozenset(("F_T_W", "F_touch_W")): _FORCES,
     frozenset(("status",)): ("clutches",),
     frozenset(("guidance_gap", "guidance_fixture")): ("margin_entries",),
@@ -44,8 +53,41 @@ _NEEDED = {
 _CLUTCHED = STATUS["clutched"][0]
 
 
+@dataclass(frozen=True)
+class Wanted:
+    """What a task asks for; a measure of what it does not ask for is NaN."""
+
+    force: float | None = None
+    """Force to hold [N]."""
+    path: Array | None = None
+    """(n, 3) way points in W [m]."""
+    normal: Array | None = None
+    """(3,) unit normal of the surface that the path lies on: distances along it do not count."""
+
+    def force_error(self, F: Array) -> float:
+        """Mean absolute error of the force (n,) in contact [N]."""
+        return float("nan") if self.force is None else _mean(np.abs(F - self.force))
+
+    def path_error(self, p: Array) -> float:
+        """rms distance of positions (n, 3) from the path [m]."""
+        if self.path is None or not len(p):
+            return float("nan")
+        flat = np.eye(3) if self.normal is None else np.eye(3) - np.outer(self.normal, self.normal)
+        away, _ = distance(p[np.isfinite(p).all(axis=1)] @ flat, np.concatenate([self.path[:1], self.path]) @ flat)
+        return float(np.sqrt(np.square(away).mean()))
+
+
+NOTHING = Wanted()
+"""A task that asks for no force and no path."""
+
+
 def summary(
-    record: Record | str | Path, *, need: float = NEED, harm: float = HARM, threshold: float = NEED
+    record: Record | str | Path,
+    *,
+    need: float = NEED,
+    harm: float = HARM,
+    threshold: float = NEED,
+    wanted: Wanted = NOTHING,
 ) -> dict[str, float]:
     """Measures of how a task was performed.
 
@@ -54,6 +96,7 @@ def summary(
         need: force that the task needs [N].
         harm: force above which the tissue is harmed [N].
         threshold: force above which time is counted [N].
+        wanted: force and path that the task asks for, for the errors.
 
     Returns:
         In SI units, by names that end in their unit (docs/metrics.md). A record of any length needs memory for
@@ -66,7 +109,7 @@ def summary(
     taken = _Taken(record.rate)
     for ticks in record.blocks(_SIGNALS):
         taken.add(ticks)
-    found = taken.measures(need, harm, threshold)
+    found = taken.measures(need, harm, threshold, wanted)
     lacking = {name for need_of, names in _NEEDED.items() if not record.signals.keys() >= need_of for name in names}
     return {name: float("nan") if name in lacking else value for name, value in found.items()}
 
@@ -96,7 +139,7 @@ class _Taken:
         self.margin.add((ticks["guidance_fixture"] >= 0) & (ticks["guidance_gap"] < 0.0))
         self.drop.add(ticks["holding"] == 0, begun=True)
 
-    def measures(self, need: float, harm: float, threshold: float) -> dict[str, float]:
+    def measures(self, need: float, harm: float, threshold: float, wanted: Wanted = NOTHING) -> dict[str, float]:
         """The measures of all ticks."""
         rate, F = self.rate / self.every, np.concatenate([*self.force, np.zeros(0, np.float32)])
         hand, tool = (np.concatenate([*rows, np.empty((0, 3))]) for rows in (self.hand, self.tool))
@@ -123,6 +166,8 @@ class _Taken:
             "excess": sensitivity.excess,
             "peaks": sensitivity.peaks,
             "unsteady": sensitivity.unsteady,
+            "force_error_N": wanted.force_error(touching),
+            "path_error_m": wanted.path_error(tool),
         }
 
 

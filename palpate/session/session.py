@@ -11,8 +11,9 @@ from typing import Any
 import numpy as np
 
 from palpate import _core, stop_signals
+from palpate.arrays import Array
 from palpate.errors import PalpateError, SceneError, StateError
-from palpate.record.ticks import as_ticks
+from palpate.record.ticks import Ticks, as_ticks
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.sensing.source import Clouds
@@ -109,6 +110,22 @@ class Session(LiveSession):
         self._take(as_ticks(self._advance(n)))
         return self.state
 
+    def lead(self, n: int, hand_W: Array) -> Ticks:
+        """Run `n` ticks in lockstep while an operator model moves the hand; the record stays open.
+
+        Args:
+            n: number of ticks.
+            hand_W: (n, 3) displacement of the hand from its path in W at the end of each tick [m].
+
+        Returns:
+            The ticks (n,), or fewer while the session is paused.
+        """
+        self._require_idle()
+        self._require_own_clock()
+        ticks = as_ticks(self._advance(n, np.ascontiguousarray(hand_W)))
+        self._take(ticks)
+        return ticks
+
     def exchange_tool(self, model: str) -> None:
         """Mount another instrument on the follower (docs/session.md#tool-exchange).
 
@@ -149,12 +166,12 @@ class Session(LiveSession):
                 mend="run in real time: palpate run --realtime, or session.run(realtime=True)",
             )
 
-    def _advance(self, n: int) -> Rows:
-        """Run `n` ticks; trackers and sensors are read every `PERIOD`."""
+    def _advance(self, n: int, hand_W: Array | None = None) -> Rows:
+        """Run `n` ticks, with the hand as in `lead`; trackers and sensors are read every `PERIOD`."""
         beside = self.tracking is not None or self.sensing is not None or self.camera is not None
         if not beside and not self.takes_snapshots and not self._executes:
-            return self._sim.run(n)
-        size, done = max(1, round(PERIOD * self.rate)), []
+            return self._sim.run(n) if hand_W is None else self.simulation.run(n, hand_W)
+        size, done, at = max(1, round(PERIOD * self.rate)), [], 0
         while n > 0:
             if self._ticks_to_tracking == 0:
                 for part in (self.tracking, self.sensing):
@@ -165,8 +182,9 @@ class Session(LiveSession):
                 self._look_ahead()
                 self._ticks_to_tracking = size
             some = min(self._ticks_to_tracking, n)
-            done.append(self._sim.run(some))
-            n, self._ticks_to_tracking = n - some, self._ticks_to_tracking - some
+            led = None if hand_W is None else hand_W[at : at + some]
+            done.append(self._sim.run(some) if led is None else self.simulation.run(some, led))
+            n, at, self._ticks_to_tracking = n - some, at + some, self._ticks_to_tracking - some
         return np.concatenate(done)
 
     @property

@@ -1,15 +1,13 @@
 """The journal of a sweep: an append-only file with one line per finished point, written immediately.
 
 The first line identifies the sweep. Each line begins with its CRC-32, so that a line truncated by a kill or a full
-disk is detected; its point is computed again.
+disk is detected (`palpate.sweep.lines`); its point is computed again.
 """
 
 from __future__ import annotations
 
-import fcntl
 import inspect
 import json
-import os
 import pickle
 import time
 import warnings
@@ -18,13 +16,12 @@ from hashlib import sha256
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
-from zlib import crc32
 
-from palpate import limits
 from palpate.arrays.plain import plain
-from palpate.errors import JournalError, OutputError, PalpateWarning, SweepError
+from palpate.errors import JournalError, PalpateWarning
 from palpate.sweep.grid import Scalar
-from palpate.sweep.work import PointResult, Values, Work
+from palpate.sweep.lines import Lines
+from palpate.sweep.work import PointResult, Work
 
 SYNC_SECONDS = 0.5
 """Time between two calls of fsync [s]. A killed process loses nothing; a power cut loses at most this time of work."""
@@ -112,35 +109,20 @@ class Journal:
     def __init__(self, path: Path, mark: Fingerprint) -> None:
         self.path, self.done = path, {}  # type: tuple[Path, dict[int, PointResult]]
         self._synced = time.monotonic()
+        self._lines = Lines(path)
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            if path.exists():
-                limits.require_file(path)
-            self._file = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
-        except OSError as error:
-            raise _refusal(path, error) from None
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
             self._take_up(mark)
-        except BlockingIOError:
-            os.close(self._file)
-            why = "another process is writing it"
-            raise SweepError("the journal is in use", where=str(path), why=why, mend="wait for its end") from None
         except BaseException:
-            os.close(self._file)
+            self._lines.close()
             raise
 
     def _take_up(self, mark: Fingerprint) -> None:
-        data = limits.read_bytes(self.path)
-        whole = data.rfind(b"\n") + 1
-        if not data:
-            self._write([plain(mark)])
+        if self._lines.empty:
+            self._lines.append([plain(mark)])
             return
-        lines = data[:whole].splitlines()
-        _require_same(_read(lines[0]) if lines else None, mark, self.path)
-        os.ftruncate(self._file, whole)  # removes an incomplete last line
-        os.lseek(self._file, 0, os.SEEK_END)
-        entries = [_read(line) for line in lines[1:]]
+        first, entries = self._lines.entries[:1], self._lines.entries[1:]
+        _require_same(first[0] if first else None, mark, self.path)
+        self._lines.take_up()
         self.done = {e["point"]: PointResult(e["point"], e["values"]) for e in entries if e is not None}
         if broken := entries.count(None):
             what, mend = f"{broken} broken lines", "nothing to do: their points are computed again"
@@ -152,21 +134,12 @@ class Journal:
         Raises:
             OutputError: the file cannot be written.
         """
-        self._write([{"point": a.point, "values": a.values} for a in answers if a.values is not None])
+        self._lines.append([{"point": a.point, "values": a.values} for a in answers if a.values is not None])
         if time.monotonic() - self._synced > SYNC_SECONDS:
             self._sync()
 
-    def _write(self, entries: list[Values]) -> None:
-        texts = [json.dumps(entry, separators=(",", ":")).encode() for entry in entries]
-        lines = b"".join(b"%08x %s\n" % (crc32(text), text) for text in texts)
-        try:
-            while lines:
-                lines = lines[os.write(self._file, lines) :]
-        except OSError as error:
-            raise _refusal(self.path, error) from None
-
     def _sync(self) -> None:
-        os.fsync(self._file)
+        self._lines.sync()
         self._synced = time.monotonic()
 
     def __enter__(self) -> Self:
@@ -180,12 +153,7 @@ class Journal:
         try:
             self._sync()
         finally:
-            os.close(self._file)
-
-
-def _read(line: bytes) -> Any:
-    crc, _, text = line.partition(b" ")
-    return json.loads(text) if b"%08x" % crc32(text) == crc else None
+            self._lines.close()
 
 
 def _require_same(found: Any, mark: Fingerprint, path: Path) -> None:
@@ -206,7 +174,3 @@ def _short(value: Any) -> str:
 
 def _no_journal(path: Path) -> JournalError:
     return JournalError("this is not a journal of a sweep", where=str(path), mend="name another file")
-
-
-def _refusal(path: Path, error: OSError) -> OutputError:
-    return OutputError("the journal cannot be written", where=str(path), why=error.strerror or str(error))

@@ -69,6 +69,7 @@ LONG = {
 RECORDINGS = ("palpate study drift", "palpate bench contact --organs")
 #: Lines that a test of another file runs, below tests: they need a robot, a second process or a person's answer.
 ELSEWHERE = {
+    "palpate experiment": "experiment/test_experiment_command.py",
     "export ROS_SECURITY_KEYSTORE=$PWD/keys": "ros/test_dds_security.py",
     "make setup": "../Makefile",
     "palpate device bench": "devices/test_bench.py",

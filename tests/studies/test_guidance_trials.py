@@ -5,10 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from palpate.arrays.polyline import evenly
 from palpate.operators import person
 from palpate.studies.guidance import cues, effects
 from palpate.studies.guidance import work as guidance
-from palpate.studies.guidance.tasks import OFFSET_AXIS, RADIUS, TASKS, _evenly, _waypoints
+from palpate.studies.guidance.tasks import OFFSET_AXIS, RADIUS, TASKS, _waypoints
 
 
 @pytest.fixture
@@ -108,7 +109,7 @@ def test_the_wall_of_a_passage_surrounds_it_and_both_its_ends(task):
 def test_evenly_spaced_points_keep_the_ends_and_the_length_of_a_curve():
     u = np.linspace(0.0, np.pi, 2000) ** 2 / np.pi  # unevenly spaced
     arc = np.column_stack([0.02 * np.cos(u), 0.02 * np.sin(u), 0.0 * u])
-    points = _evenly(arc, 0.001)
+    points = evenly(arc, 0.001)
     np.testing.assert_allclose(points[[0, -1]], arc[[0, -1]], atol=1e-12)
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
     np.testing.assert_allclose(steps, 0.02 * np.pi / 62, rtol=1e-3)

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from palpate import _core
+from palpate.arrays.polyline import distance
 from palpate.operators import Trial
 from palpate.record.ticks import as_ticks
 from palpate.studies.guidance import effects as guidance_effects
@@ -17,7 +18,7 @@ from palpate.studies.guidance.assumptions import assumptions
 from palpate.studies.guidance.assumptions import tables as assumption_tables
 from palpate.studies.guidance.conformance import entered, entry_words
 from palpate.studies.guidance.cues import cued
-from palpate.studies.guidance.tasks import SCALE, TASKS, distance, sleeve
+from palpate.studies.guidance.tasks import SCALE, TASKS, sleeve
 from palpate.studies.guidance.words import tables
 from palpate.studies.guidance.yields import yielding
 from palpate.sweep import sweep

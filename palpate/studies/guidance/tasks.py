@@ -15,6 +15,7 @@ import numpy as np
 from palpate import _core
 from palpate.arrays import Array
 from palpate.arrays.plain import Content
+from palpate.arrays.polyline import distance, evenly
 from palpate.arrays.so3 import unit
 from palpate.operators import Errand
 from palpate.studies.guidance.result import Purpose
@@ -65,19 +66,6 @@ class Task:
         }
 
 
-def distance(p: Array, path: Array) -> tuple[Array, Array]:
-    """Distances (n,) from points (n, 3) to a polyline (m, 3), and the nearest points (n, 3) on the polyline."""
-    a, d = path[:-1], np.diff(path, axis=0)
-    best, where = np.full(len(p), np.inf), np.zeros_like(p)
-    for begin, step in zip(a, d, strict=True):
-        share = np.clip((p - begin) @ step / (step @ step), 0.0, 1.0)
-        q = begin + share[:, None] * step
-        away = np.linalg.norm(p - q, axis=1)
-        closer = away < best
-        best[closer], where[closer] = away[closer], q[closer]
-    return best, where
-
-
 def sleeve(path: Array, inner: Array, thickness: float, sides: int = 24) -> _core.Mesh:
     """A closed tube mesh along a path (n, 3) with inner radii (n,) and a solid wall of ``thickness`` [m]."""
     along = np.gradient(path, axis=0)
@@ -103,13 +91,6 @@ def sleeve(path: Array, inner: Array, thickness: float, sides: int = 24) -> _cor
     return _core.Mesh(vertices, triangles)
 
 
-def _evenly(curve: Array, step: float = 0.0005) -> Array:
-    """The curve (n, 3), resampled with the spacing ``step`` [m]."""
-    s = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(curve, axis=0), axis=1))])
-    at = np.linspace(0.0, s[-1], int(s[-1] / step) + 1)
-    return np.column_stack([np.interp(at, s, curve[:, j]) for j in range(3)])
-
-
 def _waypoints(path: Array, offset: Array, every: int = 10) -> list[list[float]]:
     kept = np.concatenate([path[:-1:every], path[-1:]])
     return [[float(v) for v in point] for point in kept + offset]
@@ -119,9 +100,9 @@ def ring_on_wire() -> Task:
     """Move a ring of 6 mm inner diameter along a wire of 2 mm; its centre has 2 mm of clearance to every side."""
     u, clear = np.linspace(0.0, 1.0, 400), 0.002
     curve = [0.04 * (u - 0.5), 0.004 * np.sin(2 * np.pi * u), 0.03 + 0.005 * np.sin(np.pi * (u - 0.2))]
-    wire = _evenly(np.column_stack(curve))
+    wire = evenly(np.column_stack(curve))
     ends = 0.008 * unit(wire[1] - wire[0]), 0.008 * unit(wire[-1] - wire[-2])
-    hose = _evenly(np.concatenate([wire[:1] - ends[0], wire, wire[-1:] + ends[1]]), 0.0015)
+    hose = evenly(np.concatenate([wire[:1] - ends[0], wire, wire[-1:] + ends[1]]), 0.0015)
     return Task(
         "ring on a wire",
         Errand(wire, np.full(len(wire), 2 * clear), 1500.0),
@@ -137,7 +118,7 @@ def tracing() -> Task:
     """Trace a curve on soft tissue with 0.5 N; everything more than 1.5 mm from the curve is forbidden."""
     u, press, K = np.linspace(0.0, 1.0, 400), 0.5, 400.0
     curve = [0.04 * (u - 0.5), 0.004 * np.sin(3 * np.pi * u), np.full(len(u), RADIUS - press / K)]
-    line = _evenly(np.column_stack(curve))
+    line = evenly(np.column_stack(curve))
     return Task(
         "line on soft tissue",
         Errand(line, np.full(len(line), 0.003), K, press),
@@ -154,7 +135,7 @@ def palpation() -> Task:
     near = -vessel - margin - 0.0004
     corners = np.array([[-0.016, -0.016], [near, -0.012], [near, 0.012], [-0.016, 0.016]])
     z = RADIUS - press / K
-    line = _evenly(np.column_stack([corners, np.full(len(corners), z)]))
+    line = evenly(np.column_stack([corners, np.full(len(corners), z)]))
 
     def guidance(offset: Array, hard: bool) -> list[Content]:
         return [
@@ -183,12 +164,12 @@ def insertion() -> Task:
     """Insert along a narrowing passage: 7 mm of clearance to every side at the entry, 1.2 mm at the target."""
     entry, target = np.array([0.0, 0.0, 0.050]), np.array([0.012, 0.006, 0.010])
     axis, length = unit(target - entry), float(np.linalg.norm(target - entry))
-    line, wide, narrow = _evenly(np.array([entry, target])), 0.007, 0.0012
+    line, wide, narrow = evenly(np.array([entry, target])), 0.007, 0.0012
 
     def clear(p: Array) -> Array:
         return np.asarray(narrow + (wide - narrow) * np.clip(1.0 - (p - entry) @ axis / length, 0.0, 1.2))
 
-    beyond = _evenly(np.array([entry - 0.004 * axis, target + 0.006 * axis]), 0.002)
+    beyond = evenly(np.array([entry - 0.004 * axis, target + 0.006 * axis]), 0.002)
 
     return Task(
         "insertion to a target",
