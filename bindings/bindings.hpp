@@ -20,6 +20,7 @@ void bind_plant(nanobind::module_& m);
 void bind_surfaces(nanobind::module_& m);
 void bind_scene(nanobind::module_& m);
 void bind_simulation(nanobind::module_& m);
+void bind_bodies(nanobind::module_& m);
 void bind_stability(nanobind::module_& m);
 void bind_torque(nanobind::module_& m);
 void bind_world(nanobind::module_& m);

@@ -77,6 +77,8 @@ void bind_controls(nb::module_& m) {
       .def_rw("damping_scale", &Controls::damping_scale, "Factor on the damping of every object [-]."_doc)
       .def_rw("guidance", &Controls::guidance,
               "Position of the guidance pedal, 0-1, for fixtures with a ramp by pedal [-]."_doc)
+      .def_rw("hand_pinch", &Controls::hand_pinch,
+              "Pinch angle of the simulated hand instead of its path's [rad]; NaN: as the path says."_doc)
       .def_rw("p_hand_offset_W", &Controls::p_hand_offset_W,
               "Offset added to the hand's intended position (3,) [m]."_doc);
 }

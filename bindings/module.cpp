@@ -20,6 +20,7 @@ NB_MODULE(_core, m) {
   palpate::bindings::bind_torque(m);
   palpate::bindings::bind_loop(m);
   palpate::bindings::bind_simulation(m);
+  palpate::bindings::bind_bodies(m);
   palpate::bindings::bind_crtk(m);
   palpate::bindings::bind_device(m);
 }

@@ -76,6 +76,7 @@ std::vector<Table> run_in_turns(const std::vector<Simulation*>& pairs, std::size
     while (done < n_ticks && std::none_of(pairs.begin(), pairs.end(), is_paused)) {
       for (std::size_t i = 0; i < pairs.size(); ++i) pairs[i]->run(1, &ticks[i][done]);
       for (Simulation* pair : pairs) pair->publish();
+      if (loop::Bodies* bodies = pairs.front()->bodies()) bodies->advance(1.0 / pairs.front()->options().rate);
       ++done;
     }
   }

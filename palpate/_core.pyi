@@ -2806,6 +2806,15 @@ class Controls:
     def guidance(self, arg: float, /) -> None: ...
 
     @property
+    def hand_pinch(self) -> float:
+        """
+        Pinch angle of the simulated hand instead of its path's [rad]; NaN: as the path says.
+        """
+
+    @hand_pinch.setter
+    def hand_pinch(self, arg: float, /) -> None: ...
+
+    @property
     def p_hand_offset_W(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
         """Offset added to the hand's intended position (3,) [m]."""
 
@@ -3440,6 +3449,175 @@ def nearest_points(
     q1: Annotated[NDArray[numpy.float64], "(3,)"],
 ) -> tuple[Annotated[NDArray[numpy.float64], "(3,)"], Annotated[NDArray[numpy.float64], "(3,)"]]:
     """Nearest points (3,) [m] of the segments p0-p1 and q0-q1."""
+
+class EngineBody:
+    """Arrays of a free body inside an engine."""
+
+    def __init__(
+        self,
+        pose: Annotated[NDArray[numpy.float64], "(:,)"],
+        velocity: Annotated[NDArray[numpy.float64], "(:,)"],
+        load: Annotated[NDArray[numpy.float64], "(:,)"],
+        com: Annotated[NDArray[numpy.float64], "(3,)"],
+    ) -> None:
+        """
+        pose (7,): position [m], quaternion w x y z, in W; velocity (6,): linear in W [m/s], angular in the body
+        [rad/s]; load (6,): force [N], torque [N m] at the centre of mass, in W; com (3,) in the body [m].
+        """
+
+class EngineTool:
+    """A virtual tool inside an engine."""
+
+    def __init__(
+        self,
+        body: EngineBody,
+        jaws: Sequence[Annotated[NDArray[numpy.float64], "(:,)"]],
+        ratios: Sequence[float],
+        grips: Sequence[Annotated[NDArray[numpy.float64], "(:,)"]],
+        bodies: int,
+    ) -> None:
+        """
+        jaws: goal (1,) of each jaw's drive [rad]; ratios: goal per jaw angle; grips: (4 * bodies,) contact of each jaw
+        with each body, found and force (3,) [N].
+        """
+
+class MovingBody:
+    """A body that moves, and the spheres with which it touches the objects."""
+
+    def __init__(self, body: EngineBody, spheres: Sequence[ToolSphere]) -> None:
+        """
+        spheres: in the body's frame; none: the body passes through the objects.
+        """
+
+class BodiesOptions:
+    """Engine and coupling of the rigid bodies."""
+
+    def __init__(self) -> None: ...
+
+    def set_engine(self, step: int, model: int, data: int) -> None:
+        """Addresses of the function step(model, data) and of its arguments."""
+
+    @property
+    def period(self) -> float:
+        """Step of the engine [s]."""
+
+    @period.setter
+    def period(self, arg: float, /) -> None: ...
+
+    @property
+    def stiffness(self) -> float:
+        """Stiffness of the coupling [N/m]."""
+
+    @stiffness.setter
+    def stiffness(self, arg: float, /) -> None: ...
+
+    @property
+    def damping(self) -> float:
+        """Damping of the coupling [N s/m]."""
+
+    @damping.setter
+    def damping(self, arg: float, /) -> None: ...
+
+    @property
+    def stiffness_w(self) -> float:
+        """Stiffness against rotation [N m/rad]."""
+
+    @stiffness_w.setter
+    def stiffness_w(self, arg: float, /) -> None: ...
+
+    @property
+    def damping_w(self) -> float:
+        """Damping against rotation [N m s/rad]."""
+
+    @damping_w.setter
+    def damping_w(self, arg: float, /) -> None: ...
+
+    @property
+    def force_max(self) -> float:
+        """Largest force of the coupling's spring [N]."""
+
+    @force_max.setter
+    def force_max(self, arg: float, /) -> None: ...
+
+    @property
+    def release(self) -> float:
+        """Distance at which a stuck virtual tool is put back [m]."""
+
+    @release.setter
+    def release(self, arg: float, /) -> None: ...
+
+    @property
+    def low(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """Lowest corner of the field (3,) in W [m]."""
+
+    @low.setter
+    def low(self, arg: Annotated[NDArray[numpy.float64], "(3,)"], /) -> None: ...
+
+    @property
+    def high(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """Highest corner of the field (3,) in W [m]."""
+
+    @high.setter
+    def high(self, arg: Annotated[NDArray[numpy.float64], "(3,)"], /) -> None: ...
+
+    @property
+    def tools(self) -> list[EngineTool]:
+        """The virtual tools; assign the whole list."""
+
+    @tools.setter
+    def tools(self, arg: Sequence[EngineTool], /) -> None: ...
+
+    @property
+    def bodies(self) -> list[MovingBody]:
+        """The bodies that move; assign the whole list."""
+
+    @bodies.setter
+    def bodies(self, arg: Sequence[MovingBody], /) -> None: ...
+
+class Bodies:
+    """Rigid bodies beside the loops: see bodies.hpp."""
+
+    def __init__(self, options: BodiesOptions, snapshot: Snapshot) -> None: ...
+
+    def advance(self, dt: float) -> None:
+        """Lockstep: advances the engine by dt [s]."""
+
+    def drive(
+        self,
+        tool: int,
+        X_WT: Annotated[NDArray[numpy.float64], "(4, 4)"],
+        jaw: float,
+    ) -> tuple[Annotated[NDArray[numpy.float64], "(3,)"], Annotated[NDArray[numpy.float64], "(3,)"]]:
+        """
+        For a tool without a loop: sets its pose (4, 4) and jaw angle [rad]; returns force (3,) [N] and torque (3,) [N
+        m] of the coupling on it.
+        """
+
+    def start(self) -> None:
+        """Steps the engine in a thread."""
+
+    def stop(self) -> None:
+        """Ends the thread."""
+
+    @property
+    def running(self) -> bool:
+        """True while the thread runs."""
+
+    def states(self) -> dict[str, Any]:
+        """
+        Newest states: t [s], poses (n, 7), lost (n,), grip (tools, n): force of the weaker jaw on each body [N],
+        delivered: energy given to the engine by the couplings [J].
+        """
+
+    def step_time(self) -> dict[str, Any]:
+        """Compute time of the engine's steps [us]: p50, p99, p999, max."""
+
+def join_bodies(simulations: Sequence[Simulation], bodies: Bodies) -> None:
+    """
+    Puts the tools of simulations among rigid bodies, in the order of the tools.
+    """
+
+MAX_BODIES: int = 48
 
 class WatchOptions:
     """Limits within which a stream of stamped messages is trusted."""

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 from palpate.cli._pedals import pedals
+from palpate.cli._task import task_of, with_result
 from palpate.console.output import console_for, say, write_json
 from palpate.errors import PalpateError
 
@@ -34,6 +35,7 @@ class Options(Protocol):
     pedals: str | None
     port: int
     host: str
+    task: Any
 
 
 def run_pairs(command: Options, scene: Scene, viewer: bool) -> int:
@@ -59,7 +61,7 @@ def run_pairs(command: Options, scene: Scene, viewer: bool) -> int:
     else:
         session = _session(command, scene, lambda line: None)
         summary = _report(console, scene, viewer, _run(command, console, session, realtime=command.realtime))
-    write_json(command.json, summary)
+    write_json(command.json, with_result(summary, command.task, console))
     return outcome.exit_code(*summary.pairs.values())
 
 
@@ -70,6 +72,7 @@ def _session(command: Options, scene: Scene, say_progress: Callable[[str], None]
 
     say_progress("reading surfaces, placing arms and planning the paths")
     session = PairsSession(scene, out=command.out or Path(scene.record.folder), seed=command.seed)
+    command.task = task_of(session)
     say_progress("computing the stability certificates")
     for k, rig in enumerate(session.rigs.values()):
         if k == 0:  # the pairs share the objects

@@ -8,11 +8,13 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
-from tyro.conf import Positional, arg
+from tyro.conf import Positional, Suppress, arg
 
 from palpate.cli._pedals import pedals
+from palpate.cli._task import drawn as _with_task
+from palpate.cli._task import task_of, with_result
 from palpate.console import HOST, PORT
 from palpate.errors import PalpateError
 
@@ -77,6 +79,8 @@ class Command:
     """Foot switches, keyboards or gamepads as pedals, several in quotes, e.g. footswitch:/dev/input/event7."""
     port: int = PORT
     """Port of the viewer; the next free one when it is taken."""
+    task: Suppress[Any] = None
+    """The task of the scene, while it runs."""
     host: str = HOST
     """Address on which the viewer listens: 127.0.0.1 for this machine only; others ask for the printed token."""
 
@@ -93,7 +97,7 @@ class Command:
         if viewer:
             require_viewer()
         require_writable(self.json)
-        scene = Scene.load(self.scene, self.trust)
+        scene = _with_task(Scene.load(self.scene, self.trust), self.seed)
         if self.leader is not None:
             scene = self._with_leader(scene)
         if self.plan is not None and (scene.pairs or scene.arms.leader.driver is not None):
@@ -114,7 +118,7 @@ class Command:
         else:
             wanted = outcome.wants_report(scene, viewer)
             summary = _report(console, wanted, self._run(self._session(scene), console, self.realtime))
-        write_json(self.json, summary)
+        write_json(self.json, with_result(summary, self.task, console))
         return outcome.exit_code(summary)
 
     def _with_leader(self, scene: Scene) -> Scene:
@@ -140,6 +144,7 @@ class Command:
             build.messages(say)
         say("reading surfaces, placing arms and planning the path")
         session = Session(scene, out=self.out or Path(scene.record.folder), seed=self.seed)
+        self.task = task_of(session)
         if self.plan is not None:
             from palpate.planning import load
 

@@ -10,6 +10,7 @@ from palpate import _core
 from palpate.arrays import Array
 from palpate.errors import PalpateError, SceneError
 from palpate.record.ticks import STATUS, Timing
+from palpate.scene import held
 from palpate.scene.port import Port, apply
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
@@ -197,6 +198,7 @@ class DeviceLoop:
         replays: bool = False,
         delay: float | None = None,
     ) -> None:
+        held.refuse(scene, "on a device")
         self.rig = rig = mapped_rig(scene, workspace)
         if replays:
             wait_for_bodies(rig.snapshot)

@@ -17,6 +17,7 @@ from palpate.errors import PalpateError
 OLDEST_GCC = 12
 """Oldest g++ with which the core was compiled (docs/platforms.md)."""
 _USES = {
+    "bodies": "rigid bodies in a scene",
     "calibrate": "palpate calibrate",
     "dask": "studies on a cluster",
     "experiment": "the mixed model of palpate experiment",

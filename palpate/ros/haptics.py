@@ -22,7 +22,7 @@ from palpate.ros import jitter
 from palpate.ros.ended_node import EndedNode
 from palpate.ros.guardian import Guardian
 from palpate.ros.reports import ForceReports
-from palpate.scene import port
+from palpate.scene import held, port
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.session import LiveSession, State
@@ -73,6 +73,7 @@ class HapticLoop:
     """The haptic node and its guardian, with the interface of a session's `Loop`."""
 
     def __init__(self, rig: Rig, devices: Devices, limits: Limits, context: Mapping[str, Any]) -> None:
+        held.refuse(rig.scene, "on ROS 2")
         self.native = ros.load(lambda text: print(text, file=sys.stderr))
         self.names, cycle = self._names(devices), self._cycle(rig, devices, limits)
         self.force_cap = cycle.stability.force_cap  #: [N]

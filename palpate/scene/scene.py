@@ -13,6 +13,8 @@ from pydantic import Field, PrivateAttr, ValidationError, model_validator
 from palpate import _core
 from palpate.arm import NAMES, Arm
 from palpate.arrays.yaml_loader import Dumper
+from palpate.bodies import BodySection, EngineSection
+from palpate.bodies.sections import check as check_bodies
 from palpate.errors import ArmError, SceneError, ValueAtError, format_place
 from palpate.frames import FrameSection
 from palpate.guidance.lists import FixtureList, with_unique_names
@@ -37,6 +39,7 @@ from palpate.scene.registration import RegistrationSection
 from palpate.scene.remote import RemoteSection
 from palpate.scene.sensors import SensorSection, with_topics
 from palpate.scene.stability import StabilitySection
+from palpate.scene.task import TaskSection
 from palpate.scene.trackers import TrackerSection
 from palpate.values import NotNegative, Positive, Section, Vector
 from palpate.values.wording import Place, explain
@@ -64,6 +67,12 @@ class Scene(Section):
     """contact between the instruments of several pairs"""
     graspable: GraspableSection | None = Field(default=None, exclude_if=lambda s: s is None)
     """a rigid object that the instruments of several pairs hold and hand over (docs/pairs-handing-over.md)"""
+    bodies: Annotated[tuple[BodySection, ...], Field(max_length=128, exclude_if=lambda bodies: not bodies)] = ()
+    """rigid bodies that tools grasp, move and feel (docs/bodies.md)"""
+    engine: EngineSection = Field(default=EngineSection(), exclude_if=lambda s: not s.model_fields_set)
+    """the engine that moves the bodies, and the coupling of the tools to it"""
+    task: TaskSection | None = Field(default=None, exclude_if=lambda s: s is None)
+    """a task that is scored (docs/tasks.md)"""
     ecm: EcmSection | None = None
     """the endoscope arm: the surgeon's view, and the axes of the hands (docs/ecm.md)"""
     frames: Annotated[tuple[FrameSection, ...], Field(max_length=128)] = ()
@@ -331,6 +340,13 @@ class Scene(Section):
     @model_validator(mode="after")
     def _check_pairs(self) -> Scene:
         pairs_module.check(self.pairs)
+        return self
+
+    @model_validator(mode="after")
+    def _check_bodies(self) -> Scene:
+        check_bodies(self.bodies, {obj.name for obj in self.objects}, _core.MAX_BODIES)
+        if self.task is not None:
+            self.task.check({body.name: body.free for body in self.bodies}, [obj.name for obj in self.objects])
         return self
 
     @model_validator(mode="after")

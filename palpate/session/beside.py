@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from palpate.arrays import Array
+from palpate.bodies.engine import World
 from palpate.record import snapshots
 from palpate.record.ticks import Ticks, as_ticks
 from palpate.scene.live_targets import SharedTargets
@@ -55,6 +56,9 @@ class AttendedLoop(RecordedLoop):
         if self.sensing is not None:
             weakref.finalize(self, self.sensing.close)
         self.execution: PlanExecution | None = None  #: the newest plan that moves, or moved, the follower
+        self.steps_beside: list[Callable[[float], None]] = []  #: called with the time [s], every `PERIOD`
+        self.task_words: Callable[[], str] | None = None  #: how a task stands, for viewers; None: there is none
+        self.world: World | None = None  #: the rigid bodies of the scene among the tools; None: it has none
         self._beside: list[threading.Thread] = []  # work beside the loop, in the order in which it ends
 
     def nearest(self, tick: Ticks) -> str:
@@ -79,6 +83,8 @@ class AttendedLoop(RecordedLoop):
         if tracking is not None:
             step, last = partial(self._timed, tracking.step), partial(self._timed, tracking.hold)
             found.append(every(PERIOD, step, self._stop_pump, "tracking", self._note, last))
+        for one in self.steps_beside:
+            found.append(every(PERIOD, partial(self._timed, one), self._stop_pump, "task", self._note))
         if self.camera is not None:
             found.append(every(PERIOD, self._steer_camera, self._stop_pump, "camera", self._note))
         if self.takes_snapshots:

@@ -68,7 +68,7 @@ class LiveSession(AttendedLoop):
         self._requests = threading.Lock()  # one thread at a time changes the controls by a request
         self._pump: threading.Thread | None = None
         self._draining = threading.Lock()
-        self._interrupted = threading.Event()
+        self._interrupted, self._task_over = threading.Event(), threading.Event()
 
     # -- running ---------------------------------------------------------------------------------------------------
 
@@ -78,6 +78,8 @@ class LiveSession(AttendedLoop):
             return
         self._begin(realtime=True)
         self._stop_pump.clear()
+        if self.world is not None:
+            self.world.start()
         self._loop.start()
         self._pump = threading.Thread(target=self._keep_draining, name="palpate-drain", daemon=True)
         self._pump.start()
@@ -92,6 +94,8 @@ class LiveSession(AttendedLoop):
             thread.join()  # objects rest before the loop stops
         self._beside = []
         self._loop.stop()
+        if self.world is not None:
+            self.world.stop()
         self._pump.join()
         self._pump = None
         self._drain()
@@ -220,6 +224,10 @@ class LiveSession(AttendedLoop):
     def interrupt(self) -> None:
         """End `run` before its duration is over; its record is complete."""
         self._interrupted.set()
+
+    def finish(self) -> None:
+        """End `run` before its duration is over, since its task is done; the run does not count as interrupted."""
+        self._task_over.set()
 
     # -- ending ----------------------------------------------------------------------------------------------------
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
@@ -15,6 +16,7 @@ import numpy as np
 from palpate import _core, stop_signals
 from palpate.errors import PalpateError, SceneError, StateError
 from palpate.record.ticks import Ticks, as_ticks
+from palpate.scene import held
 from palpate.scene.scene import Scene
 from palpate.scene.together import build_pairs, capsules
 from palpate.session import tool_exchange
@@ -24,6 +26,7 @@ from palpate.session.live import DRAIN
 from palpate.session.operator_seat import OperatorSeat
 from palpate.session.pair import PairSession
 from palpate.session.pairs_summary import Met, PairsSummary, meeting
+from palpate.session.periodic import every
 from palpate.session.run_folder import keep_scene, new_folder, require_writable
 from palpate.session.session import BATCH
 from palpate.session.state import State
@@ -73,6 +76,14 @@ class PairsSession:
         self.console = self._seat.console  #: pedals, presence, locks and scale for the hands of all pairs
         self._sit()
         self._ticks_to_steps = 0
+        self.task_words: Callable[[], str] | None = None  #: how a task stands, for viewers; None: there is none
+        self.steps_beside: list[Callable[[float], None]] = []  #: called with the time [s], every `PERIOD`
+        self._task_over, self._stop_steps = threading.Event(), threading.Event()
+        self._steppers: list[threading.Thread] = []
+
+    def finish(self) -> None:
+        """End `run` before its duration is over, since its task is done; the run does not count as interrupted."""
+        self._task_over.set()
 
     def _sit(self) -> None:
         """Make the sessions of all pairs."""
@@ -111,6 +122,7 @@ class PairsSession:
         rod = _core.RodOptions() if self.scene.graspable is None else self.scene.graspable.core()
         tools = [capsules(rig) for rig in self.rigs.values()]
         _core.join_instruments(self._loops, tools, law.stiffness, law.damping, rod)
+        self.world = held.join(self.rigs, self._loops)  #: the rigid bodies of the scene; None: it has none
         self._seat.take(list(self._pairs.values()))
 
     def _exchange(self) -> None:
@@ -189,15 +201,28 @@ class PairsSession:
         """Start every pair in real time, each in its own threads; no effect on a pair that runs."""
         for session in self.pairs.values():
             session.prepare()
+        if self.world is not None:
+            self.world.start()
         for session in self.pairs.values():
             session.start()
         self._seat.start()
+        self._stop_steps.clear()
+        if not self._steppers:
+            timed = [lambda one=one: one(float(self.latest()["t"])) for one in self.steps_beside]
+            note = next(iter(self.pairs.values())).note
+            self._steppers = [every(PERIOD, one, self._stop_steps, "task", note) for one in timed]
 
     def stop(self) -> None:
         """Stop every pair with its force at zero."""
         self._seat.stop()
+        self._stop_steps.set()
+        for thread in self._steppers:
+            thread.join()
+        self._steppers = []
         for session in self.pairs.values():
             session.stop()
+        if self.world is not None:
+            self.world.stop()
 
     def step(self, n: int = 1) -> States:
         """Run `n` ticks of every pair in lockstep; the records stay open."""
@@ -303,13 +328,15 @@ class PairsSession:
         """Run `n` ticks of all pairs in turns; trackers, sensors and the camera have their turn every `PERIOD`."""
         beside = [p for s in self.pairs.values() for p in (s.tracking, s.sensing) if p is not None]
         snapshots = any(session.takes_snapshots for session in self.pairs.values())
-        if not beside and self.camera is None and not snapshots:
+        if not beside and self.camera is None and not snapshots and not self.steps_beside:
             return list(_core.run_in_turns(self._loops, n))
         size, done = max(1, round(PERIOD * self.scene.rates.haptic)), []
         while n > 0:
             if self._ticks_to_steps == 0:
                 for part in beside:
                     part.step(float(self.latest()["t"]))
+                for step in self.steps_beside:
+                    step(float(self.latest()["t"]))
                 self._seat.steer()
                 for session in self.pairs.values():
                     session.take_snapshot()
@@ -328,7 +355,7 @@ class PairsSession:
             session.require_own_clock()
         batch = max(1, round(BATCH * self.scene.rates.haptic))
         stopped = next(iter(self.pairs.values())).stopped
-        while n > 0 and not stopped.is_set():
+        while n > 0 and not stopped.is_set() and not self._task_over.is_set():
             rows = self._advance(min(batch, n))
             if not len(rows[0]):  # paused: simulated time stops
                 time.sleep(DRAIN)
@@ -344,7 +371,7 @@ class PairsSession:
         self.start()
         latest = None
         try:
-            while not stopped.is_set():
+            while not stopped.is_set() and not self._task_over.is_set():
                 late = [name for name, session in self.pairs.items() if session.taken < goals[name]]
                 if not late or (latest is not None and time.monotonic() > latest):
                     break

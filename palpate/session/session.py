@@ -14,6 +14,7 @@ from palpate import _core, stop_signals
 from palpate.arrays import Array
 from palpate.errors import PalpateError, SceneError, StateError
 from palpate.record.ticks import Ticks, as_ticks
+from palpate.scene import held
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.sensing.source import Clouds
@@ -72,6 +73,8 @@ class Session(LiveSession):
         self._sim: LockstepLoop = self.simulation
         self._ticks_to_tracking = 0  # of a lockstep run, until the trackers are read
         super().__init__(rig, self._sim, scene.rates.haptic, seed, out, clouds)
+        if not self.paired:
+            self.world = held.join({"": rig}, [self.simulation])
 
     def _simulation(self, rig: Rig, seed: int) -> _core.Simulation:
         """The simulation that the session runs."""
@@ -169,7 +172,7 @@ class Session(LiveSession):
     def _advance(self, n: int, hand_W: Array | None = None) -> Rows:
         """Run `n` ticks, with the hand as in `lead`; trackers and sensors are read every `PERIOD`."""
         beside = self.tracking is not None or self.sensing is not None or self.camera is not None
-        if not beside and not self.takes_snapshots and not self._executes:
+        if not beside and not self.takes_snapshots and not self._executes and not self.steps_beside:
             return self._sim.run(n) if hand_W is None else self.simulation.run(n, hand_W)
         size, done, at = max(1, round(PERIOD * self.rate)), [], 0
         while n > 0:
@@ -177,6 +180,8 @@ class Session(LiveSession):
                 for part in (self.tracking, self.sensing):
                     if part is not None:
                         part.step(float(self.latest()["t"]))
+                for step in self.steps_beside:
+                    step(float(self.latest()["t"]))
                 self._steer_camera()
                 self.take_snapshot()
                 self._look_ahead()
@@ -194,7 +199,7 @@ class Session(LiveSession):
     def _run_lockstep(self, n: int, on_progress: Callable[[State], None] | None) -> None:
         self._require_own_clock()
         batch = max(1, round(BATCH * self.rate))
-        while n > 0 and not self._interrupted.is_set():
+        while n > 0 and not self._interrupted.is_set() and not self._task_over.is_set():
             rows = self._advance(min(batch, n))
             if not len(rows):  # paused: simulated time stops
                 time.sleep(DRAIN)
@@ -208,7 +213,9 @@ class Session(LiveSession):
         self.start()
         goal = self._taken + n
         try:
-            while self._taken + self._sim.dropped < goal and not self._interrupted.is_set():
+            while self._taken + self._sim.dropped < goal and not (
+                self._interrupted.is_set() or self._task_over.is_set()
+            ):
                 time.sleep(2 * DRAIN)
                 if on_progress is not None:
                     on_progress(self.state)

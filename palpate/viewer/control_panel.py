@@ -11,6 +11,7 @@ import viser
 
 from palpate.arrays import Array
 from palpate.record.ticks import Ticks
+from palpate.viewer.bodies import jaw_slider
 from palpate.viewer.controls import set_value
 from palpate.viewer.run_buttons import RunButtons, Runner
 from palpate.viewer.source import Source
@@ -42,6 +43,8 @@ class ControlPanel:
                 f"the motion {1 / stage.motion_scale:.3g} times smaller, and the organ pushes the hand back.</div>"
             )
             self.path = gui.add_checkbox("follow the path", True, hint="Off: the hand stops on the scene's path")
+            if getattr(source, "world", None) is not None:
+                self.jaws = jaw_slider(gui, self._pinch)
             self.clutch = gui.add_checkbox("clutch", False, hint="Clutch pedal: the hand moves, the instrument stays")
             self.pedals: dict[str, viser.GuiCheckboxHandle] = {"clutch": self.clutch}
             if hasattr(source, "console"):
@@ -120,11 +123,21 @@ class ControlPanel:
         set_value(self.pause, False)
         self._send()
 
+    def _pinch(self, angle: float) -> None:
+        self._take_over()
+        self._send()
+        self._source.change(hand_pinch=angle)  # type: ignore[attr-defined]
+
+    def _take_over(self) -> None:
+        """The person goes on from where a simulated operator has led the hand."""
+        self._offset = np.array(self._source.controls.p_hand_offset_W)
+        set_value(self.path, False)
+
     async def _drag(self, event: viser.SceneNodeDragEvent[viser.IcosphereHandle]) -> None:
         """Moves the hand with the pointer: in the plane of the screen, or level with the table while shift is held."""
         p_W = np.array(event.end_position)
         if event.phase == "start":
-            set_value(self.path, False)
+            self._take_over()
             self._p_grab, self._offset_grab = np.array(event.start_position), self._offset
         if event.modifier == "shift":
             p_W = _on_level(np.array(event.client.camera.position), p_W, float(self._p_grab[2]))

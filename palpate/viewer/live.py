@@ -14,6 +14,7 @@ from palpate.renamed import RenamedMethod
 from palpate.session import LiveSession
 from palpate.session.rates import LiveRates
 from palpate.viewer import views
+from palpate.viewer.bodies import BodiesDrawing, TaskWords
 from palpate.viewer.clouds import CloudDrawing
 from palpate.viewer.control_panel import ControlPanel
 from palpate.viewer.drawing import Drawing
@@ -89,6 +90,9 @@ class LiveViewer:
         if isinstance(source, LiveSession):
             with self._gauges.panel.add_tab("Rates", viser.Icon.CLOCK):
                 self._rates = RatesPanel(self._server.gui, LiveRates({"": source}).rows)
+        world, words = getattr(source, "world", None), getattr(source, "task_words", None)
+        self._bodies = None if world is None else BodiesDrawing(self.picture.scene, world)
+        self._task = None if words is None else TaskWords(self._server.gui, words)
         self.soft = None
         if isinstance(source, LiveSession) and any(obj.soft for obj in stage.objects):
             self.soft = SoftObjects(self._server.gui, stage, self._drawing, source)
@@ -136,6 +140,10 @@ class LiveViewer:
             self.picture.at(float(tick["t"]))
             self._drawing.set_light(self.picture.light)
             self._drawing.show(tick)
+            if self._bodies is not None:
+                self._bodies.show()
+            if self._task is not None:
+                self._task.show()
             if self._camera is not None:
                 self._drawing.show_ecm(self._camera.q)
             if self.soft is not None:

@@ -17,6 +17,7 @@ from palpate.session import LiveSession, PairsSession
 from palpate.session.console import PEDALS, Console
 from palpate.viewer import views
 from palpate.viewer.arms import Color
+from palpate.viewer.bodies import BodiesDrawing, TaskWords, jaw_slider
 from palpate.viewer.control_panel import BALL, REACH
 from palpate.viewer.controls import set_value
 from palpate.viewer.drawing import Drawing
@@ -57,6 +58,8 @@ class Handle:
         self._offset, self._offset_grab, self._p_grab = np.zeros(3), np.zeros(3), np.zeros(3)
         with server.gui.add_folder(name):
             self.path = server.gui.add_checkbox("follow the path", True, hint="Off: the hand stops on its path")
+            if source.scene.bodies:
+                self.jaws = jaw_slider(server.gui, self._pinch)
         self.ball = server.scene.add_icosphere(f"/{name}/hand", 1.5 * BALL, color, opacity=0.6, cast_shadow=False)
         self.ball.on_drag("left")(self._drag)
         self.path.on_update(lambda _: self.send())
@@ -70,6 +73,15 @@ class Handle:
         """Sends the values to the loop."""
         self._source.change(hold=not self.path.value, p_hand_offset_W=self._offset)
 
+    def _pinch(self, angle: float) -> None:
+        self._take_over()
+        self._source.change(hold=True, p_hand_offset_W=self._offset, hand_pinch=angle)
+
+    def _take_over(self) -> None:
+        """The person goes on from where a simulated operator has led the hand."""
+        self._offset = np.array(self._source.controls.p_hand_offset_W)
+        set_value(self.path, False)
+
     def move(self, offset_W: Array) -> None:
         """Displaces the hand from its path (3,) [m]."""
         set_value(self.path, False)
@@ -78,6 +90,7 @@ class Handle:
 
     async def _drag(self, event: viser.SceneNodeDragEvent[viser.IcosphereHandle]) -> None:
         if event.phase == "start":
+            self._take_over()
             self._p_grab, self._offset_grab = np.array(event.start_position), self._offset
         self.move(self._offset_grab + np.array(event.end_position) - self._p_grab)
 
@@ -154,6 +167,9 @@ class PairsViewer:
             with gui.add_folder("Endoscope"):
                 self.surgeon = SurgeonView(self._server, camera.placed, lambda: camera.q, self._ticks)
         name, stage = next(iter(stages.items()))
+        world, words = getattr(seat, "world", None), getattr(seat, "task_words", None)
+        self._bodies = None if world is None else BodiesDrawing(self.picture.scene, world)
+        self._task = None if words is None else TaskWords(gui, words)
         self.soft = None
         if any(obj.soft for obj in stage.objects):
             self.soft = SoftObjects(gui, stage, self.drawings[name], sources[name])
@@ -199,6 +215,10 @@ class PairsViewer:
             for name in reversed(ticks):  # the first pair draws the objects, dented by all tools
                 presses.append(self.drawings[name].show(ticks[name], presses))
                 self.handles[name].show(ticks[name])
+            if self._bodies is not None:
+                self._bodies.show()
+            if self._task is not None:
+                self._task.show()
             if self._camera is not None:
                 next(iter(self.drawings.values())).show_ecm(self._camera.q)
             if self.soft is not None:

@@ -13,6 +13,7 @@ namespace palpate::loop {
 namespace {
 
 constexpr double kOpenHand = 0.6;        // [rad] default pinch angle
+constexpr double kPinchRate = 3.0;       // [rad/s] at which a hand pinches that is told an angle
 constexpr double kGlideFrequency = 8.0;  // [rad/s] of the critically damped transition to another path
 constexpr double kGlideSpeed = 0.25;     // [m/s] largest speed of that transition
 constexpr double kGlideEnd = 1e-18;      // [m], [m/s] rest of a transition that no position of a hand can show
@@ -194,7 +195,11 @@ const HandMotion::Target& HandMotion::step(double dt) noexcept {
   }
   target_.X_LH.p = X_LW_ * hand.p;
   target_.V_LH.v = X_LW_.R * hand.v;
-  target_.gripper = hand.gripper;
+  if (std::isfinite(wanted_pinch_)) {
+    target_.gripper += std::clamp(wanted_pinch_ - target_.gripper, -kPinchRate * dt, kPinchRate * dt);
+  } else {
+    target_.gripper = hand.gripper;
+  }
   return target_;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "palpate/mapping/mapping.hpp"
@@ -77,6 +78,8 @@ class HandMotion {
   void steer(const Vec3& p_W, double tick) noexcept { v_steered_ = (p_W - steered_) / tick; }
   /// Keeps the offset that steer() has reached.
   void stop_steering() noexcept { v_steered_.setZero(); }
+  /// Moves the pinch to an angle instead of the path's [rad]; NaN: as the path says.
+  void grip(double pinch) noexcept { wanted_pinch_ = pinch; }
   /// Present pinch angle [rad].
   [[nodiscard]] double pinch() const noexcept { return target_.gripper; }
   /// Advances by dt [s] and returns the new target.
@@ -98,8 +101,9 @@ class HandMotion {
   // p_WH = origin + offset + gain * path: the present inverse map.
   Vec3 origin_ = Vec3::Zero(), offset_ = Vec3::Zero();
   double gain_ = 0.0;
-  Vec3 glide_ = Vec3::Zero(), v_glide_ = Vec3::Zero();      ///< remaining offset of a transition [m], [m/s]
-  Vec3 steered_ = Vec3::Zero(), v_steered_ = Vec3::Zero();  ///< offset of steer() [m], [m/s]
+  Vec3 glide_ = Vec3::Zero(), v_glide_ = Vec3::Zero();              ///< remaining offset of a transition [m], [m/s]
+  Vec3 steered_ = Vec3::Zero(), v_steered_ = Vec3::Zero();          ///< offset of steer() [m], [m/s]
+  double wanted_pinch_ = std::numeric_limits<double>::quiet_NaN();  ///< of grip()
   double t_ = 0.0;
   bool paused_ = false;
   double t_paused_ = 0.0, pause_duration_ = 0.0;  ///< time on the path where it is held; total time held [s]

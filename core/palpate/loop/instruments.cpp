@@ -22,6 +22,14 @@ void Board::write(int writer, const Published& published) noexcept {
   }
 }
 
+void OnTool::add(const BodyContact& bodies) noexcept {
+  F_T_W = F_T_W + bodies.F_T_W;
+  stiffness += bodies.stiffness;
+  F_held_W = bodies.F_T_W.f;
+  holding = bodies.holds >= 0 ? Holding::carries : Holding::none;
+  if (bodies.holds >= 0) X_WO = bodies.X_WO;
+}
+
 void OnTool::record(Tick& tick) const noexcept {
   copy(F_T_W.f, tick.F_instrument_W);
   copy(F_T_W.t, tick.t_instrument_W);

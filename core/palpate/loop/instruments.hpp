@@ -14,6 +14,7 @@
 #include "palpate/arm/arm.hpp"
 #include "palpate/contact/capsules.hpp"
 #include "palpate/contact/contact.hpp"
+#include "palpate/loop/bodies.hpp"
 #include "palpate/loop/held_object.hpp"
 #include "palpate/loop/tick.hpp"
 #include "palpate/types/index.hpp"
@@ -71,6 +72,8 @@ struct OnTool {
   double gap = std::numeric_limits<double>::infinity();         ///< smallest distance to another instrument [m]
   double handle_gap = std::numeric_limits<double>::infinity();  ///< smallest distance between two handles [m]
 
+  /// Adds the coupling with the rigid bodies of the scene.
+  void add(const BodyContact& bodies) noexcept;
   /// Writes the signals of other instruments to a tick.
   void record(Tick& tick) const noexcept;
 };

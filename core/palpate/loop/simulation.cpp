@@ -87,6 +87,10 @@ std::size_t Simulation::run(std::size_t n, Tick* rows, const Vec3* hand_W) {
   for (take(false); done < n && !in_.controls.paused; take(false)) {
     if (hand_W != nullptr) hand_.steer(hand_W[done], 1.0 / options_.rate);
     rows[done++] = tick(0.0);
+    if (advances_) {
+      publish();
+      bodies_->advance(1.0 / options_.rate);
+    }
     if (cycle_.contact().asynchronous()) {
       cycle_.contact().collide(front_.scene());
     }
@@ -105,15 +109,26 @@ void Simulation::join(std::shared_ptr<Board> board, int index, std::vector<ToolC
   publish();
 }
 
+void Simulation::join_bodies(std::shared_ptr<Bodies> bodies, int tool, bool alone) {
+  const std::lock_guard lock(driver_);
+  if (running()) throw std::logic_error("the simulation runs in real time: stop() it before join_bodies()");
+  bodies_ = std::move(bodies);
+  advances_ = alone;
+  body_port_ = std::make_unique<BodyPort>(bodies_, tool);
+  publish();
+}
+
 void Simulation::publish() noexcept {
-  if (!in_world_) return;
+  if (!in_world_ && !body_port_) return;
   const LeaderState& leader = leader_.measured();
   const FollowerState& follower = follower_.measured();
   const bool known = leader.q.size() == leader_model_.n() && follower.q.size() == follower_model_.n() &&
                      leader.q.allFinite() && follower.q.allFinite() && std::isfinite(follower.jaw);
   if (!known) return;
-  leader_model_.update(leader.q, JointVector::Zero(leader_model_.n()));
   follower_model_.update(follower.q, JointVector::Zero(follower_model_.n()));
+  if (body_port_) body_port_->publish(options_.X_WB * follower_model_.tip(), follower.jaw, options_.rate);
+  if (!in_world_) return;
+  leader_model_.update(leader.q, JointVector::Zero(leader_model_.n()));
   in_world_->publish({options_.X_WL * leader_model_.tip().p, options_.X_WB * follower_model_.tip(), options_.X_WB,
                       &follower_model_, follower.jaw, options_.rate});
 }
@@ -194,6 +209,7 @@ const Tick& Simulation::tick(double lateness_us) noexcept {
   in_.leader = leader_.measured();
   in_.follower = follower_.measured();
   hand_.follow(cycle_.mapping(), in_.controls.p_hand_offset_W, in_.controls.hand_paused, in_.t);
+  hand_.grip(in_.controls.hand_pinch);
   const HandMotion::Target& hand = hand_.step(0.0);
 
   const std::int64_t begin = now_ns();
@@ -211,7 +227,7 @@ const Tick& Simulation::tick(double lateness_us) noexcept {
   }
   tick.status |= leader_.hand_slipped() ? kHandSlipped : 0u;
   front_.record(tick);
-  if (in_world_) on_tool_.record(tick);
+  if (in_world_ || body_port_) on_tool_.record(tick);
   tick.cycle_us = 1e-3 * static_cast<double>(spent);
   tick.lateness_us = lateness_us;
   if (!faulty_ && (tick.status & (kLeaderStale | kFollowerStale | kNotFinite)) != 0) {
@@ -228,8 +244,15 @@ const Tick& Simulation::tick(double lateness_us) noexcept {
 // Wrench of the other instruments on the tool. A follower without drives renders it to the hand; a driven follower is
 // pushed by it, and the hand feels it through the estimated force.
 void Simulation::meet() noexcept {
-  if (!in_world_) return;
-  on_tool_ = in_world_->step();
+  if (!in_world_ && !body_port_) return;
+  if (in_world_) {
+    on_tool_ = in_world_->step();
+  } else {
+    const Pose X_WO = on_tool_.X_WO;
+    on_tool_ = OnTool{};
+    on_tool_.X_WO = X_WO;
+  }
+  if (body_port_) on_tool_.add(body_port_->step());
   in_.X_WO = on_tool_.holding == Holding::carries ? &on_tool_.X_WO : nullptr;
   if (tool_contact_) return;
   in_.F_others_W = on_tool_.F_T_W;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "palpate/contact/tool.hpp"
+#include "palpate/loop/bodies.hpp"
 #include "palpate/loop/cycle.hpp"
 #include "palpate/loop/front.hpp"
 #include "palpate/loop/hand_motion.hpp"
@@ -68,7 +69,11 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): a singl
   /// Puts the instrument among those of other simulations, which push it from the next tick on. Throws std::logic_error
   /// in real time.
   void join(std::shared_ptr<Board> board, int index, std::vector<ToolCapsule> capsules, contact::InstrumentLaw law);
-  /// Shows the instrument to the other simulations; a real-time loop does so after each tick.
+  /// Puts the tool among rigid bodies, from the next tick on. alone: run() advances the engine after each tick; the
+  /// owner of several simulations advances it itself. Throws std::logic_error in real time.
+  void join_bodies(std::shared_ptr<Bodies> bodies, int tool, bool alone);
+  [[nodiscard]] Bodies* bodies() const noexcept { return bodies_.get(); }
+  /// Shows the instrument to the other simulations and to the bodies; a real-time loop does so after each tick.
   void publish() noexcept;
   /// For tests of isolation: the loop sleeps once in its next tick [s].
   void stall(double seconds) noexcept { stall_ns_ = static_cast<std::int64_t>(1e9 * seconds); }
@@ -110,7 +115,10 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): a singl
   CycleInput in_;
   arm::Arm leader_model_, follower_model_;  ///< at the positions that in_world_ has published
   std::unique_ptr<InWorld> in_world_;       ///< null without other instruments
-  OnTool on_tool_;                          ///< forces of the other instruments at this tick
+  std::shared_ptr<Bodies> bodies_;          ///< null without rigid bodies
+  bool advances_ = false;                   ///< run() advances the engine of bodies_
+  std::unique_ptr<BodyPort> body_port_;
+  OnTool on_tool_;  ///< forces of the other instruments at this tick
   std::atomic<std::int64_t> stall_ns_{0};
 
   RealTimeThread thread_;

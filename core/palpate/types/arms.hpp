@@ -2,6 +2,8 @@
 // use the same types.
 #pragma once
 
+#include <limits>
+
 #include "palpate/types/spatial.hpp"
 
 namespace palpate {
@@ -81,6 +83,8 @@ struct Controls {
   double damping_scale = 1.0;           ///< factor on the damping of every object [-]
   double guidance = 1.0;                ///< guidance pedal, 0-1: activation of the fixtures that fade with it [-]
   Vec3 p_hand_offset_W = Vec3::Zero();  ///< offset of the simulated hand from its path, set by dragging [m]
+  /// Pinch angle of the simulated hand instead of its path's [rad]; NaN: as the path says.
+  double hand_pinch = std::numeric_limits<double>::quiet_NaN();
 };
 
 }  // namespace palpate

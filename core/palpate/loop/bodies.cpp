@@ -1,0 +1,233 @@
+#include "palpate/loop/bodies.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+#include "palpate/force/force.hpp"
+#include "palpate/types/index.hpp"
+#include "palpate/types/so3.hpp"
+
+namespace palpate::loop {
+namespace {
+
+constexpr double kVelocityFilter = 0.3;  // [-] share of a new velocity of the tool: about 3 ms at 1 kHz
+constexpr double kFastest = 2.0;         // [m/s] a faster tool has jumped, and its velocity is not known
+constexpr int kMostSteps = 20;           // of the engine at once, after which it gives up catching up
+constexpr double kPushes = 20.0;         // [N] largest force of an object of the scene on a body
+
+Pose pose_of(const EngineBody& body) noexcept {
+  const double* x = body.pose;
+  return {Eigen::Quaterniond(x[3], x[4], x[5], x[6]).normalized().toRotationMatrix(), {x[0], x[1], x[2]}};
+}
+
+void set_pose(const EngineBody& body, const Pose& X) noexcept {
+  const Eigen::Quaterniond q(X.R);
+  const double x[7] = {X.p.x(), X.p.y(), X.p.z(), q.w(), q.x(), q.y(), q.z()};
+  std::copy(std::begin(x), std::end(x), body.pose);
+  std::fill(body.velocity, body.velocity + 6, 0.0);
+}
+
+Twist velocity_of(const EngineBody& body, const Mat3& R) noexcept {
+  return {Vec3(body.velocity[0], body.velocity[1], body.velocity[2]),
+          R * Vec3(body.velocity[3], body.velocity[4], body.velocity[5])};
+}
+
+/// Puts a wrench about the body's origin on it.
+void load(const EngineBody& body, const Mat3& R, const Wrench& F) noexcept {
+  const Vec3 t = F.t - (R * body.com).cross(F.f);
+  for (int i = 0; i < 3; ++i) {
+    body.load[i] = F.f[i];
+    body.load[3 + i] = t[i];
+  }
+}
+
+void require(bool holds, const char* what) {
+  if (!holds) throw std::invalid_argument(std::string("bodies: ") + what);
+}
+
+BodiesOptions checked(BodiesOptions o) {
+  require(o.step != nullptr && o.model != nullptr && o.data != nullptr, "there is no engine");
+  require(o.bodies.size() <= to_index(kMaxBodies), "more than 48 bodies move");
+  require(!o.tools.empty() && o.tools.size() <= to_index(kMaxBodyTools), "1 to 4 tools are possible");
+  require(o.period >= 1e-4 && o.period <= 0.02, "the period must be between 0.1 and 20 ms");
+  for (const double x : {o.stiffness, o.damping, o.stiffness_w, o.damping_w, o.force_max, o.release}) {
+    require(x >= 0.0 && std::isfinite(x), "the values of the coupling must be finite and at least 0");
+  }
+  return o;
+}
+
+}  // namespace
+
+Wrench coupling_wrench(const BodiesOptions& o, const ToolMotion& tool, const VirtualTool& at) noexcept {
+  Vec3 spring = o.stiffness * (at.X_WV.p - tool.X_WT.p);
+  if (const double norm = spring.norm(); norm > o.force_max) spring *= o.force_max / norm;
+  const Vec3 turned = rotation_vector(at.X_WV.R * tool.X_WT.R.transpose());
+  return {spring + o.damping * (at.V_WV.v - tool.V_WT.v),
+          o.stiffness_w * turned + o.damping_w * (at.V_WV.w - tool.V_WT.w)};
+}
+
+Bodies::Bodies(BodiesOptions options, std::shared_ptr<const scene::Snapshot> scene)
+    : options_(checked(std::move(options))),
+      scene_(std::move(scene)),
+      thread_({.allow_affinity = false, .priority = 70, .spin_us = 0.0}) {
+  for (const MovingBody& one : options_.bodies) {
+    start_.emplace_back();
+    std::copy(one.body.pose, one.body.pose + 7, start_.back().begin());
+    touch_.emplace_back();
+    if (one.spheres.empty()) continue;
+    contact::Options touching;
+    touching.radius = one.spheres.front().radius;
+    touching.spheres.assign(one.spheres.begin() + 1, one.spheres.end());
+    touch_.back() = std::make_unique<contact::Tool>("proxy", touching);
+    touch_.back()->check(*scene_);
+  }
+  publish();
+}
+
+void Bodies::advance(double dt) noexcept {
+  due_ += dt;
+  for (int i = 0; due_ >= options_.period * (1.0 - 1e-9); ++i) {
+    due_ -= options_.period;
+    if (i < kMostSteps) step();
+  }
+}
+
+void Bodies::start() {
+  if (running()) return;
+  thread_.start(1.0 / options_.period, [this](const Wake& wake) {
+    advance(options_.period * static_cast<double>(1 + wake.missed));
+    return !wake.stopping;
+  });
+}
+
+void Bodies::stop() { thread_.stop(); }
+
+BodyStates Bodies::states() {
+  const std::lock_guard lock(readers_);
+  return shown_.read();
+}
+
+// One step of the engine under the couplings of all tools and the objects of the scene.
+void Bodies::step() noexcept {
+  const std::int64_t begin = now_ns();
+  for (std::size_t k = 0; k < options_.tools.size(); ++k) drive(k);
+  for (std::size_t k = 0; k < options_.bodies.size(); ++k) press(k);
+  options_.step(options_.model, options_.data);
+  for (std::size_t k = 0; k < options_.bodies.size(); ++k) bring_back(k);
+  states_.t += options_.period;
+  publish();
+  step_time_.add(now_ns() - begin);
+}
+
+// Drives a virtual tool by its coupling. One that is stuck far away, or whose tool jumped, is put back to the tool.
+void Bodies::drive(std::size_t k) noexcept {
+  const EngineTool& tool = options_.tools[k];
+  const ToolMotion& to = to_engine_[k].read();
+  if (!to.known) return;
+  const bool away = !((pose_of(tool.body).p - to.X_WT.p).norm() <= options_.release);
+  if (!placed_[k] || away) {
+    set_pose(tool.body, to.X_WT);
+    placed_[k] = true;
+  }
+  const VirtualTool at = seen(tool, k);
+  const Wrench F = coupling_wrench(options_, to, at);
+  load(tool.body, at.X_WV.R, {-F.f, -F.t});
+  states_.delivered -= options_.period * (F.f.dot(at.V_WV.v) + F.t.dot(at.V_WV.w));
+  for (std::size_t i = 0; i < 2; ++i) {
+    if (tool.jaw[i] != nullptr) *tool.jaw[i] = tool.jaw_ratio[i] * to.jaw;
+  }
+}
+
+// Presses a body against the objects of the scene, by the contact stage of the tools.
+void Bodies::press(std::size_t k) noexcept {
+  if (!touch_[k]) return;
+  const MovingBody& one = options_.bodies[k];
+  const Pose X = pose_of(one.body);
+  const Twist V = velocity_of(one.body, X.R);
+  std::array<Vec3, contact::kMaxSpheres> centres;
+  for (std::size_t s = 0; s < one.spheres.size(); ++s) centres[s] = X * one.spheres[s].centre(0.0);
+  const ContactSet& contacts = touch_[k]->step(*scene_, centres.data(), states_.t);
+  const Vec3 arm = centres[0] - X.p;  // the force stage takes the first sphere for the tool's origin
+  const force::ForceTerms terms = force::step(contacts, {V.v + V.w.cross(arm), V.w}, 1.0, 1.0);
+  Wrench F{terms.F, terms.torque + arm.cross(terms.F)};
+  if (const double norm = F.f.norm(); norm > kPushes) F = {F.f * (kPushes / norm), F.t * (kPushes / norm)};
+  load(one.body, X.R, F);
+}
+
+// A body that left the field, or whose state is not finite, returns to its start.
+void Bodies::bring_back(std::size_t k) noexcept {
+  const EngineBody& body = options_.bodies[k].body;
+  const Vec3 p(body.pose[0], body.pose[1], body.pose[2]);
+  const bool inside = (p.array() >= options_.low.array()).all() && (p.array() <= options_.high.array()).all();
+  const bool finite = std::all_of(body.velocity, body.velocity + 6, [](double v) { return std::isfinite(v); });
+  if (inside && finite) return;
+  std::copy(start_[k].begin(), start_[k].end(), body.pose);
+  std::fill(body.velocity, body.velocity + 6, 0.0);
+  ++states_.lost[k];
+  if (touch_[k]) touch_[k]->reset();
+}
+
+VirtualTool Bodies::seen(const EngineTool& tool, std::size_t number) const noexcept {
+  VirtualTool at;
+  at.X_WV = pose_of(tool.body);
+  at.V_WV = velocity_of(tool.body, at.X_WV.R);
+  at.known = placed_[number];
+  double strongest = 0.0;
+  for (std::size_t k = 0; k < options_.bodies.size(); ++k) {
+    const auto& [a, b] = states_.grip[number * to_index(kMaxBodies) + k];
+    if (const double both = std::min(a, b); both > strongest) {
+      strongest = both;
+      at.holds = static_cast<int>(k);
+    }
+  }
+  if (at.holds >= 0) at.X_WO = pose_of(options_.bodies[to_index(at.holds)].body);
+  return at;
+}
+
+void Bodies::publish() noexcept {
+  for (std::size_t k = 0; k < options_.bodies.size(); ++k) {
+    std::copy(options_.bodies[k].body.pose, options_.bodies[k].body.pose + 7, states_.pose[k].begin());
+  }
+  for (std::size_t n = 0; n < options_.tools.size(); ++n) {
+    for (std::size_t k = 0; k < options_.bodies.size(); ++k) {
+      for (std::size_t jaw = 0; jaw < 2; ++jaw) {
+        const double* found = options_.tools[n].grip[jaw];
+        states_.grip[n * to_index(kMaxBodies) + k][jaw] =
+            found == nullptr ? 0.0 : std::hypot(found[4 * k + 1], found[4 * k + 2], found[4 * k + 3]);
+      }
+    }
+    to_loop_[n].write(seen(options_.tools[n], n));
+  }
+  shown_.write(states_);
+}
+
+void BodyPort::publish(const Pose& X_WT, double jaw, double rate) noexcept {
+  const Vec3 v = rate * (X_WT.p - motion_.X_WT.p);
+  const Vec3 w = rate * rotation_vector(X_WT.R * motion_.X_WT.R.transpose());
+  if (motion_.known && v.norm() < kFastest) {
+    motion_.V_WT.v += kVelocityFilter * (v - motion_.V_WT.v);
+    motion_.V_WT.w += kVelocityFilter * (w - motion_.V_WT.w);
+  } else {
+    motion_.V_WT = Twist{};
+  }
+  motion_.X_WT = X_WT;
+  motion_.jaw = jaw;
+  motion_.known = true;
+  bodies_->write(tool_, motion_);
+}
+
+const BodyContact& BodyPort::step() noexcept {
+  out_ = BodyContact{};
+  const VirtualTool& at = bodies_->read(tool_);
+  if (!at.known || !motion_.known) return out_;
+  out_.F_T_W = coupling_wrench(bodies_->options(), motion_, at);
+  out_.stiffness = bodies_->options().stiffness;
+  out_.holds = at.holds;
+  out_.X_WO = at.X_WO;
+  return out_;
+}
+
+}  // namespace palpate::loop

@@ -1,0 +1,166 @@
+// Rigid bodies that the tools grasp, push and place, moved by a rigid-body engine beside the loops. Every tool has a
+// virtual tool in the engine; a spring and a damper connect both. The engine moves the virtual tool by this coupling
+// and by its own contacts, and the hand feels the coupling at every tick, whatever the engine's step.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <vector>
+
+#include "palpate/contact/tool.hpp"
+#include "palpate/loop/realtime.hpp"
+#include "palpate/scene/snapshot.hpp"
+#include "palpate/types/mailbox.hpp"
+#include "palpate/types/spatial.hpp"
+
+namespace palpate::loop {
+
+/// Maximum number of bodies that move, and of tools.
+inline constexpr int kMaxBodies = 48;
+inline constexpr int kMaxBodyTools = 4;
+
+/// State of a free body inside the engine, as pointers to its arrays.
+struct EngineBody {
+  double* pose = nullptr;      ///< position [m] and quaternion w x y z, in W (7,)
+  double* velocity = nullptr;  ///< linear in W [m/s], angular in the body's frame [rad/s] (6,)
+  double* load = nullptr;      ///< force [N] and torque [N m] at the centre of mass, in W (6,)
+  Vec3 com = Vec3::Zero();     ///< centre of mass in the body's frame [m]
+};
+
+/// A virtual tool inside the engine: a free body with its origin at T, and a drive for each jaw.
+struct EngineTool {
+  EngineBody body;
+  std::array<double*, 2> jaw{};       ///< goals of the jaws' drives [rad]; null: no jaws
+  std::array<double, 2> jaw_ratio{};  ///< goal per jaw angle [-]
+  std::array<double*, 2> grip{};      ///< contact of each jaw with each body: found, force (3,) [N]
+};
+
+/// A body that moves.
+struct MovingBody {
+  EngineBody body;
+  std::vector<contact::ToolSphere> spheres;  ///< with which it touches the objects of the scene; none: it does not
+};
+
+/// The coupling and the engine.
+struct BodiesOptions {
+  void (*step)(const void* model, void* data) = nullptr;  ///< one step of the engine
+  const void* model = nullptr;
+  void* data = nullptr;
+  double period = 0.001;     ///< of the engine [s]
+  double stiffness = 500.0;  ///< of the coupling [N/m]
+  double damping = 3.0;      ///< of the coupling [N s/m]
+  double stiffness_w = 0.5;  ///< against rotation [N m/rad]
+  double damping_w = 0.003;  ///< against rotation [N m s/rad]
+  double force_max = 5.0;    ///< largest force of the coupling's spring; beyond it the tool yields [N]
+  double release = 0.02;     ///< distance at which a stuck virtual tool is put back to its tool [m]
+  Vec3 low = Vec3::Constant(-1.0), high = Vec3::Constant(1.0);  ///< the field: a body outside returns to its start [m]
+  std::vector<EngineTool> tools;
+  std::vector<MovingBody> bodies;
+};
+
+/// What the loop of a tool hands to the engine.
+struct ToolMotion {
+  Pose X_WT;
+  Twist V_WT;        ///< in W
+  double jaw = 0.0;  ///< [rad]
+  bool known = false;
+};
+
+/// What the engine hands to the loop of a tool.
+struct VirtualTool {
+  Pose X_WV;
+  Twist V_WV;      ///< in W
+  int holds = -1;  ///< number of the body between both jaws; -1: none
+  Pose X_WO;       ///< pose of this body
+  bool known = false;
+};
+
+/// All bodies, for viewers, tasks and records.
+struct BodyStates {
+  double t = 0.0;                                                        ///< of the engine [s]
+  std::array<std::array<double, 7>, kMaxBodies> pose{};                  ///< position [m] and quaternion w x y z, in W
+  std::array<int, kMaxBodies> lost{};                                    ///< how often each body left the field
+  std::array<std::array<double, 2>, kMaxBodyTools * kMaxBodies> grip{};  ///< force of both jaws on each body [N]
+  double delivered = 0.0;  ///< energy that the couplings gave to the engine [J]
+};
+
+/// Wrench of the coupling on the tool.
+struct BodyContact {
+  Wrench F_T_W;            ///< about T, in W
+  double stiffness = 0.0;  ///< [N/m]; 0 while the virtual tool is not known
+  int holds = -1;
+  Pose X_WO;
+};
+
+/// The wrench of the coupling on T, in W; on the virtual tool acts the opposite.
+[[nodiscard]] Wrench coupling_wrench(const BodiesOptions& options, const ToolMotion& tool,
+                                     const VirtualTool& virtual_tool) noexcept;
+
+/// The engine and its mailboxes. One thread steps the engine; each tool has a loop.
+class Bodies {
+ public:
+  /// Throws std::invalid_argument naming an invalid value.
+  Bodies(BodiesOptions options, std::shared_ptr<const scene::Snapshot> scene);
+  ~Bodies() { stop(); }
+  Bodies(const Bodies&) = delete;
+  Bodies& operator=(const Bodies&) = delete;
+
+  [[nodiscard]] const BodiesOptions& options() const noexcept { return options_; }
+  /// Called by the loop of a tool.
+  void write(int tool, const ToolMotion& motion) noexcept { to_engine_[static_cast<std::size_t>(tool)].write(motion); }
+  [[nodiscard]] const VirtualTool& read(int tool) noexcept { return to_loop_[static_cast<std::size_t>(tool)].read(); }
+
+  /// Lockstep: advances the engine by dt [s], in whole steps.
+  void advance(double dt) noexcept;
+  /// Real time: the engine steps in a thread of its own.
+  void start();
+  void stop();
+  [[nodiscard]] bool running() const noexcept { return thread_.running(); }
+  /// Compute time of a step of the engine.
+  [[nodiscard]] const Histogram& step_time() const noexcept { return step_time_; }
+  /// The newest states; from any thread but the loop's and the engine's.
+  [[nodiscard]] BodyStates states();
+
+ private:
+  void step() noexcept;
+  void drive(std::size_t tool) noexcept;
+  void press(std::size_t body) noexcept;
+  void bring_back(std::size_t body) noexcept;
+  void publish() noexcept;
+  [[nodiscard]] VirtualTool seen(const EngineTool& tool, std::size_t number) const noexcept;
+
+  BodiesOptions options_;
+  std::shared_ptr<const scene::Snapshot> scene_;
+  std::vector<std::unique_ptr<contact::Tool>> touch_;  ///< of each body; null: it touches no object
+  std::vector<std::array<double, 7>> start_;           ///< pose of each body at the start
+  std::array<Mailbox<ToolMotion>, kMaxBodyTools> to_engine_;
+  std::array<Mailbox<VirtualTool>, kMaxBodyTools> to_loop_;
+  std::array<bool, kMaxBodyTools> placed_{};
+  Mailbox<BodyStates> shown_;
+  BodyStates states_;
+  double due_ = 0.0;  ///< time that the engine has to catch up [s]
+  std::mutex readers_;
+  RealTimeThread thread_;
+  Histogram step_time_;
+};
+
+/// The tool of one loop among the bodies.
+class BodyPort {
+ public:
+  BodyPort(std::shared_ptr<Bodies> bodies, int tool) : bodies_(std::move(bodies)), tool_(tool) {}
+  /// Hands the measured tool to the engine, after a tick. rate: inverse of the time since the last tick [Hz].
+  void publish(const Pose& X_WT, double jaw, double rate) noexcept;
+  /// The coupling's wrench on the tool as published.
+  [[nodiscard]] const BodyContact& step() noexcept;
+
+ private:
+  std::shared_ptr<Bodies> bodies_;
+  int tool_;
+  ToolMotion motion_;
+  BodyContact out_;
+};
+
+}  // namespace palpate::loop

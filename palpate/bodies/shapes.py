@@ -1,0 +1,143 @@
+"""Shapes of bodies: primitives of the engine, contact spheres, and triangles for pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from palpate.arrays import Array
+from palpate.bodies.sections import BodySection, PartSection
+
+
+@dataclass(frozen=True)
+class Primitive:
+    """A convex shape at a pose X_OS (4, 4) in the body's frame.
+
+    kind, size: as in the engine: box (half lengths), sphere (radius), cylinder and capsule (radius, half length), mesh.
+    """
+
+    kind: str
+    size: tuple[float, ...]
+    X_OS: Array
+    color: tuple[int, int, int]
+    vertices: Array | None = None
+    faces: Array | None = None
+
+
+def primitives(body: BodySection, path: Callable[[str], Path]) -> list[Primitive]:
+    """The primitives of a body; `path` resolves the path of a mesh.
+
+    Raises:
+        MeshError: a mesh cannot be read.
+    """
+    found: list[Primitive] = []
+    for part in body.parts:
+        found += _of_part(part, part.color or body.color, path)
+    return found
+
+
+def _of_part(part: PartSection, color: tuple[int, int, int], path: Callable[[str], Path]) -> list[Primitive]:
+    X = part.pose.matrix()
+    if part.box is not None:
+        return [Primitive("box", tuple(0.5 * x for x in part.box), X, color)]
+    if part.sphere is not None:
+        return [Primitive("sphere", (part.sphere,), X, color)]
+    for kind in ("cylinder", "capsule"):
+        shape = getattr(part, kind)
+        if shape is not None:
+            return [Primitive(kind, (shape.radius, 0.5 * shape.length), X, color)]
+    if part.ring is not None:
+        ring = part.ring
+        angles = np.linspace(0.0, np.radians(ring.arc_deg), ring.segments + 1)
+        points = ring.radius * np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1)
+        return _capsules(points, 0.5 * ring.thickness, X, color)
+    if part.wire is not None:
+        return _capsules(np.array(part.wire.points), part.wire.radius, X, color)
+    from palpate.mesh import Mesh
+
+    mesh = Mesh.load(path(str(part.mesh)), part.unit)
+    return [Primitive("mesh", (), X, color, np.asarray(mesh.vertices), np.asarray(mesh.triangles))]
+
+
+def _capsules(points: Array, radius: float, X: Array, color: tuple[int, int, int]) -> list[Primitive]:
+    return [Primitive("capsule", (radius, 0.5 * float(np.linalg.norm(b - a))), X @ _between(a, b), color)
+            for a, b in pairwise(points)]  # fmt: skip
+
+
+def _between(a: Array, b: Array) -> Array:
+    """The frame in the middle of a and b whose z points to b."""
+    z = (b - a) / np.linalg.norm(b - a)
+    x = np.cross([0.0, 1.0, 0.0] if abs(z[1]) < 0.9 else [1.0, 0.0, 0.0], z)
+    x /= np.linalg.norm(x)
+    X = np.eye(4)
+    X[:3, :3], X[:3, 3] = np.stack([x, np.cross(z, x), z], axis=1), 0.5 * (a + b)
+    return X
+
+
+def spheres(shapes: list[Primitive], most: int) -> list[tuple[Array, float]]:
+    """Contact spheres (centre in the body's frame (3,), radius) inside of the shapes, at most `most`.
+
+    A box has one in each corner, a cylinder or capsule one at each end.
+    """
+    found: list[tuple[Array, float]] = []
+    for s in shapes:
+        if s.kind == "mesh":
+            assert s.vertices is not None
+            low, high = s.vertices.min(axis=0), s.vertices.max(axis=0)
+            middle, half = 0.5 * (low + high), 0.5 * (high - low)
+        else:
+            middle, half = np.zeros(3), np.array(s.size if s.kind == "box" else (0.0, 0.0, 0.0))
+        if s.kind in ("box", "mesh"):
+            r = 0.3 * float(half.min())
+            corners = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).T.reshape(-1, 3)
+            local = [(middle + corner * (half - r), r) for corner in corners]
+        elif s.kind == "sphere":
+            local = [(middle, s.size[0])]
+        else:
+            local = [(np.array([0.0, 0.0, sign * s.size[1]]), s.size[0]) for sign in (-1.0, 1.0)]
+        found += [(s.X_OS[:3, :3] @ p + s.X_OS[:3, 3], r) for p, r in local]
+    if len(found) > most:  # spread over the body: the farthest from those already taken
+        points = np.array([p for p, _ in found])
+        kept = [int(np.argmax(np.linalg.norm(points - points.mean(axis=0), axis=1)))]
+        while len(kept) < most:
+            away = np.linalg.norm(points[:, None] - points[kept][None], axis=2).min(axis=1)
+            kept.append(int(np.argmax(away)))
+        found = [found[k] for k in kept]
+    return found
+
+
+def triangles(shapes: list[Primitive]) -> tuple[Array, Array, Array]:
+    """Vertices (n, 3) in the body's frame [m], triangles (m, 3) and colours of the vertices (n, 3), for pictures."""
+    vertices, faces, colors, count = [], [], [], 0
+    for s in shapes:
+        if s.kind == "mesh":
+            assert s.vertices is not None
+            assert s.faces is not None
+            v, f = s.vertices, s.faces
+        else:
+            made = _triangulated(s)
+            v, f = np.asarray(made.vertices), np.asarray(made.faces)
+        vertices.append(v @ s.X_OS[:3, :3].T + s.X_OS[:3, 3])
+        faces.append(f + count)
+        colors.append(np.tile(np.array(s.color), (len(v), 1)))
+        count += len(v)
+    return np.concatenate(vertices), np.concatenate(faces).astype(np.int32), np.concatenate(colors)
+
+
+def _triangulated(s: Primitive) -> Any:
+    import trimesh
+
+    if s.kind == "box":
+        return trimesh.creation.box(2.0 * np.array(s.size))
+    if s.kind == "sphere":
+        return trimesh.creation.icosphere(2, s.size[0])
+    if s.kind == "cylinder":
+        return trimesh.creation.cylinder(s.size[0], 2.0 * s.size[1], sections=24)
+    mesh = trimesh.creation.capsule(2.0 * s.size[1], s.size[0], count=[8, 8])
+    mesh.apply_translation(-mesh.bounds.mean(axis=0))
+    return mesh

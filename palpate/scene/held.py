@@ -1,0 +1,77 @@
+"""The rigid bodies of a scene among the tools of its rigs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from palpate import _core
+from palpate.bodies.engine import JawShape, ToolShape, World
+from palpate.errors import SceneError
+from palpate.scene.rig import Rig
+from palpate.scene.scene import Scene
+from palpate.scene.tool import ToolSphereSection, tool_sphere
+
+
+def join(rigs: Mapping[str, Rig], loops: Sequence[_core.Simulation]) -> World | None:
+    """Put the tools of all loops among the bodies of their scene; None for a scene without bodies.
+
+    Raises:
+        MissingExtraError, SceneError, MeshError: as `World`.
+    """
+    made = world(rigs)
+    if made is not None:
+        _core.join_bodies(list(loops), made.core(next(iter(rigs.values())).snapshot))
+    return made
+
+
+def world(rigs: Mapping[str, Rig]) -> World | None:
+    """The bodies of a scene in an engine, with a virtual tool for each rig; None for a scene without bodies.
+
+    Raises:
+        MissingExtraError, SceneError, MeshError: as `World`.
+    """
+    first = next(iter(rigs.values()))
+    scene = first.scene
+    if not scene.bodies:
+        return None
+    where = scene.where("bodies")
+    tools = [tool_shape(name or "tool", rig) for name, rig in rigs.items()]
+    return World(scene.bodies, scene.engine, tools, lambda name: scene.path_to(name, where), where)
+
+
+def tool_shape(name: str, rig: Rig) -> ToolShape:
+    """The jaws of a rig's tool, from the capsules of its model, in T."""
+    arms, follower = rig.arms, rig.arms.follower
+    X_WT = arms.X_WB @ follower.fk(arms.q_follower0)
+    links = follower.link_poses(arms.q_follower0, 0.0)
+    jaws = []
+    for entry in follower.capsules:
+        if not str(entry["link"]).startswith("jaw"):
+            continue
+        a, b = (
+            tool_sphere(follower, ToolSphereSection(link=entry["link"], at=tuple(entry[key]), radius=entry["radius"]))
+            for key in ("from", "to")
+        )
+        joint = follower.drawn_joint(entry["link"])
+        assert a.link is not None
+        assert joint is not None
+        X_TL = np.linalg.inv(X_WT) @ arms.X_WB @ links[a.link]
+        turn = X_TL[:3, :3] @ (joint.multiplier * joint.X_parent[:3, :3] @ joint.axis)
+        ratio = float(np.linalg.norm(turn))
+        ends = [X_TL[:3, :3] @ end.core.centre(0.0) + X_TL[:3, 3] for end in (a, b)]
+        hinge = X_TL[:3, :3] @ joint.X_parent[:3, 3] + X_TL[:3, 3]
+        jaws.append(JawShape(hinge, turn / ratio, ratio, ends[0], ends[1], float(entry["radius"])))
+    return ToolShape(name, X_WT, tuple(jaws[:2]), rig.scene.contact.radius)
+
+
+def refuse(scene: Scene, where: str) -> None:
+    """Refuse a scene with bodies where no engine moves them; `where` says it in words.
+
+    Raises:
+        SceneError: the scene has bodies.
+    """
+    if scene.bodies:
+        mend = "run it with simulated arms (palpate run), or leave bodies out"
+        raise SceneError(f"bodies are not moved {where}", where=scene.where("bodies"), mend=mend)

@@ -1,0 +1,55 @@
+"""Bodies never give the hand energy: random motions through bodies from 1 g to fixed ones, on different leaders."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco")
+
+from palpate.scene import Scene
+from palpate.session import Session
+
+ALLOWANCE = 5e-4  # of the passivity layer [J]
+
+
+def scene_of(leader, mass, rng):
+    block = {"name": "block", "parts": [{"box": [0.02, 0.02, 0.02]}], "pose": {"xyz": [0, 0, 0.01]}}
+    floor = {"name": "floor", "fixed": True, "parts": [{"box": [0.2, 0.2, 0.01], "pose": {"xyz": [0, 0, -0.005]}}]}
+    block |= {"fixed": True} if mass is None else {"mass": mass}
+    times = np.arange(9) * 0.3
+    path = [{"t": float(t), "xyz": (rng.uniform([-0.02, -0.02, 0.018], [0.02, 0.02, 0.05])).tolist()} for t in times]
+    path[0]["xyz"] = [0.0, 0.0, 0.06]  # a tool that starts in a body would be pushed out by energy of nobody
+    grip = [{"t": 0.3 * k, "angle": float(rng.choice([0.0, 0.4, 0.9]))} for k in range(9)]
+    return Scene.model_validate({
+        "objects": [{"name": "table", "plane": {"size": 0.2}, "pose": {"xyz": [0, 0, -0.02]}}],
+        "bodies": [floor, block],
+        "arms": {"leader": leader, "follower": {"model": "psm_prograsp", "base": {"xyz": [0, 0, 0.19]},
+                                                "jaw": {"start": 1.0, "closed": 0, "open": 1.0}}},
+        "mapping": {"scale": 0.5, "align_rate": 0}, "stability": {"friction_share": 0.0},
+        "operator": {"path": path, "grip": grip, "hand": "relaxed"},
+    })  # fmt: skip
+
+
+MTM = {"base": {"xyz": [0.345, 0.243, 0.219], "rpy_deg": [0, 0, -20]}}
+LEADERS = {"mtm_right": MTM, "six_axis": {"model": "six_axis"}, "delta": {"model": "delta"}}
+
+
+@pytest.mark.parametrize("leader", LEADERS)
+@pytest.mark.parametrize("mass", [0.001, 0.05, None])
+def test_random_motions_through_bodies_give_the_hand_no_energy(leader, mass):
+    for seed in range(2):
+        rng = np.random.default_rng([seed, list(LEADERS).index(leader)])
+        summary = Session(scene_of(LEADERS[leader], mass, rng), seed=seed).run(2.4)
+        assert np.isfinite(summary.peak_force_N)
+        assert summary.energy_min_J >= -1.02 * ALLOWANCE
+
+
+def test_lockstep_repeats_bit_by_bit():
+    rows = []
+    for _ in range(2):
+        session = Session(scene_of(MTM, 0.01, np.random.default_rng(3)), seed=3)
+        got = np.concatenate([session.simulation.run(400) for _ in range(3)])
+        rows.append(got)
+    clocks = rows[0] != rows[1]
+    assert np.flatnonzero(clocks.any(axis=0)).size <= 1  # the compute time of a tick alone
