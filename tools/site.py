@@ -23,7 +23,7 @@ ROOT = Path(__file__).resolve().parents[1]
 #: Headings of the site and their pages: those of docs by name, those of the root with a slash in front. A page that
 #: is in none of them is an error.
 NAVIGATION = {
-    "Start": "/index howto /examples/index comparison platforms viewer session",
+    "Start": "/index howto /examples/index /examples/*/index comparison platforms viewer session",
     "Contact": "contact contact-* meshes slicer geometry wall oscillation",
     "Soft tissue": "tissue tissue-* soft-thread grasping",
     "Sensing and registration": "sensing camera scan frames registration registration-*",
@@ -36,6 +36,8 @@ NAVIGATION = {
     "Python": "/api/*",
     "Project": "/ARCHITECTURE /NOTATION /CONTRIBUTING changes extending security /SECURITY /CHANGELOG",
 }
+#: Languages of the files in folders of examples.
+CODE = {".py": "python", ".cpp": "cpp", ".hpp": "cpp", ".toml": "toml", ".txt": "cmake", ".yaml": "yaml"}
 _LINK = re.compile(r"(\]\()([^)#\s]+)((?:#[^)\s]*)?\))")
 
 
@@ -78,20 +80,36 @@ def copy(page: Path, pages: Path) -> None:
 
 
 def examples(pages: Path) -> None:
-    """A page with all examples, each with its first words, and with the notebooks."""
+    """Pages with all examples, with the notebooks, and with the files of each other folder of examples."""
+    here = ROOT / "examples"
     lines = ["# Examples", "", "Numbered examples, one idea each.", ""]
-    for file in sorted((ROOT / "examples").glob("*.py")):
+    for file in sorted(here.glob("*.py")):
         text = file.read_text(encoding="utf-8")
         words = ast.get_docstring(ast.parse(text)) or ""
         lines += [f"## {file.stem}", "", words, "", "```python", text, "```", ""]
-    lines += ["", "# Notebooks", "", "Open them with `jupyter lab examples/notebooks`.", ""]
-    for file in sorted((ROOT / "examples" / "notebooks").glob("*.ipynb")):
+    found = {"": lines, "notebooks": notebooks(here / "notebooks")}
+    for folder in sorted(here.iterdir()):
+        if folder.is_dir() and folder.name not in ("notebooks", "__pycache__"):
+            lines = found[folder.name] = [f"# examples/{folder.name}", ""]
+            for file in sorted(one for one in folder.rglob("*") if one.suffix in CODE):
+                lines += [f"## {file.relative_to(folder)}", "", f"```{CODE[file.suffix]}"]
+                lines += [file.read_text(encoding="utf-8"), "```", ""]
+    for name, lines in found.items():
+        (pages / "examples" / name).mkdir(parents=True, exist_ok=True)
+        (pages / "examples" / name / "index.md").write_text("\n".join(lines), encoding="utf-8")
+
+
+def notebooks(folder: Path) -> list[str]:
+    """Lines of a page with the cells of all notebooks of a folder, without their outputs."""
+    lines = ["# Notebooks", "", "Open them with `jupyter lab examples/notebooks`.", ""]
+    for file in sorted(folder.glob("*.ipynb")):
         for cell in json.loads(file.read_text(encoding="utf-8"))["cells"]:
             text = "".join(cell["source"])
-            lines += [f"#{text}" if text.startswith("# ") else text, ""] if cell["cell_type"] == "markdown" else [
-                "```python", text, "```", ""]  # fmt: skip
-    (pages / "examples").mkdir(exist_ok=True)
-    (pages / "examples" / "index.md").write_text("\n".join(lines), encoding="utf-8")
+            if cell["cell_type"] == "code":
+                lines += ["```python", text, "```", ""]
+            else:
+                lines += [f"#{text}" if text.startswith("# ") else text, ""]
+    return lines
 
 
 def reference(pages: Path) -> None:

@@ -45,6 +45,15 @@ def test_links_lead_to_files_that_are_copied(tool, tmp_path):
     assert "](examples/index.md)" in (tmp_path / "index.md").read_text()
 
 
+def test_every_page_that_a_page_links_exists(tool, tmp_path):
+    copied(tool, tmp_path)
+    lost = []
+    for page in tmp_path.rglob("*.md"):
+        links = [found[1] for found in tool._LINK.findall(page.read_text(encoding="utf-8")) if found[1].endswith(".md")]
+        lost += [(page.name, link) for link in links if "://" not in link and not (page.parent / link).exists()]
+    assert lost == []
+
+
 @pytest.mark.long
 def test_the_site_is_built_and_a_dead_link_is_an_error(tool, tmp_path, monkeypatch):
     pytest.importorskip("mkdocs", reason="make site")
