@@ -233,6 +233,7 @@ void bind_running(nb::module_& m) {
           },
           "t"_a, "(position (3,) [m], velocity (3,) [m/s], gripper angle [rad]) at t [s].");
 
+  nb::class_<loop::RemoteEnd>(m, "RemoteEnd", "The operator's end of a link, for Simulation.attach().");
   nb::class_<Simulation> simulation(m, "Simulation",
                                     "A simulation of hand, leader and follower around the haptic cycle.");
   bind_front(simulation);
@@ -256,6 +257,8 @@ void bind_running(nb::module_& m) {
       .def("order", &order, "motion"_a, "pace"_a, "until"_a, "stop"_a = false, "guard"_a = 1.0,
            "Orders about the motion of this number: pace 0..1, the time until which it is known to be free [s], stop "
            "for good, and the contact force that stops it [N].")
+      .def("attach", &Simulation::attach, "remote"_a.none(),
+           "Lets the hand feel what this end of a link renders; None: the objects of the loop.")
       .def("watch_stages", &Simulation::watch_stages,
            "Measures each stage of the cycle from now on; timing()['stages'][name] has p50, p99, p999 and max [us].")
       .def("stall", &Simulation::stall, "seconds"_a,

@@ -2642,7 +2642,7 @@ def cartesian(
     cartesian_place.
     """
 
-TICK_BYTES: int = 3800
+TICK_BYTES: int = 3896
 
 def signals() -> list[tuple[str, int, int, str, str, str, bool, str]]:
     """
@@ -3299,6 +3299,9 @@ class HandPath:
         (position (3,) [m], velocity (3,) [m/s], gripper angle [rad]) at t [s].
         """
 
+class RemoteEnd:
+    """The operator's end of a link, for Simulation.attach()."""
+
 class Simulation:
     """A simulation of hand, leader and follower around the haptic cycle."""
 
@@ -3398,6 +3401,11 @@ class Simulation:
         """
         Orders about the motion of this number: pace 0..1, the time until which it is known to be free [s], stop for
         good, and the contact force that stops it [N].
+        """
+
+    def attach(self, remote: RemoteEnd | None) -> None:
+        """
+        Lets the hand feel what this end of a link renders; None: the objects of the loop.
         """
 
     def watch_stages(self) -> None:

@@ -5,7 +5,7 @@ Teleoperation across a network: emulated links, packets, both ends, and simulate
 
 from collections.abc import Sequence
 import enum
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy
 from numpy.typing import NDArray
@@ -462,6 +462,10 @@ class Arrivals:
         """99.9th percentile [s]."""
 
     @property
+    def limit(self) -> float:
+        """Age from which an outage is told [s]."""
+
+    @property
     def outages(self) -> int:
         """Number of outages so far."""
 
@@ -589,6 +593,13 @@ class SiteOptions:
 
     @force_cap.setter
     def force_cap(self, arg: float, /) -> None: ...
+
+    @property
+    def mass(self) -> float:
+        """Of the tool [kg]."""
+
+    @mass.setter
+    def mass(self, arg: float, /) -> None: ...
 
     @property
     def speed(self) -> float:
@@ -943,6 +954,39 @@ class Instrument:
     def largest(self) -> float:
         """Largest force of the tissue so far [N]."""
 
+class Alarms:
+    """Figures of the detector of outages on one emulated link."""
+
+    @property
+    def false_alarms(self) -> int:
+        """Outages reported while packets were sent."""
+
+    @property
+    def seconds(self) -> float:
+        """Virtual time in which they were counted [s]."""
+
+    @property
+    def p999(self) -> float:
+        """99.9th percentile of the age before the outage [s]."""
+
+    @property
+    def limit(self) -> float:
+        """Age from which an outage is reported then [s]."""
+
+    @property
+    def possible(self) -> float:
+        """Age that an hour of this link exceeds once without an outage [s]."""
+
+    @property
+    def told(self) -> float:
+        """Age at which the outage at the end was reported [s]."""
+
+def count_alarms(condition: Condition, seconds: float, settle: float = 30.0, seed: int = 0) -> Alarms:
+    """
+    Sends a packet every millisecond for `seconds` of virtual time, then none; counts the outages that are reported. The
+    first `settle` seconds do not count.
+    """
+
 class OperatorOptions:
     """Options of the operator's end."""
 
@@ -1190,6 +1234,232 @@ def trial(
     path: Annotated[NDArray[numpy.float64], "(:, 3)"],
 ) -> tuple[TrialResult, Annotated[NDArray[numpy.float64], "(:, :)"]]:
     """
-    Simulates a hand with the intended path (n, 3) [m], one point per millisecond: (figures, rows (n - 1, 14) with the
+    Simulates a hand with the intended path (n, 3) [m], one point per millisecond: (figures, rows (n - 1, 19) with the
     columns trial_columns()). world: the objects as they are; model: as both ends have them.
     """
+
+class LoopEndOptions:
+    """Options of the operator's end in a loop."""
+
+    def __init__(self) -> None: ...
+
+    @property
+    def mode(self) -> Mode:
+        """Mode."""
+
+    @mode.setter
+    def mode(self, arg: Mode, /) -> None: ...
+
+    @property
+    def radius(self) -> float:
+        """Radius of the tool's sphere [m]."""
+
+    @radius.setter
+    def radius(self, arg: float, /) -> None: ...
+
+    @property
+    def update(self) -> UpdateOptions:
+        """Limits of updates of the local model."""
+
+    @update.setter
+    def update(self, arg: UpdateOptions, /) -> None: ...
+
+class LinkState:
+    """What is known about a link after a tick."""
+
+    @property
+    def newest(self) -> Datagram:
+        """The newest datagram of the other end."""
+
+    @property
+    def age(self) -> float:
+        """Age of the newest packet [s]."""
+
+    @property
+    def p50(self) -> float:
+        """Its median [s]."""
+
+    @property
+    def p99(self) -> float:
+        """Its 99th percentile [s]."""
+
+    @property
+    def p999(self) -> float:
+        """Its 99.9th percentile [s]."""
+
+    @property
+    def offset(self) -> float:
+        """Clock of the other end minus the own one [s]."""
+
+    @property
+    def drift(self) -> float:
+        """Rate of the other clock minus 1 [-]."""
+
+    @property
+    def bound(self) -> float:
+        """Error of the offset by an unknown asymmetry of the delays [s]."""
+
+    @property
+    def held(self) -> float:
+        """Time without link after the first [s]."""
+
+    @property
+    def received(self) -> float:
+        """Packets that have arrived."""
+
+    @property
+    def outages(self) -> int:
+        """Outages so far."""
+
+    @property
+    def known(self) -> bool:
+        """True once a packet has arrived."""
+
+    @property
+    def linked(self) -> bool:
+        """True while the hand feels the remote side."""
+
+    @property
+    def outage(self) -> bool:
+        """True while packets are missing."""
+
+    @property
+    def models(self) -> list[ModelEstimate]:
+        """Estimates as rendered, one for each object."""
+
+    @property
+    def tank(self) -> float:
+        """Least energy in the tanks of the objects [J]."""
+
+    @property
+    def paid(self) -> float:
+        """
+        Energy that updates have added to the springs, less what they took [J].
+        """
+
+class LoopEnd(palpate._core.RemoteEnd):
+    """The operator's end of a link, for Simulation.attach()."""
+
+    def __init__(self, options: LoopEndOptions, scene: palpate._core.Snapshot) -> None: ...
+
+    def receive(self, bytes: bytes, at: float) -> bool:
+        """
+        The bytes of a datagram that arrived at the own time `at` [s]; False unless they are valid.
+        """
+
+    def packet(self) -> bytes:
+        """The bytes of the datagram that leaves next."""
+
+    def state(self) -> LinkState:
+        """The state after the newest tick."""
+
+class FollowerOptions:
+    """Options of a simulated follower."""
+
+    def __init__(self) -> None: ...
+
+    @property
+    def site(self) -> SiteOptions:
+        """Follower's end."""
+
+    @site.setter
+    def site(self, arg: SiteOptions, /) -> None: ...
+
+    @property
+    def instrument(self) -> InstrumentOptions:
+        """Simulated instrument."""
+
+    @instrument.setter
+    def instrument(self, arg: InstrumentOptions, /) -> None: ...
+
+    @property
+    def rate(self) -> float:
+        """Rate of its loop [Hz]."""
+
+    @rate.setter
+    def rate(self, arg: float, /) -> None: ...
+
+    @property
+    def realtime(self) -> palpate._core.RealTimeOptions:
+        """Options of its thread."""
+
+    @realtime.setter
+    def realtime(self, arg: palpate._core.RealTimeOptions, /) -> None: ...
+
+class FollowerState:
+    """What is known about a follower after a tick."""
+
+    @property
+    def x(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """True position of the tool (3,) [m]."""
+
+    @property
+    def F(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """True force of the tissue (3,) [N]."""
+
+    @property
+    def largest(self) -> float:
+        """Largest force of the tissue so far [N]."""
+
+    @property
+    def account(self) -> float:
+        """Energy that the tool may still spend [J]."""
+
+    @property
+    def age(self) -> float:
+        """Age of the newest packet [s]."""
+
+    @property
+    def p50(self) -> float:
+        """Its median [s]."""
+
+    @property
+    def p99(self) -> float:
+        """Its 99th percentile [s]."""
+
+    @property
+    def p999(self) -> float:
+        """Its 99.9th percentile [s]."""
+
+    @property
+    def outages(self) -> int:
+        """Outages so far."""
+
+class Follower:
+    """The follower's end with a simulated instrument, in a real-time thread."""
+
+    def __init__(
+        self,
+        options: FollowerOptions,
+        scene: palpate._core.Snapshot,
+        world: palpate._core.Snapshot,
+        p: Annotated[NDArray[numpy.float64], "(3,)"],
+    ) -> None:
+        """
+        scene: the objects as both ends have them; world: as they are; p (3,): place [m].
+        """
+
+    def start(self) -> None:
+        """Starts the thread."""
+
+    def stop(self) -> None:
+        """Ends the thread."""
+
+    def receive(self, bytes: bytes, at: float) -> bool:
+        """
+        The bytes of a datagram that arrived at the own time `at` [s]; False unless they are valid.
+        """
+
+    def forget_operator(self) -> None:
+        """A new operator comes; what was learnt is kept."""
+
+    def packet(self) -> bytes:
+        """The bytes of the datagram that leaves next."""
+
+    def state(self) -> FollowerState:
+        """The state after the newest tick."""
+
+    def timing(self) -> dict[str, Any]:
+        """
+        Punctuality so far: lateness_us, slack_us, ticks, missed_ticks, scheduler.
+        """

@@ -9,5 +9,6 @@ void bind_link(nanobind::module_& m);
 void bind_packets(nanobind::module_& m);
 void bind_ends(nanobind::module_& m);
 void bind_trial(nanobind::module_& m);
+void bind_loops(nanobind::module_& m);
 
 }  // namespace palpate::bindings

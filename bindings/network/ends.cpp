@@ -53,6 +53,7 @@ void bind_options(nb::module_& m) {
       .def_rw("mode", &SiteOptions::mode, "Mode."_doc)
       .def_rw("radius", &SiteOptions::radius, "Radius of the tool's sphere [m]."_doc)
       .def_rw("force_cap", &SiteOptions::force_cap, "Largest force on the tissue [N]."_doc)
+      .def_rw("mass", &SiteOptions::mass, "Of the tool [kg]."_doc)
       .def_rw("speed", &SiteOptions::speed, "Largest speed of the tool's goal [m/s]."_doc)
       .def_rw("catch_up", &SiteOptions::catch_up, "The same while the tool aligns [m/s]."_doc)
       .def_rw("allowance", &SiteOptions::allowance, "Energy that may be spent in advance [J]."_doc)

@@ -9,4 +9,5 @@ NB_MODULE(_network, m) {
   palpate::bindings::bind_packets(m);
   palpate::bindings::bind_ends(m);
   palpate::bindings::bind_trial(m);
+  palpate::bindings::bind_loops(m);
 }

@@ -99,6 +99,7 @@ void bind_packets(nb::module_& m) {
       .def_prop_ro("p50", &Arrivals::p50, "Median of the age [s].")
       .def_prop_ro("p99", &Arrivals::p99, "99th percentile [s].")
       .def_prop_ro("p999", &Arrivals::p999, "99.9th percentile [s].")
+      .def_prop_ro("limit", &Arrivals::limit, "Age from which an outage is told [s].")
       .def_prop_ro("outages", &Arrivals::outages, "Number of outages so far.");
 }
 

@@ -7,6 +7,7 @@
 
 #include "doc.hpp"
 #include "network/bindings.hpp"
+#include "palpate/network/alarms.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -55,9 +56,25 @@ void bind_trial_options(nb::module_& m) {
           "t"_a, "object"_a, "shift"_a, "Pushes an object aside by shift (3,) [m] at the time t [s].");
 }
 
+void bind_alarms(nb::module_& m) {
+  nb::class_<network::Alarms>(m, "Alarms", "Figures of the detector of outages on one emulated link.")
+      .def_ro("false_alarms", &network::Alarms::false_alarms, "Outages reported while packets were sent."_doc)
+      .def_ro("seconds", &network::Alarms::seconds, "Virtual time in which they were counted [s]."_doc)
+      .def_ro("p999", &network::Alarms::p999, "99.9th percentile of the age before the outage [s]."_doc)
+      .def_ro("limit", &network::Alarms::limit, "Age from which an outage is reported then [s]."_doc)
+      .def_ro("possible", &network::Alarms::possible,
+              "Age that an hour of this link exceeds once without an outage [s]."_doc)
+      .def_ro("told", &network::Alarms::told, "Age at which the outage at the end was reported [s]."_doc);
+  m.def("count_alarms", &network::count_alarms, "condition"_a, "seconds"_a, "settle"_a = 30.0, "seed"_a = 0,
+        nb::call_guard<nb::gil_scoped_release>(),
+        "Sends a packet every millisecond for `seconds` of virtual time, then none; counts the outages that are "
+        "reported. The first `settle` seconds do not count.");
+}
+
 }  // namespace
 
 void bind_trial(nb::module_& m) {
+  bind_alarms(m);
   bind_trial_options(m);
   nb::class_<TrialResult>(m, "TrialResult", "Figures of a trial; energies by quadrature of the simulated motion.")
       .def_ro("energy_hand", &TrialResult::energy_hand,
@@ -85,8 +102,9 @@ void bind_trial(nb::module_& m) {
   m.def(
       "trial_columns",
       [] {
-        return std::vector<std::string>{"t", "depth", "felt",    "truth",      "x_hand", "x_site",      "F_site",
-                                        "K", "shift", "account", "play_delay", "tank",   "energy_hand", "energy_site"};
+        return std::vector<std::string>{"t",  "depth", "felt",    "truth",      "x_hand", "x_site",      "F_site",
+                                        "K",  "shift", "account", "play_delay", "tank",   "energy_hand", "energy_site",
+                                        "mu", "error", "shift_x", "shift_y",    "shift_z"};
       },
       "Names of the columns of the rows of a trial.");
   m.def(
@@ -110,7 +128,7 @@ void bind_trial(nb::module_& m) {
         return nb::make_tuple(result, Table(data, {n, kTrialColumns}, owner));
       },
       "options"_a, "world"_a, "model"_a, "path"_a,
-      "Simulates a hand with the intended path (n, 3) [m], one point per millisecond: (figures, rows (n - 1, 14) with "
+      "Simulates a hand with the intended path (n, 3) [m], one point per millisecond: (figures, rows (n - 1, 19) with "
       "the columns trial_columns()). world: the objects as they are; model: as both ends have them.");
 }
 

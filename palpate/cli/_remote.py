@@ -40,9 +40,6 @@ def require(scene: Scene, at: str | None, fast: bool) -> None:
     section = scene.remote
     if section is not None:
         network(network_name(scene))
-        if section.mode != "model":
-            what = f"the mode {section.mode!r} runs only in palpate study network"
-            raise SceneError(what, where=scene.where("remote", "mode"), mend="write mode: model")
 
 
 @contextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -25,25 +26,28 @@ class Command:
       palpate fuzz contact --runs 100000
       palpate fuzz loops --runs 10000 --faults 10000 --out runs/loops
       palpate fuzz ports --cases 1000000
+      palpate fuzz datagrams --cases 1000000
       palpate fuzz files --seed 4711 --runs 1
     """
 
     target: Positional[
         Literal[
-            "contact", "files", "grids", "haply", "loops", "models", "packets", "ports", "records", "scenes", "tables"
+            "contact", "datagrams", "files", "grids", "haply", "loops", "models", "packets", "ports", "records",
+            "scenes", "tables",
         ]
-    ]
+    ]  # fmt: skip
     """contact: random triangles and tool paths for every contact method; loops: closed loops of the hand in random
     scenes, which may hand out no energy; scenes: moving objects, fixtures and live edits; files: meshes; grids: .npz
     and .nrrd; models: arms, URDFs and gravity models; records: .mcap; tables: CSV of paths and of recordings; packets:
-    OpenIGTLink; all damaged; ports: forged messages at the haptic node, the simulated robot, OpenIGTLink and the
+    OpenIGTLink; all damaged; datagrams: forged, replayed and truncated packets at both ends of a link, 1,000 a run
+    (docs/network.md); ports: forged messages at the haptic node, the simulated robot, OpenIGTLink and the
     viewer, 100 a run (docs/security.md); haply: messages of Haply's service, 100 a run."""
     kind: str = ""
     """loops: the only kind to draw, for example hard or stick (docs/verification.md); all when left out."""
     runs: int = 2000
     """Number of cases; each case takes the next seed [-]."""
     cases: Annotated[int | None, arg(metavar="MESSAGES")] = None
-    """ports: number of messages, instead of --runs [-]."""
+    """ports, datagrams: number of messages, instead of --runs [-]."""
     seed: int = 0
     """Seed of the first case; `--seed N --runs 1` repeats a fault [-]."""
     faults: int = 20
@@ -97,11 +101,9 @@ class Command:
         """Set the number of runs by the number of messages."""
         if self.cases is None:
             return
-        if self.target != "ports" or self.cases < 1:
-            what = (
-                f"--cases {self.cases} of target {self.target}: it is a number of messages, from 1, of the target ports"
-            )
-            raise PalpateError(what, mend="give --runs")
-        from palpate.verify.fuzz.ports import MESSAGES
-
-        self.runs = -(-self.cases // MESSAGES)
+        if self.target not in ("ports", "datagrams") or self.cases < 1:
+            what = f"--cases {self.cases} of target {self.target}"
+            why = "it is a number of messages, from 1, of the targets ports and datagrams"
+            raise PalpateError(what, why=why, mend="give --runs")
+        messages = import_module(f"palpate.verify.fuzz.{self.target}").MESSAGES
+        self.runs = -(-self.cases // messages)

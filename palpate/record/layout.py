@@ -24,7 +24,7 @@ from palpate.record.ticks import SIGNALS, Signal
 
 GROUPS: dict[str, tuple[str, ...]] = {
     "leader": ("leader", "torque", "hand"),
-    "follower": ("mapping", "follower", "contact", "force", "guidance", "tracking", "pairs"),
+    "follower": ("mapping", "follower", "contact", "force", "guidance", "tracking", "pairs", "remote"),
     "loop": ("loop", "stability"),
 }
 """Stages whose signals one topic carries, by the topic's name."""
@@ -173,7 +173,11 @@ def _words(signal: Signal) -> str:
 
 
 def kept(
-    deterministic: bool, tracked: bool = True, paired: bool = True, only: Sequence[str] | None = None
+    deterministic: bool,
+    tracked: bool = True,
+    paired: bool = True,
+    only: Sequence[str] | None = None,
+    linked: bool = True,
 ) -> dict[str, list[Signal]]:
     """The signals of a record by their group, in the order of the tick.
 
@@ -182,8 +186,10 @@ def kept(
         tracked: False leaves out the signals of live objects and tracked frames.
         paired: False leaves out the signals of contact with other pairs.
         only: names of the signals to keep; None keeps all. The time is always kept.
+        linked: False leaves out the signals of a remote site.
     """
-    left_out = {stage for stage, is_kept in (("tracking", tracked), ("pairs", paired)) if not is_kept}
+    parts = (("tracking", tracked), ("pairs", paired), ("remote", linked))
+    left_out = {stage for stage, is_kept in parts if not is_kept}
     found: dict[str, list[Signal]] = {}
     for signal in SIGNALS.values():
         wanted = only is None or signal.name == "t" or signal.name in only

@@ -43,6 +43,7 @@ class Recorder:
         deterministic: True for a lockstep record, which leaves out signals that depend on the machine.
         tracked: False leaves out the signals of live objects and tracked frames, for a scene without trackers.
         paired: True keeps the signals of contact with other pairs.
+        linked: True keeps the signals of a remote site.
         bag: True writes the ``metadata.yaml`` of a rosbag2 into the folder, which then holds this record only.
         started: wall-clock time at t = 0 with its time zone; ignored in a lockstep record.
         every: record each tick whose number is a multiple of this.
@@ -65,6 +66,7 @@ class Recorder:
         every: int = 1,
         tracked: bool = True,
         paired: bool = True,
+        linked: bool = True,
         extra: Extra | None = None,
         signals: Sequence[str] | None = None,
     ) -> None:
@@ -80,7 +82,7 @@ class Recorder:
         """Number of ticks written to the file."""
         self._deterministic = deterministic
         self._groups = [
-            GroupWriter(name, found) for name, found in kept(deterministic, tracked, paired, signals).items()
+            GroupWriter(name, found) for name, found in kept(deterministic, tracked, paired, signals, linked).items()
         ]
         self._extra = None if extra is None else ExtraWriter(extra)
         self._chunk = max(1, round(rate / CHUNKS_PER_SECOND))

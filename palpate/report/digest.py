@@ -33,6 +33,10 @@ _DRAWN = (
     *("t", "q", "normal", "delta_x", "F_T_W", "p_WP", "quat_WT", "contacts", "touch_sphere", "touch_object"),
     *("touch_force", "instrument_gap", "handle_gap"),
 )
+_REMOTE = (
+    *("p_WR", "F_remote_W", "remote_age", "remote_delay", "remote_link", "remote_received"),
+    *("energy_model", "energy_tank"),
+)
 _TIMES = ("cycle_us", "lateness_us")
 
 
@@ -92,7 +96,7 @@ class Digest:
 
     def _signals(self, frames: int) -> list[str]:
         tracked = Tracked.SIGNALS if frames else ()
-        names = (*_DRAWN, *_NORMS, *_SINGLE, *_EACH, *_TERMS, *_TIMES, *Totals.SIGNALS, *tracked)
+        names = (*_DRAWN, *_REMOTE, *_NORMS, *_SINGLE, *_EACH, *_TERMS, *_TIMES, *Totals.SIGNALS, *tracked)
         return list(dict.fromkeys(names))
 
     def _add(self, ticks: Ticks, at: int) -> None:

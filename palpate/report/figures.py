@@ -186,7 +186,11 @@ def energy(run: Run, canvas: Canvas) -> Figure:
     for name, label, color, width in entries:
         curve(axes, run.t, 1e3 * run.ticks[name], canvas.points(), color=color, lw=width, label=label)
     withheld = sum((ticks[name] for name in kept), ticks["energy_cut"])
-    rest = ticks["energy_port"] + withheld - ticks["energy_spring"] - ticks["energy_damping"]
+    if ticks["energy_model"].any():
+        label = "added to the springs by updates of the model"
+        curve(axes, run.t, 1e3 * ticks["energy_model"], canvas.points(), color=JOINTS[3], lw=1.0, label=label)
+    given = ticks["energy_port"] + withheld + ticks["energy_model"]
+    rest = given - ticks["energy_spring"] - ticks["energy_damping"]
     style = {"color": MUTED, "lw": 1.0, "ls": (0, (4, 2))}
     curve(axes, run.t, 1e3 * rest, canvas.points(), label="the rest: mostly friction", **style)
     axes.axhline(0, color=MUTED, lw=0.6)

@@ -64,7 +64,7 @@ def report(record: Record) -> str:
 def _page(run: Run) -> str:
     try:
         from palpate.plotting.style import picture
-        from palpate.report import figures, views
+        from palpate.report import figures, remote, views
     except ImportError as error:
         raise MissingExtraError("the report's figures", "report") from error
 
@@ -83,6 +83,7 @@ def _page(run: Run) -> str:
         _facts(summary),
         *_notes(run, slow),
         figure("What the hand felt", _story_words(run), figures.story),
+        *([figure("Across the network", remote.words(run), remote.figure)] if remote.crossed(run) else []),
         figure("Where the tool went", _VIEWS + ("" if run.surface else _NO_SURFACE), views.path),
         figure("Force over penetration", _stiffness_words(run), figures.stiffness),
         *([figure("What the jaws held", held.words(), figures.grasp)] if (held := grasp_of(run)) else []),

@@ -13,7 +13,7 @@ class RemoteSection(Section):
     """The other end of a link, and the simulated site that ``palpate serve follower`` runs."""
 
     mode: Literal["model", "passivity", "direct"] = "model"
-    """what the hand feels: a local model; or the measured force, which only `palpate study network` runs"""
+    """what the hand feels: a local model; the measured force, as far as both ports' energies allow; or all of it"""
     rate: Annotated[float, Field(ge=50.0, le=1000.0)] = 1000.0
     """packets per second in each direction [Hz]"""
     together: bool = False

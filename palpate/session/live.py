@@ -175,10 +175,6 @@ class LiveSession(AttendedLoop):
             self._beside.append(self._watch_execution())
         return self.execution
 
-    def set_model(self, snapshot: _core.Snapshot) -> None:
-        """Replace the objects by those of a model that is learnt elsewhere; contact goes on if they are the same."""
-        self._loop.set_snapshot(snapshot)
-
     @property
     def fixtures(self) -> tuple[Fixture, ...]:
         """Virtual fixtures in use. They can be replaced in a running session; the force on the hand is continuous."""

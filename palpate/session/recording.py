@@ -27,6 +27,8 @@ class RecordedLoop:
 
     paired = False
     """True if the record holds the signals of contact with other pairs."""
+    linked = False
+    """True if the record holds the signals of a remote site."""
 
     def __init__(self, rig: Rig, loop: Loop, rate: float, seed: int, out: str | os.PathLike[str] | None) -> None:
         self.scene, self.rig, self.seed = rig.scene, rig, seed
@@ -165,6 +167,7 @@ class RecordedLoop:
                     signals=self.scene.record.signals,
                     tracked=bool(self.scene.trackers),
                     paired=self.paired,
+                    linked=self.linked,
                     extra=RecordedFrames(self.rig) if self.scene.record.frames else None,
                 )
 

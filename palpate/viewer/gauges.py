@@ -121,6 +121,7 @@ class Gauges:
             f'<span id="palpate-lag">{lag_in_words(tick["lag_ms"])}</span></div>'
             f'<div style="{small}" title="{_STORED}"><span>energy stored from the hand</span>'
             f"<span>{1e3 * float(tick['energy_stored']):.1f} mJ</span></div>"
+            f"{_remote(tick, small)}"
             f'<div style="{small}" title="{_CONTACTS}"><span>contact springs at the tool</span></div>'
             f'<div style="font-size:12px;opacity:.8" id="palpate-touches" title="{_CONTACTS}">{touches or "none"}</div>'
             f'<div style="font-size:12px;opacity:.8" id="palpate-guidance">{guidance}</div>'
@@ -151,6 +152,23 @@ class Gauges:
         if float(depth.max()) > self._deepest:
             self._deepest = 1.5 * float(depth.max())
             self._depth_plot.scales = _scales(self._deepest)
+
+
+def _remote(tick: Ticks, style: str) -> str:
+    """Delays, packets and forces of a remote site; empty without one."""
+    link = int(tick["remote_link"])
+    if link == 0:
+        return ""
+    measured, model = (float(np.linalg.norm(tick[name])) for name in ("F_remote_W", "F_T_W"))
+    age, ahead = 1e3 * float(tick["remote_age"]), 1e3 * float(tick["remote_delay"])
+    where = f"where the grey ball is {age:.0f} ms ago, here in {ahead:.0f} ms"
+    rows = [
+        ("link", "stands" if link == 2 else "down: everything holds"),
+        ("remote tool", where),
+        ("packets", f"{int(tick['remote_received'])}"),
+        ("force there measured / felt here", f"{measured:.2f} / {model:.2f} N"),
+    ]
+    return "".join(f'<div style="{style}"><span>{name}</span><span>{value}</span></div>' for name, value in rows)
 
 
 def _scales(top: float) -> dict[str, uplot.Scale]:

@@ -15,6 +15,7 @@ Presses = dict[int, list[tuple[Array, float, Array, Array | None]]]
 SMALL = 0.004
 """Largest radius of a tool sphere that is drawn opaque [m]."""
 BLUE, YELLOW, RED = (90, 170, 255), (255, 214, 70), (225, 20, 20)
+GREY = (150, 150, 150)
 
 
 class ToolDrawing:
@@ -27,6 +28,8 @@ class ToolDrawing:
         clear = None if r <= SMALL else 0.5
         self._spr = scene.add_icosphere("/spr", r, BLUE, opacity=clear, cast_shadow=False)
         self._proxy = scene.add_icosphere("/proxy", r, YELLOW, opacity=clear, cast_shadow=False, visible=False)
+        # The remote tool where it was; it will be where the local one is (the signal remote_delay says when).
+        self._ghost = scene.add_icosphere("/remote", r, GREY, opacity=0.6, cast_shadow=False, visible=False)
         self._spheres = [
             scene.add_icosphere(f"/tool/{k}", s.core.radius, BLUE, subdivisions=2, wireframe=True, cast_shadow=False)
             for k, s in enumerate(stage.spheres)
@@ -58,6 +61,11 @@ class ToolDrawing:
     def show(self, tick: Ticks, links: dict[str, Array], shift: Array) -> None:
         """Moves the tool to a tick; links: poses of the follower's links in B; shift: of the drawn tool (3,) [m]."""
         touches = int(tick["contacts"])
+        known = float(tick["remote_received"]) > 0.0
+        if known:
+            self._ghost.position = tick["p_WR"] + shift
+        if self._ghost.visible != known:
+            self._ghost.visible = known
         self._spr.position = tick["p_WT"] + shift
         self._proxy.visible = touches > 0
         if touches:

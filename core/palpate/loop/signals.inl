@@ -108,6 +108,15 @@ SIGNAL(pairs, double, holding, "1", "", "the jaws hold the graspable object: 0 n
 SIGNAL(pairs, Reals<3>, p_WO, "m", "W", "position of the graspable object", true)
 SIGNAL(pairs, Reals<4>, quat_WO, "1", "W", "its orientation, w x y z", true)
 SIGNAL(pairs, Reals<3>, F_held_W, "N", "W", "force on the tool of the object that another instrument holds too", true)
+SIGNAL(remote, Reals<3>, p_WR, "m", "W", "remote tool by its newest packet: where it was; zero without a link", true)
+SIGNAL(remote, Reals<3>, F_remote_W, "N", "W", "measured force on the remote tool, by its newest packet", true)
+SIGNAL(remote, double, remote_age, "s", "", "age of the newest packet of the remote site", true)
+SIGNAL(remote, double, remote_delay, "s", "", "after which the remote tool is where the local one is now", true)
+SIGNAL(remote, double, remote_link, "1", "", "0: no remote site, 1: the link is down and everything holds, 2: linked", true)
+SIGNAL(remote, double, remote_received, "1", "", "packets that have arrived from the remote site", true)
+SIGNAL(remote, double, energy_model, "J", "",
+       "added to the contact springs by updates of the remote model, less what they took", true)
+SIGNAL(remote, double, energy_tank, "J", "", "left for further updates of the remote model", true)
 SIGNAL(loop, double, cycle_us, "us", "", "compute time of the haptic cycle", false)
 SIGNAL(loop, double, lateness_us, "us", "", "start of the tick after its deadline", false)
 // clang-format on

@@ -133,6 +133,12 @@ void Simulation::publish() noexcept {
                       &follower_model_, follower.jaw, options_.rate});
 }
 
+void Simulation::attach(std::shared_ptr<RemoteEnd> remote) {
+  const std::lock_guard lock(driver_);
+  if (running()) throw std::logic_error("the simulation runs in real time: stop() it before attach()");
+  remote_ = std::move(remote);
+}
+
 void Simulation::watch_stages() {
   const std::lock_guard lock(driver_);
   if (running()) throw std::logic_error("the simulation runs in real time: stop() it before watch_stages()");
@@ -214,6 +220,7 @@ const Tick& Simulation::tick(double lateness_us) noexcept {
 
   const std::int64_t begin = now_ns();
   meet();
+  reach_out();
   CycleOutput& out = cycle_.step(in_);
   const std::int64_t spent = now_ns() - begin;
   cycle_time_.add(spent);
@@ -235,6 +242,7 @@ const Tick& Simulation::tick(double lateness_us) noexcept {
     fault_.write(tick);
   }
 
+  if (remote_) remember(tick);
   leader_.command(out.leader);
   follower_.command(out.follower);
   plant();
@@ -258,6 +266,37 @@ void Simulation::meet() noexcept {
   in_.F_others_W = on_tool_.F_T_W;
   in_.K_others = on_tool_.stiffness;
   in_.power_others = on_tool_.power;
+}
+
+// Takes objects and force from the other end of a link.
+void Simulation::reach_out() noexcept {
+  if (!remote_) return;
+  local_.t = in_.t;
+  const RemoteTick& felt = remote_->step(local_);
+  felt_ = &felt;
+  if (felt.scene != nullptr) in_.scene = felt.scene;
+  in_.F_others_W = tool_contact_ ? Wrench{} : on_tool_.F_T_W;
+  in_.F_others_W.f += felt.F;
+  in_.controls.hold_all |= !felt.linked;
+}
+
+// Records the link, and keeps the tool of this tick for its other end.
+void Simulation::remember(Tick& tick) noexcept {
+  local_.X = {Mat3(Eigen::Quaterniond(tick.quat_WT[0], tick.quat_WT[1], tick.quat_WT[2], tick.quat_WT[3])),
+              Vec3(tick.p_WT[0], tick.p_WT[1], tick.p_WT[2])};
+  local_.jaw = tick.jaw;
+  local_.F = Vec3(tick.F_T_W[0], tick.F_T_W[1], tick.F_T_W[2]);
+  for (int i = 0; i < 3; ++i) {
+    tick.p_WR[i] = felt_->p_tool[i];
+    tick.F_remote_W[i] = felt_->F_tool[i];
+  }
+  const double per_hand = cycle_.mapping().energy_ratio();
+  tick.remote_age = felt_->age;
+  tick.remote_delay = felt_->delay;
+  tick.remote_link = felt_->linked ? 2.0 : 1.0;
+  tick.remote_received = felt_->received;
+  tick.energy_model = per_hand * felt_->paid;
+  tick.energy_tank = per_hand * felt_->tank;
 }
 
 // Steps the simulated world by one period of the cycle.

@@ -16,6 +16,7 @@
 #include "palpate/loop/histogram.hpp"
 #include "palpate/loop/instruments.hpp"
 #include "palpate/loop/realtime.hpp"
+#include "palpate/loop/remote_end.hpp"
 #include "palpate/plant/follower.hpp"
 #include "palpate/plant/hand.hpp"
 #include "palpate/plant/leader.hpp"
@@ -75,6 +76,8 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): a singl
   [[nodiscard]] Bodies* bodies() const noexcept { return bodies_.get(); }
   /// Shows the instrument to the other simulations and to the bodies; a real-time loop does so after each tick.
   void publish() noexcept;
+  /// Lets the hand feel what this end of a link renders, from the next tick on. Throws std::logic_error in real time.
+  void attach(std::shared_ptr<RemoteEnd> remote);
   /// For tests of isolation: the loop sleeps once in its next tick [s].
   void stall(double seconds) noexcept { stall_ns_ = static_cast<std::int64_t>(1e9 * seconds); }
   /// True if simulated time stands still.
@@ -98,6 +101,8 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): a singl
   const Tick& tick(double lateness_us) noexcept;
   void plant() noexcept;
   void meet() noexcept;
+  void reach_out() noexcept;
+  void remember(Tick& tick) noexcept;
   Wrench touch(double t) noexcept;
   bool wake(const Wake& wake) noexcept;
 
@@ -118,7 +123,10 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): a singl
   std::shared_ptr<Bodies> bodies_;          ///< null without rigid bodies
   bool advances_ = false;                   ///< run() advances the engine of bodies_
   std::unique_ptr<BodyPort> body_port_;
-  OnTool on_tool_;  ///< forces of the other instruments at this tick
+  std::shared_ptr<RemoteEnd> remote_;  ///< null without a link
+  LocalTool local_;                    ///< for remote_
+  const RemoteTick* felt_ = nullptr;   ///< of remote_ at this tick
+  OnTool on_tool_;                     ///< forces of the other instruments at this tick
   std::atomic<std::int64_t> stall_ns_{0};
 
   RealTimeThread thread_;

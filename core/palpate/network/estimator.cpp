@@ -57,8 +57,12 @@ bool Estimator::step(const Touch& touch) noexcept {
   const bool surprise = innovation * innovation > kSurprise * kSurprise * S;
   surprised_ = surprise && rest_ == 0 ? surprised_ + 1 : std::max(surprised_ - 1, 0);
   if (surprised_ >= kSurprised) forget_place();
-  measure(h, innovation, sd);
-  if (felt) rub(touch, measured);
+  if (felt) {
+    measure(h, innovation, sd);
+    rub(touch, measured);
+  } else {
+    recede(touch.normal, prior);
+  }
   const double place = theta_[0] * theta_[0] * kWalkPlace;
   P_.diagonal() += (Vec() << kWalkK, place, place, place, kWalkB, kWalkMu).finished();
   P_ = (0.5 * (P_ + P_.transpose())).eval();
@@ -74,6 +78,16 @@ void Estimator::measure(const Vec& h, double innovation, double sd) noexcept {
   theta_[4] = std::max(theta_[4], 0.0);
   theta_[5] = std::clamp(theta_[5], 0.0, 2.0);
   P_ -= gain * Ph.transpose();
+}
+
+// The tool is where the estimate has a contact of the force `prior`, and feels nothing: the surface is no nearer than
+// the tool. A bound is no measurement: it moves the place, and leaves all variances, stiffness, damping and friction.
+void Estimator::recede(const Vec3& normal, double prior) noexcept {
+  Vec h = Vec::Zero();
+  h.segment<3>(1) = normal;
+  const Vec Ph = P_ * h;
+  const double share = prior / (h.dot(Ph) + 0.25 * kMissing * kMissing);
+  theta_.segment<3>(1) -= share * Ph.segment<3>(1);
 }
 
 // The object has moved: its place is as unknown as most_shift allows, and its stiffness is kept.

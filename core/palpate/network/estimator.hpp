@@ -43,9 +43,10 @@ struct Touch {
 ///
 ///   F . e / F . n = - mu s . e - e^T dn (shift - shift of the query)
 ///
-/// Friction changes its sign with s, so theta has mu as well. Without a measured force the surface is no deeper than
-/// the tool, which is a measurement of zero where the estimate says contact. If the innovation along the normal exceeds
-/// its standard deviation kSurprise times for kSurprised ticks, the object has moved: the place becomes unknown again.
+/// Friction changes its sign with s, so theta has mu as well. Without a measured force where the
+/// estimate says contact, the surface is no nearer than the tool, which bounds its place alone. If the innovation along
+/// the normal exceeds its standard deviation kSurprise times for kSurprised ticks, the object has moved: the place
+/// becomes unknown again.
 class Estimator {
  public:
   explicit Estimator(const EstimatorOptions& options);
@@ -64,6 +65,7 @@ class Estimator {
   using Mat = Eigen::Matrix<double, kN, kN>;
   [[nodiscard]] static Vec row(const Touch& touch) noexcept;
   void forget_place() noexcept;
+  void recede(const Vec3& normal, double prior) noexcept;
   void measure(const Vec& h, double innovation, double sd) noexcept;
   void rub(const Touch& touch, double F_normal) noexcept;
 

@@ -15,6 +15,8 @@ constexpr double kNearEnough = 5e-4;  // [m] distance at which the tool counts a
 constexpr double kPlayMargin = 2e-3;  // [s] beyond the 99th percentile of the age
 constexpr double kMeasurable = 0.05;  // [N] smaller forces are noise
 constexpr double kFar = 0.05;         // [m] farther objects are not touched
+constexpr double kSure = 3.0;         // [standard deviations] by which a surface may be nearer than estimated
+constexpr double kBrake = 2e-3;       // [m] distance beyond that from which the tool approaches slowly
 /// Where a surface was asked for its normal.
 struct Query {
   const scene::Object* object = nullptr;
@@ -113,11 +115,22 @@ void Site::learn(const SiteInput& in) noexcept {
     touched = static_cast<int>(i);
     const Vec3 n = X_WO.R * c.normal;
     query = {&object, X_WO, p_O, n};
-    touch = {-gap - n.dot(shift), n, in.v - object.motion.velocity(in.X.p, in.t), in.F, Mat3::Zero(), shift};
+    const Vec3 v = object.motion.velocity(in.X.p, in.t);
+    touch = {-gap - n.dot(shift), n, in.v - v, in.F, Mat3::Zero(), shift};
+    near_ = {gap, kSure * estimators_[i].estimate().sd_shift, n, v};
   }
+  if (touched < 0) near_ = Near{};
   if (touched < 0) return;
   if (in.F.norm() > kMeasurable) touch.dn = curvature(query, options_.radius);
   if (estimators_[static_cast<std::size_t>(touched)].step(touch)) touched_ = touched;
+}
+
+// A step of the goal that comes near to a surface no faster than the account can pay for the tool's kinetic energy.
+Vec3 Site::slowed(const Vec3& step, double dt) const noexcept {
+  if (options_.mode == Mode::direct || near_.gap > near_.unsure + kBrake) return step;
+  const double most = std::sqrt(2.0 * std::max(account_, options_.allowance) / options_.mass);
+  const double towards = -near_.normal.dot(step - near_.v * dt);
+  return towards > most * dt ? Vec3(step + (towards - most * dt) * near_.normal) : step;
 }
 
 // The largest part of a step of the goal that force and energy allow.
@@ -134,8 +147,9 @@ Vec3 Site::allowed(const Vec3& step, const SiteInput& in, double dt) noexcept {
     if (share < 1.0) goal_.flags |= kLimited;
     result += (1.0 - share) * deeper * out;
   }
-  if (F > near) {
-    result += out * kRetreat * dt * std::min((F - near) / (0.1 * options_.force_cap), 1.0);
+  const double owed = options_.mode == Mode::model ? std::max(-account_, 0.0) / options_.allowance : 0.0;
+  if (F > near || owed > 0.0) {
+    result += out * kRetreat * dt * std::clamp(std::max((F - near) / (0.1 * options_.force_cap), owed), 0.0, 1.0);
     goal_.flags |= kLimited;
   }
   return result;
@@ -153,7 +167,7 @@ void Site::follow(const SiteInput& in, double dt) noexcept {
     Vec3 step = played_.X.p - goal_.X.p;
     const double most = (aligning_ ? options_.catch_up : options_.speed) * dt;
     if (step.norm() > most) step *= most / step.norm();
-    goal_.X.p += allowed(step, in, dt);
+    goal_.X.p += allowed(slowed(step, dt), in, dt);
     goal_.X.R = played_.X.R;
     goal_.jaw = played_.jaw;
     if ((played_.X.p - goal_.X.p).norm() < kNearEnough || (goal_.flags & kLimited) != 0) aligning_ = false;

@@ -1,6 +1,7 @@
 // The follower's end: it plays the operator's motion, keeps force and energy within bounds, and learns the model.
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "palpate/network/estimator.hpp"
@@ -18,6 +19,7 @@ struct SiteOptions {
   double radius = 0.002;       ///< radius of the tool's sphere [m]
   double force_cap = 3.0;      ///< largest force on the touched tissue [N]
   double speed = 0.5;          ///< largest speed of the tool's goal [m/s]
+  double mass = 0.2;           ///< of the tool, for its kinetic energy [kg]
   double catch_up = 0.05;      ///< the same while the tool aligns with the operator's motion [m/s]
   double allowance = 1e-4;     ///< energy that the tool may spend before the hand has put in any [J]
   double capacity = 0.05;      ///< most energy that the account keeps [J]
@@ -41,13 +43,23 @@ struct SiteGoal {
   unsigned flags = 0;     ///< bits of Flag
 };
 
+/// The surface that is nearest to the tool, as estimated.
+struct Near {
+  double gap = std::numeric_limits<double>::infinity();  ///< from the tool's sphere to it [m]
+  double unsure = 0.0;                                   ///< how much nearer it may be [m]
+  Vec3 normal = Vec3::Zero();                            ///< outward, in W
+  Vec3 v = Vec3::Zero();                                 ///< its velocity [m/s]
+};
+
 /// The goal follows the played motion. In contact, with the measured force F and the step dx of the goal,
 ///
 ///   -F . dx <= account,     account = allowance + energy of the hand so far - work on the tissue
 ///
 /// where the energy of the hand comes with each packet (the time-domain passivity approach of Ryu, Artigas and Preusche
-/// 2010). A goal that was held back catches up as soon as it may, so that positions do not drift apart. Beyond
-/// kNear of the cap no step goes deeper, and beyond the cap the goal retreats. During an outage the goal rests.
+/// 2010). A goal that was held back catches up as soon as it may, so that positions do not drift apart, and one that
+/// has spent too much retreats until the tissue has given it back. The tool comes near to a surface no faster than its
+/// kinetic energy is below the account, since drives with a limited force cannot stop a fast tool at the first touch.
+/// Beyond kNear of the cap no step goes deeper, and beyond the cap the goal retreats. During an outage the goal rests.
 class Site {
  public:
   /// scene: the objects as the operator's end also has them. Throws std::invalid_argument naming an invalid option.
@@ -71,6 +83,7 @@ class Site {
   void learn(const SiteInput& in) noexcept;
   void follow(const SiteInput& in, double dt) noexcept;
   [[nodiscard]] Vec3 allowed(const Vec3& step, const SiteInput& in, double dt) noexcept;
+  [[nodiscard]] Vec3 slowed(const Vec3& step, double dt) const noexcept;
 
   SiteOptions options_;
   scene::Snapshot scene_;
@@ -80,6 +93,7 @@ class Site {
   Played played_;
   SiteGoal goal_;
   SiteInput in_;
+  Near near_;
   int touched_ = -1;  ///< object that was touched last; -1: none
   double account_, hand_in_ = 0.0;
   Port port_;  ///< of the tool: out is work on the tissue

@@ -104,7 +104,9 @@ TrialResult Trial::run(const std::vector<Vec3>& path, std::vector<TrialRow>* row
       const Vec3 n = F_true_.norm() > 0.0 ? Vec3(F_true_.normalized()) : Vec3::UnitZ();
       rows->push_back({t, depth_, F_.dot(n), F_true_.dot(n), x_.dot(n), instrument_.x().dot(n),
                        instrument_.force().norm(), update.now().K, update.now().shift.dot(n), site_.account(),
-                       site_.playout().delay(), update.tank(), hand_net_ + moved_, hand_in_ - instrument_.work()});
+                       site_.playout().delay(), update.tank(), hand_net_ + moved_, hand_in_ - instrument_.work(),
+                       update.now().mu, (F_ - F_true_).norm(), update.now().shift.x(), update.now().shift.y(),
+                       update.now().shift.z()});
     }
     move_hand(path[k], path[k + 1], kDt);
     instrument_.step(goal_, site_clock(t), kDt);

@@ -61,7 +61,8 @@ struct TrialResult {
 
 /// A row per tick.
 struct TrialRow {
-  double t, depth, felt, truth, x_hand, x_site, F_site, K, shift, account, play_delay, tank, energy_hand, energy_site;
+  double t, depth, felt, truth, x_hand, x_site, F_site, K, shift, account, play_delay, tank, energy_hand, energy_site,
+      mu, error, shift_x, shift_y, shift_z;
 };
 
 /// Runs a trial: path holds the hand's intended position at every tick [m]; it begins out of contact.

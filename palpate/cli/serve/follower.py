@@ -50,6 +50,6 @@ class Command:
         say(console, f"listening on {self.host} port {server.port}; Ctrl-C ends it")
         with stop_signals.deferred(server.stopped):
             server.run()
-        counts = f"{server.ticks} ticks, {server.missed} missed, {server.strangers} packets refused"
+        counts = f"{server.ticks} ticks, {server.missed} missed, {server.sent} packets sent, {server.strangers} refused"
         say(console, f"{counts}, largest force {server.largest:.2f} N, {server.cpu:.2f} s of processor time")
         return 0

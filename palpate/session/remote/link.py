@@ -1,4 +1,4 @@
-"""The operator's end: a thread beside a session that exchanges packets with a follower, and updates the local model."""
+"""The operator's end: it runs in the loop of a session, and a thread beside it exchanges packets with a follower."""
 
 from __future__ import annotations
 
@@ -13,13 +13,12 @@ from typing import Any, Self
 import numpy as np
 
 from palpate import __version__, _network
-from palpate.arrays import Array
 from palpate.errors import PalpateError
 from palpate.network import channel as channels
-from palpate.session.live import LiveSession
+from palpate.session.remote.pump import Pump
 from palpate.session.remote.site import PATIENCE, digest
+from palpate.session.session import Session
 
-UPDATE = 0.02  # period at which a changed model is handed to the loop [s]
 MENDS = {
     "another operator": "end the other session, or wait until it has ended",
     "another scene": "use the same scene file on both machines",
@@ -35,7 +34,7 @@ class RemoteLink:
     """The link of a session to a follower's end.
 
     Args:
-        session: the session whose hand feels the local model; it runs in real time.
+        session: the session whose hand feels the remote site; it runs in real time.
         at: address of the follower's end, or of a relay to it.
         key: the shared key.
         rate: packets per second [Hz].
@@ -44,22 +43,20 @@ class RemoteLink:
         PalpateError: nobody listens there, the other end refuses, or a packet does not fit through the network.
     """
 
-    def __init__(self, session: LiveSession, at: tuple[str, int], key: bytes, rate: float = 1000.0) -> None:
-        self._session, self._at, self._dt = session, at, 1.0 / rate
-        self._model = _network.LocalModel(_network.UpdateOptions(), session.rig.snapshot)
-        self._radius = session.rig.scene.contact.radius
-        self._peer = _network.Peer()
+    def __init__(self, session: Session, at: tuple[str, int], key: bytes, rate: float = 1000.0) -> None:
+        self._session, self._at = session, at
+        section = session.rig.scene.remote
+        options = _network.LoopEndOptions()
+        options.radius = session.rig.scene.contact.radius
+        self.mode = "model" if section is None else section.mode  #: what the hand feels
+        options.mode = _network.Mode[self.mode]
+        self._end = _network.LoopEnd(options, session.rig.snapshot)
         self._udp = _packets_to(at)
         self.port = int(self._udp.getsockname()[1])  #: port to which the packets of the follower come
         self._channel = self._connect(key)
-        self._stop = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="palpate-remote", daemon=True)
-        self._linked, self._port = False, _network.Port()
-        self._last: tuple[float, Array] | None = None
-        self._V = np.zeros(3)
-        self.sent = self.received = 0  #: packets
-        self.cpu = 0.0  #: processor time of the thread [s]
-        self.lost_s = 0.0  #: time without link after the first [s]
+        self._pump = Pump(self._udp, rate, self._receive, self._send)
+        self._thread = threading.Thread(target=self._pump.run, name="palpate-remote", daemon=True)
+        self.sent = 0  #: packets
 
     def _connect(self, key: bytes) -> channels.Channel:
         host, port = self._at
@@ -99,110 +96,67 @@ class RemoteLink:
     # -- running ---------------------------------------------------------------------------------------------------
 
     def start(self) -> None:
-        """Begin to exchange packets; the hand feels nothing until the link stands."""
-        self._session.change(hold_all=True)
+        """Begin to exchange packets; the loop holds until the link stands."""
+        self._session.linked = True
+        self._session.simulation.attach(self._end)
         self._thread.start()
 
     def close(self) -> None:
         """Stop, and tell the follower."""
-        self._stop.set()
+        self._pump.stopped.set()
         if self._thread.is_alive():
             self._thread.join()
+        if not self._session.running:
+            self._session.simulation.attach(None)
         self._channel.close()
         self._udp.close()
 
-    def _run(self) -> None:
-        cpu, due, updated = time.thread_time(), time.monotonic(), 0.0
-        while not self._stop.is_set():
-            wait = due - time.monotonic()
-            if wait > 0.0:
-                time.sleep(wait)
-            now = time.monotonic()
-            due = max(due + self._dt, now - 0.02)
-            self._receive()
-            self._peer.step(now)
-            tick = self._session.latest()
-            p, v = self._motion(tick)
-            self._learn(p, v, float(tick["t"]), now)
-            self._hold_or_follow()
-            self._send(tick, p, v, now)
-            if now - updated > UPDATE:
-                updated = now
-                self._session.set_model(self._model.scene)
-        self.cpu = time.thread_time() - cpu
-
-    def _receive(self) -> None:
+    def _receive(self, now: float) -> None:
         for data, _ in channels.arrived(self._udp):
             payload = self._channel.opener.open(data)
-            datagram = None if payload is None else _network.decode(payload)
-            if datagram is None:
-                continue
-            self.received += 1
-            if self._peer.receive(datagram, time.monotonic()):
-                self._model.take(datagram.model)
+            if payload is not None:
+                self._end.receive(payload, now)
 
-    def _motion(self, tick: Any) -> tuple[Array, Array]:
-        """Position [m] and velocity [m/s] of the local tool, which the remote one follows."""
-        t, p = float(tick["t"]), np.array(tick["p_WT"], float)
-        if self._last is not None and t > self._last[0]:
-            self._V = (p - self._last[1]) / (t - self._last[0])
-        if self._last is None or t > self._last[0]:
-            self._last = (t, p)
-        return p, self._V
-
-    def _learn(self, p: Array, v: Array, t: float, now: float) -> None:
-        newest = self._peer.newest
-        ahead = self._peer.peer_time(now) + newest.play_delay - t
-        self._model.synchronise(ahead)
-        self._model.step(p, v, self._radius, t, self._dt)
-
-    def _hold_or_follow(self) -> None:
-        """Hold the hand's tool while the link is down; the loop's own ramps end and begin the force."""
-        peer = self._peer
-        aligned = peer.known and bool(peer.newest.flags & _network.FLAG_ALIGNED)
-        linked = peer.known and not peer.lost and (self._linked or aligned)
-        self.lost_s += self._dt * (not linked and self.received > 0)
-        if linked != self._linked or (not linked and not self._session.controls.hold_all):
-            self._linked = linked
-            self._session.change(hold_all=not linked)
-
-    def _send(self, tick: Any, p: Array, v: Array, now: float) -> None:
-        d = _network.Datagram()
-        X = np.eye(4)
-        X[:3, 3] = p
-        d.X, d.v, d.F = X, v, np.array(tick["F_T_W"], float)
-        self._port.step(d.F, p)
-        d.energy_in, d.energy_out = self._port.taken, self._port.given
-        d.flags = _network.FLAG_ENGAGED
-        self._peer.stamp(d, now)
+    def _send(self) -> None:
         with contextlib.suppress(OSError):
-            self._udp.send(self._channel.sealer.seal(_network.encode(d)))
+            self._udp.send(self._channel.sealer.seal(self._end.packet()))
             self.sent += 1
 
     # -- results ---------------------------------------------------------------------------------------------------
 
+    @property
+    def state(self) -> _network.LinkState:
+        """State of the link after the newest tick."""
+        return self._end.state()
+
     def figures(self) -> dict[str, Any]:
         """What the link has measured; keys as in docs/json/run.md."""
-        peer, clock, ages = self._peer, self._peer.clock, self._peer.arrivals
+        now = self.state
         objects = self._session.rig.snapshot.objects
         models = [
-            {"object": obj.name, "stiffness_N_per_m": u.now.K, "shift_m": [float(x) for x in u.now.shift],
-             "margin_N": u.now.margin} for obj, u in zip(objects, self._model.updates, strict=True)
+            {"object": obj.name, "stiffness_N_per_m": model.K, "shift_m": [float(x) for x in model.shift],
+             "margin_N": model.margin} for obj, model in zip(objects, now.models, strict=True)
         ]  # fmt: skip
         return {
             "at": f"{self._at[0]}:{self._at[1]}",
+            "mode": self.mode,
             "sent": self.sent,
-            "received": self.received,
+            "received": int(now.received),
             "refused": self._channel.opener.refused,
-            "age_p50_ms": 1e3 * ages.p50,
-            "age_p99_ms": 1e3 * ages.p99,
-            "round_trip_ms": 2e3 * clock.bound,
-            "play_delay_ms": 1e3 * peer.newest.play_delay,
-            "clock_bound_ms": 1e3 * clock.bound,
-            "outages": ages.outages,
-            "held_s": self.lost_s,
-            "cpu_s": self.cpu,
-            "force_site_N": float(np.linalg.norm(peer.newest.F)),
+            "age_p50_ms": 1e3 * now.p50,
+            "age_p99_ms": 1e3 * now.p99,
+            "age_p999_ms": 1e3 * now.p999,
+            "round_trip_ms": 2e3 * now.bound,
+            "play_delay_ms": 1e3 * now.newest.play_delay,
+            "clock_offset_s": now.offset,
+            "clock_drift_ppm": 1e6 * now.drift,
+            "clock_bound_ms": 1e3 * now.bound,
+            "outages": now.outages,
+            "held_s": now.held,
+            "cpu_s": self._pump.cpu,
+            "force_site_N": float(np.linalg.norm(now.newest.F)),
+            "tank_mJ": 1e3 * now.tank,
+            "paid_mJ": 1e3 * now.paid,
             "models": models,
         }
 

@@ -19,10 +19,10 @@ from palpate.network import channel as channels
 from palpate.network.relay import listen
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
+from palpate.session.remote.pump import Pump
 
 PATIENCE = 5.0  # for the first messages of a connection [s]
 HOURS = 3600.0  # by which the clocks of both machines may differ [s]
-_CATCH_UP = 0.02  # ticks older than this are missed, not made up for [s]
 
 
 def digest(scene: Scene) -> str:
@@ -53,6 +53,8 @@ class _Master:
 class FollowerServer:
     """Listens for one operator's end, and lets a simulated instrument follow it.
 
+    Site and instrument run in a real-time thread; the thread of `run` exchanges packets with the network.
+
     Args:
         rig: the rig of the scene.
         key: the shared key.
@@ -63,23 +65,41 @@ class FollowerServer:
     """
 
     def __init__(self, rig: Rig, key: bytes, host: str, port: int, rate: float, say: Callable[[str], None]) -> None:
-        self.rig, self._key, self._say, self._dt = rig, key, say, 1.0 / rate
+        self.rig, self._key, self._say = rig, key, say
         self._tcp, self._udp = listen(host, port)
         self.port = int(self._tcp.getsockname()[1])  #: the port on which it listens
-        options = _network.SiteOptions()
-        options.radius = rig.scene.contact.radius
-        self._site = _network.Site(options, rig.snapshot)
-        self._instrument = _network.Instrument(_network.InstrumentOptions(), options.radius, world(rig), 1)
-        self._instrument.place((rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3])
-        self.stopped, self._changing = threading.Event(), threading.Lock()  #: the event ends `run`
+        self.follower = self._made(rate)  #: site and instrument, in a real-time thread
+        self._pump = Pump(self._udp, rate, self._receive, self._send)
+        self.stopped, self._changing = self._pump.stopped, threading.Lock()  #: the event ends `run`
         self._master: _Master | None = None
-        self.ticks = self.missed = self.strangers = 0  #: ticks, ticks that came too late, packets that were refused
-        self.cpu = 0.0  #: processor time of the loop [s]
+        self.strangers = 0  #: packets that were refused
+        self.sent = 0  #: packets
+        self.cpu = 0.0  #: processor time of the process while it ran [s]
+
+    def _made(self, rate: float) -> _network.Follower:
+        rig, section = self.rig, self.rig.scene.remote
+        options = _network.FollowerOptions()
+        site = options.site
+        site.radius = rig.scene.contact.radius
+        site.mode = _network.Mode["model" if section is None else section.mode]
+        options.site, options.rate = site, rate
+        p = (rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3]
+        return _network.Follower(options, rig.snapshot, world(rig), p)
 
     @property
     def largest(self) -> float:
         """Largest force on the tissue so far [N]."""
-        return self._instrument.largest
+        return float(self.follower.state().largest)
+
+    @property
+    def ticks(self) -> int:
+        """Ticks of the loop so far."""
+        return int(self.follower.timing()["ticks"])
+
+    @property
+    def missed(self) -> int:
+        """Ticks that the loop has missed so far."""
+        return int(self.follower.timing()["missed_ticks"])
 
     def stop(self) -> None:
         """End `run`."""
@@ -88,44 +108,35 @@ class FollowerServer:
     def run(self) -> None:
         """Follow until `stop`."""
         threading.Thread(target=self._accept, name="palpate-accept", daemon=True).start()
-        begin, cpu = time.monotonic(), time.thread_time()
-        due = begin
-        while not self.stopped.is_set():
-            now = time.monotonic()
-            if now < due:
-                time.sleep(due - now)
-                now = time.monotonic()
-            if now - due > _CATCH_UP:
-                self.missed += int((now - due) / self._dt)
-                due = now
-            self._tick(now)
-            self.ticks += 1
-            due += self._dt
-        self.cpu = time.thread_time() - cpu
-        self._tcp.close()
-        self._udp.close()
+        begin = time.process_time()
+        self.follower.start()
+        try:
+            self._pump.run()
+        finally:
+            self.follower.stop()
+            self.cpu = time.process_time() - begin
+            self._tcp.close()
+            self._udp.close()
 
-    # -- the loop --------------------------------------------------------------------------------------------------
+    # -- packets ---------------------------------------------------------------------------------------------------
 
-    def _tick(self, now: float) -> None:
+    def _receive(self, now: float) -> None:
         master = self._master
-        self._receive(master)
-        goal = self._site.step(self._instrument.measure(now), self._dt)
-        self._instrument.step(goal, now, self._dt)
-        if master is not None and master.at is not None:
-            with contextlib.suppress(OSError):
-                self._udp.sendto(master.channel.sealer.seal(_network.encode(self._site.send())), master.at)
-
-    def _receive(self, master: _Master | None) -> None:
         for data, sender in channels.arrived(self._udp):
             payload = None if master is None else master.channel.opener.open(data)
-            datagram = None if payload is None else _network.decode(payload)
-            if master is None or datagram is None:
+            if master is None or payload is None or not self.follower.receive(payload, now):
                 self.strangers += 1
                 continue
-            master.heard = time.monotonic()
+            master.heard = now
             master.at = sender  # the newest authentic packet tells where the operator's end is
-            self._site.receive(datagram, time.monotonic())
+
+    def _send(self) -> None:
+        master = self._master
+        if master is None or master.at is None:
+            return
+        with contextlib.suppress(OSError):
+            self._udp.sendto(master.channel.sealer.seal(self.follower.packet()), master.at)
+            self.sent += 1
 
     # -- the reliable channel --------------------------------------------------------------------------------------
 
@@ -153,7 +164,7 @@ class FollowerServer:
                     fault = f"another operator drives this follower: {before.name}"
                 if fault is None:
                     master = self._master = _Master(channel, f"{peer[0]}:{peer[1]}", heard=time.monotonic())
-                    self._site.forget_operator()
+                    self.follower.forget_operator()
             if fault is not None:
                 channel.send({"error": fault})
                 return

@@ -28,6 +28,8 @@ class Command(SweepStudy):
     """What crosses the network: model, passivity or direct."""
     runs: int = 200
     """Number of random networks, worlds and hands for each mode."""
+    hours: float = 1.0
+    """Virtual time in which false alarms of outages are counted on each network [h]."""
     seed: int = 0
     """First seed of the random runs."""
 
@@ -37,7 +39,7 @@ class Command(SweepStudy):
         from palpate.studies.network.figures import draw
         from palpate.studies.network.result import StudyResult
         from palpate.studies.network.words import tables
-        from palpate.studies.network.work import MODES, conditions, moving, random_runs
+        from palpate.studies.network.work import MODES, alarms, conditions, moving, random_runs
 
         for mode in self.modes:
             if mode not in MODES:
@@ -45,6 +47,8 @@ class Command(SweepStudy):
                 raise PalpateError(f"--modes {mode}: there is no such mode", mend=mend)
         if not 1 <= self.runs <= 1_000_000:
             raise PalpateError(f"--runs {self.runs}: must be from 1 to 1000000", mend="give e.g. --runs 200")
+        if not 0.0 < self.hours <= 1000.0:
+            raise PalpateError(f"--hours {self.hours:g}: must be above 0, up to 1000 h", mend="give e.g. --hours 1")
         names = self.conditions or NAMES
         for name in names:
             network(name)  # a wrong name is told before the computation starts
@@ -52,7 +56,8 @@ class Command(SweepStudy):
         rows = conditions(names, self.modes, sweep, self.seed)
         random, ran = random_runs(self.runs, self.modes, sweep, self.seed)
         worlds = moving(sweep, self.seed) if "model" in self.modes else []
+        told = alarms([name for name in names if "outage" not in name], self.hours, sweep, self.seed)
         found: StudyResult = {"simulated": True, "seed": self.seed, "conditions": rows, "random": random,
-                              "moving": worlds}  # fmt: skip
+                              "moving": worlds, "alarms": told}  # fmt: skip
         report = [*tables(found), "simulated hands, links and instruments, in virtual time (docs/network.md)"]
         return Findings(found, lambda folder: [draw(found, ran, folder)], report)

@@ -63,7 +63,19 @@ class Moving(TypedDict):
     force_rms_N: float
     energy_mJ: float
     kick_N: float
+    drift_mm: float  #: distance of hand and instrument 1 s after stopping
     relearnt_s: float | None  #: after a push; None: does not apply
+
+
+class Alarm(TypedDict):
+    """The detector of outages on one network without its outages, and then with one."""
+
+    condition: str
+    hours: float  #: virtual time in which false alarms were counted
+    false_alarms_per_hour: float
+    p999_ms: float  #: of the age of the newest packet
+    told_ms: float  #: after which a true outage is told, beyond that
+    possible_ms: float  #: age that the network exceeds once an hour without an outage, beyond p999_ms
 
 
 class StudyResult(TypedDict):
@@ -74,3 +86,4 @@ class StudyResult(TypedDict):
     conditions: list[Row]
     random: list[Random]
     moving: list[Moving]
+    alarms: list[Alarm]

@@ -32,7 +32,18 @@ def tables(found: StudyResult) -> list[RenderableType]:
         report.append(_random(found))
     if found["moving"]:
         report.append(_moving(found))
+    if found["alarms"]:
+        report.append(_alarms(found))
     return report
+
+
+def _alarms(found: StudyResult) -> Table:
+    out = _table("outages, by the age of the newest packet", ("network", "hours", "false alarms an hour", "p99.9, ms",
+                 "told beyond it, ms", "at 1 an hour possible, ms"))  # fmt: skip
+    for r in found["alarms"]:
+        out.add_row(r["condition"], f"{r['hours']:g}", _number(r["false_alarms_per_hour"]), _number(r["p999_ms"], 0),
+                    _number(r["told_ms"], 0), _number(r["possible_ms"], 0))  # fmt: skip
+    return out
 
 
 def _random(found: StudyResult) -> Table:
@@ -48,9 +59,9 @@ def _random(found: StudyResult) -> Table:
 
 
 def _moving(found: StudyResult) -> Table:
-    out = _table("worlds that move, model", ("case", "round trip, ms", "force rms, N", "energy, mJ", "kick, N",
+    out = _table("worlds that move", ("case", "round trip, ms", "force rms, N", "energy, mJ", "kick, N", "drift, mm",
                  "right again after, s"))  # fmt: skip
     for r in found["moving"]:
         out.add_row(r["case"], _number(r["round_trip_ms"], 0), _number(r["force_rms_N"], 3), _number(r["energy_mJ"]),
-                    _number(r["kick_N"], 3), _number(r["relearnt_s"]))  # fmt: skip
+                    _number(r["kick_N"], 3), _number(r["drift_mm"], 3), _number(r["relearnt_s"]))  # fmt: skip
     return out

@@ -13,17 +13,18 @@ from palpate.arrays import Array
 from palpate.hands import PRESETS
 from palpate.network.conditions import Network, burst_loss, network
 from palpate.studies._command import Sweeper
-from palpate.studies.network.result import Moving, Ran, Random, Row
+from palpate.studies.network.result import Alarm, Moving, Ran, Random, Row
 from palpate.studies.network.worlds import WORLDS, Motion, World, options
 from palpate.sweep import Axis
 from palpate.sweep.grid import Point
 
 MODES = ("model", "passivity", "direct")
-ROUND_TRIPS = (0.02, 0.1, 0.21, 0.5)
+ROUND_TRIPS = (0.02, 0.1, 0.21, 0.5, 0.7)
 """Of the moving worlds [s]."""
 LONGEST = 0.5  # round trip of the random runs [s]
 BREATHING = (0.005, 4.0)  # amplitude [m] and period [s]
 PUSH = 0.005  # [m]
+SETTLE = 60.0  # time after which false alarms count [s]
 
 
 def figures(r: _network.TrialResult) -> dict[str, float]:
@@ -45,7 +46,7 @@ def figures(r: _network.TrialResult) -> dict[str, float]:
 
 
 def trial(mode: str, link: Network, world: World, motion: Motion, seed: int) -> tuple[_network.TrialResult, Array]:
-    """One trial: its figures, and a row per tick (n, 14) with the columns trial_columns()."""
+    """One trial: its figures, and a row per tick (n, 19) with the columns trial_columns()."""
     o = options(mode, motion.hand, link.round_trip, seed)
     o.to_site, o.to_operator = link.to_site, link.to_operator
     return _network.trial(o, world.snapshot(True), world.snapshot(False), motion.path(world, link.round_trip))
@@ -141,11 +142,11 @@ def _delayed(round_trip: float) -> Network:
 
 
 def moving(sweep: Sweeper, seed: int) -> list[Moving]:
-    """An organ that breathes by a motion model, and a lump that is pushed aside while the hand presses it."""
-    grid = {"case": Axis(("breathing", "pushed")), "round_trip": Axis(ROUND_TRIPS)}
+    """An organ that breathes by a motion model, a lump that is pushed aside, and a table in the mode passivity."""
+    grid = {"case": Axis(("breathing", "pushed", "passivity")), "round_trip": Axis(ROUND_TRIPS)}
     rows = sweep(_moving, grid, seed, title="moving").rows()
     return [{"case": str(r["case"]), "round_trip_ms": 1e3 * float(r["round_trip"]), "force_rms_N": r["force_rms_N"],
-             "energy_mJ": r["energy_mJ"], "kick_N": r["kick_N"],
+             "energy_mJ": r["energy_mJ"], "kick_N": r["kick_N"], "drift_mm": r["drift_mm"],
              "relearnt_s": None if math.isnan(r["relearnt_s"]) else r["relearnt_s"]} for r in rows]  # fmt: skip
 
 
@@ -154,13 +155,17 @@ def _moving(point: Point, seed: int) -> dict[str, float]:
     if point["case"] == "breathing":
         r, _ = trial("model", link, World(breathing=BREATHING), Motion(presses=10), seed)
         return {**_of_moving(r), "relearnt_s": math.nan}
+    if point["case"] == "passivity":
+        r, _ = trial("passivity", link, World(), Motion(presses=4), seed)
+        return {**_of_moving(r), "relearnt_s": math.nan}
     r, _ = pushed(link, seed)
     return {**_of_moving(r), "relearnt_s": r.relearnt if r.relearnt >= 0.0 else math.inf}
 
 
 def _of_moving(r: _network.TrialResult) -> dict[str, float]:
     found = figures(r)
-    return {"force_rms_N": found["force_rms_N"], "energy_mJ": found["energy_mJ"], "kick_N": found["kick_N"]}
+    return {"force_rms_N": found["force_rms_N"], "energy_mJ": found["energy_mJ"], "kick_N": found["kick_N"],
+            "drift_mm": found["drift_mm"]}  # fmt: skip
 
 
 def pushed(link: Network, seed: int) -> tuple[_network.TrialResult, Array]:
@@ -172,3 +177,23 @@ def pushed(link: Network, seed: int) -> tuple[_network.TrialResult, Array]:
     middle = 0.5 * (len(path) - 1) * 1e-3 + 0.5 * motion.press
     o.push(middle, 0, np.array([0.0, 0.0, -PUSH]))
     return _network.trial(o, world.snapshot(True), world.snapshot(False), path)
+
+
+def alarms(names: Sequence[str], hours: float, sweep: Sweeper, seed: int) -> list[Alarm]:
+    """False alarms of the detector of outages in hours of each network, and when it tells a true one."""
+    grid = {"condition": Axis(names), "hours": Axis((hours,))}
+    rows = sweep(_alarms, grid, seed, title="alarms").rows()
+    for row in rows:
+        row.pop("seed", None)
+    return cast(list[Alarm], rows)
+
+
+def _alarms(point: Point, seed: int) -> dict[str, float]:
+    found = _network.count_alarms(network(point["condition"]).to_site, 3600.0 * point["hours"], SETTLE, seed)
+    told = found.told - found.p999 if found.told >= 0.0 else math.inf
+    return {
+        "false_alarms_per_hour": found.false_alarms / point["hours"],
+        "p999_ms": 1e3 * found.p999,
+        "told_ms": 1e3 * told,
+        "possible_ms": 1e3 * (found.possible - found.p999),
+    }

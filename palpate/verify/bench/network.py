@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import time
 import warnings
 from contextlib import ExitStack
 from typing import TypedDict
@@ -38,7 +39,9 @@ except BaseException:
     pass
 """
 """Program that sends forged packets at a rate [Hz] to ports of this machine until it is ended."""
-_END = re.compile(r"(\d+) ticks, (\d+) missed, (\d+) packets refused, largest force (\S+) N, (\S+) s of processor time")
+_END = re.compile(
+    r"(\d+) ticks, (\d+) missed, (\d+) packets sent, (\d+) refused, largest force (\S+) N, (\S+) s of processor time"
+)
 
 
 class Row(TypedDict):
@@ -47,7 +50,7 @@ class Row(TypedDict):
     run: str
     missed_ticks: int
     cycle_p99_us: float
-    operator_cpu: float  #: processor time of the link's thread over the duration [cores]
+    operator_cpu: float  #: processor time of the session beyond that of the control, over the duration [cores]
     follower_cpu: float | None
     follower_missed: int | None
     follower_ticks: int | None
@@ -73,18 +76,22 @@ def run(seconds: float, flood: float, network: str) -> NetworkBench:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         rig = build(scene)
-    rows = [_alone(rig, seconds), _linked(rig, network, seconds, 0.0), _linked(rig, network, seconds, flood)]
+    control, alone = _alone(rig, seconds)
+    rows = [control, *(_linked(rig, network, seconds, rate, alone) for rate in (0.0, flood))]
     return {"simulated": True, "seconds": seconds, "rate_Hz": section.rate, "flood_Hz": flood, "rows": rows}
 
 
-def _alone(rig: Rig, seconds: float) -> Row:
-    summary = Session(rig.scene, rig=rig).run(seconds, realtime=True)
+def _alone(rig: Rig, seconds: float) -> tuple[Row, float]:
+    """The control, and its processor time [s]."""
+    session, before = Session(rig.scene, rig=rig), time.process_time()
+    summary = session.run(seconds, realtime=True)
+    spent = time.process_time() - before
     return {"run": "control", "missed_ticks": summary.missed_ticks, "cycle_p99_us": summary.cycle_p99_us,
             "operator_cpu": 0.0, "follower_cpu": None, "follower_missed": None, "follower_ticks": None,
-            "refused": None, "accepted_forged": 0}  # fmt: skip
+            "refused": None, "accepted_forged": 0}, spent  # fmt: skip
 
 
-def _linked(rig: Rig, network: str, seconds: float, flood: float) -> Row:
+def _linked(rig: Rig, network: str, seconds: float, flood: float, alone: float) -> Row:
     section, session = rig.scene.remote, Session(rig.scene, rig=rig)
     assert section is not None
     with Together(rig.scene, network) as both:
@@ -94,22 +101,24 @@ def _linked(rig: Rig, network: str, seconds: float, flood: float) -> Row:
                 stranger = subprocess.Popen([sys.executable, "-c", FLOOD, str(flood), *ports])
                 stack.callback(stranger.wait)
                 stack.callback(stranger.terminate)
+            before = time.process_time()
             summary = session.run(seconds, realtime=True)
+            spent = time.process_time() - before
         found = link.figures()
     ended = next((m for line in both.words if (m := _END.search(line))), None)
     if ended is None:  # without its numbers, no packet could be called forged
         raise PalpateError("the follower's end broke off", why=" | ".join(both.words[-6:]), mend="run it by itself")
-    ticks, missed, refused, _, cpu = (float(x) for x in ended.groups())
+    ticks, missed, sent, refused, _, cpu = (float(x) for x in ended.groups())
     return {
         "run": "linked, flooded" if flood else "linked",
         "missed_ticks": summary.missed_ticks,
         "cycle_p99_us": summary.cycle_p99_us,
-        "operator_cpu": float(found["cpu_s"]) / seconds,
+        "operator_cpu": max(spent - alone, 0.0) / seconds,
         "follower_cpu": cpu / max(ticks / section.rate, 1e-9),
         "follower_missed": int(missed),
         "follower_ticks": int(ticks),
         "refused": int(refused) + int(found["refused"]),
-        "accepted_forged": max(int(found["received"]) - int(ticks), 0),
+        "accepted_forged": max(int(found["received"]) - int(sent), 0),
     }
 
 

@@ -16,7 +16,10 @@ from palpate.arrays.plain import Content
 from palpate.renamed import RenamedMethod
 
 #: Targets: modules of this package with ``case(seed)``, which returns counts and raises ``FaultError``.
-TARGETS = ("contact", "files", "grids", "haply", "loops", "models", "packets", "ports", "records", "scenes", "tables")
+TARGETS = (
+    *("contact", "datagrams", "files", "grids", "haply", "loops", "models", "packets", "ports", "records", "scenes"),
+    "tables",
+)
 MOST_FAULTS = 20
 """Number of faults after which a campaign stops."""
 TIMEOUT = 60.0

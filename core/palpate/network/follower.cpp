@@ -1,0 +1,56 @@
+#include "palpate/network/follower.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace palpate::network {
+namespace {
+
+constexpr std::int64_t kMostMissed = 20;  // ticks by which the instrument catches up after a gap
+
+}  // namespace
+
+Follower::Follower(const FollowerOptions& options, scene::Snapshot scene, scene::Snapshot world, const Vec3& p)
+    : options_(options),
+      site_(options.site, std::move(scene)),
+      instrument_(options.instrument, options.site.radius, std::move(world), 1),
+      thread_(options.realtime) {
+  instrument_.place(p);
+  FollowerState before;
+  before.x = p;
+  state_.write(before);
+}
+
+void Follower::start() {
+  thread_.start(options_.rate, [this](const loop::Wake& w) { return wake(w); });
+}
+
+FollowerState Follower::state() {
+  const std::lock_guard lock(readers_);
+  return state_.read();
+}
+
+bool Follower::wake(const loop::Wake& w) noexcept {
+  if (forget_.exchange(false)) site_.forget_operator();
+  for (Arrived a; inbox_.pop(a);) site_.receive(a.d, a.at);
+  const double now = 1e-9 * static_cast<double>(loop::now_ns()), dt = 1.0 / options_.rate;
+  const std::int64_t periods = 1 + std::min(w.missed, kMostMissed);
+  const SiteGoal& goal = site_.step(instrument_.measure(now), dt * static_cast<double>(periods));
+  for (std::int64_t i = 0; i < periods; ++i) instrument_.step(goal, now, dt);
+  const Arrivals& ages = site_.peer().arrivals();
+  FollowerState s;
+  s.out = site_.send();
+  s.x = instrument_.x();
+  s.F = instrument_.force();
+  s.largest = instrument_.largest();
+  s.account = site_.account();
+  s.age = ages.age();
+  s.p50 = ages.p50();
+  s.p99 = ages.p99();
+  s.p999 = ages.p999();
+  s.outages = ages.outages();
+  state_.write(s);
+  return !w.stopping;
+}
+
+}  // namespace palpate::network
