@@ -53,8 +53,8 @@ Front::Front(contact::Tool& contact, std::shared_ptr<const scene::Snapshot> scen
       newest_rendered_(scene_.current().objects),
       guidance_(guidance),
       dt_(1.0 / rate),
-      fixtures_(
-          std::make_shared<const guidance::ActiveFixtures>(std::make_shared<const guidance::FixtureList>(), nullptr)),
+      fixtures_(std::make_shared<const guidance::ActiveFixtures>(
+          guidance::ActiveFixtures{std::make_shared<const guidance::FixtureList>(), nullptr})),
       motion_(std::make_shared<const PlannedMotion>()),
       ring_(static_cast<std::size_t>(kRingSeconds * rate), false) {
   contact_.check(*newest_scene_);
@@ -113,7 +113,8 @@ void Front::set_fixtures(std::shared_ptr<const guidance::FixtureList> fixtures) 
   fixtures->check();
   const std::lock_guard lock(callers_);
   if (!stage_) stage_ = fixtures->make_stage(guidance_, dt_);
-  fixtures_.publish(std::make_shared<const guidance::ActiveFixtures>(std::move(fixtures), stage_));
+  fixtures_.publish(
+      std::make_shared<const guidance::ActiveFixtures>(guidance::ActiveFixtures{std::move(fixtures), stage_}));
 }
 
 std::uint64_t Front::execute(PlannedMotion motion, ExecutionOrder order) {
