@@ -110,6 +110,20 @@ def test_reset_restores_the_initial_state(page, viewer):
     assert page.errors == []
 
 
+def test_a_scene_that_stands_still_is_drawn_a_sixth_as_often(monkeypatch):
+    viewer, drawn = LiveViewer(FakeSession(), stage(), port=0), []
+    viewer._stop.set()
+    viewer._thread.join()  # this thread draws
+    monkeypatch.setattr(viewer._drawing, "show", drawn.append)
+    for moving, expected in ((False, 10), (True, 60)):
+        drawn.clear()
+        monkeypatch.setattr(type(viewer.picture), "still", property(lambda self, moving=moving: not moving))
+        for frame in range(60):
+            viewer._frame(frame)
+        assert len(drawn) == expected
+    viewer.close()
+
+
 def test_busy_port_is_reported_with_a_remedy(viewer):
     port = viewer._server.get_port()
     with pytest.raises(PortError, match=f"port {port} cannot be used for the viewer") as caught:

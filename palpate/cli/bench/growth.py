@@ -20,7 +20,7 @@ class Command:
       palpate bench growth --only objects --only fixtures
       palpate bench growth --small --figure growth.png
 
-    The whole takes about ten minutes and 5 GB of memory; --small a minute.
+    The whole takes many minutes, and up to 5 GB of memory for 10 million triangles.
     """
 
     json: Annotated[Path | None, arg(metavar="FILE")] = None

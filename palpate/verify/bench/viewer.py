@@ -6,12 +6,18 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from palpate import _core
 from palpate.verify.bench.browser import Page, open_browser
 
+if TYPE_CHECKING:
+    from palpate.session import Session
+    from palpate.session.pair import PairSession
+
+_RATE = 1000.0  # of the bare loop [Hz]
 SETTLE = 12.0
 """Time in which the picture finds its resolution before the measurement [s]."""
 READY = "window.__viserTestpoints && window.__viserTestpoints.rendererInfo.render.frame > 5"
@@ -68,15 +74,15 @@ def run(
     """
     with open_browser() as page:
         on_progress(f"{scene}: loading")
-        with shown(scene, quality) as (url, updates):
+        with shown(scene, quality) as (url, updates, missed):
             page.open(url + (f"?scale={scale}" if scale else ""), size)
             page.wait_for(READY)
             on_progress(f"{scene}: the picture finds its resolution ({settle:g} s)")
             time.sleep(settle)
-            before, sent, began = page.processor_seconds(), updates(), time.monotonic()
+            before, sent, late, began = page.processor_seconds(), updates(), missed(), time.monotonic()
             found = page.evaluate(_FRAMES % (1e3 * duration))
             spent = time.monotonic() - began
-            after, sent = page.processor_seconds(), updates() - sent
+            after, sent, late = page.processor_seconds(), updates() - sent, missed() - late
             if picture is not None:
                 page.photograph(picture)
         state = found["state"]
@@ -93,6 +99,7 @@ def run(
         "draw_calls": found["calls"],
         **_rates(found["times"], duration),
         "updates_per_s": sent / spent,
+        "missed_per_s": late / spent,
         "processor_ms_per_frame": {
             name: 1e3 * (after[name] - before.get(name, 0.0)) / frames for name in ("GPU", "renderer") if name in after
         },
@@ -113,19 +120,25 @@ def _rates(times: list[float], duration: float) -> dict[str, float]:
 
 
 def _control(page: Page, size: tuple[int, int], drawn: tuple[int, int], duration: float) -> dict[str, float]:
-    """Rates of a page that only clears a canvas of the same size."""
+    """Rates of a page that only clears a canvas of the same size, beside a loop that only keeps time."""
     page.open("about:blank", size)
     time.sleep(0.5)
-    before = page.processor_seconds()
+    loop = _core.BareLoop(_RATE)
+    before, began = page.processor_seconds(), time.monotonic()
+    loop.start()
     found = page.evaluate(_CONTROL % (*size, *drawn, 1e3 * duration))
-    spent = page.processor_seconds()["GPU"] - before["GPU"]
+    loop.stop()
+    spent, late = page.processor_seconds()["GPU"] - before["GPU"], int(loop.timing()["missed_ticks"])
     frames = max(len(found["times"]), 1)
-    return _rates(found["times"], duration) | {"processor_ms_per_frame": 1e3 * spent / frames}
+    return _rates(found["times"], duration) | {
+        "processor_ms_per_frame": 1e3 * spent / frames,
+        "missed_per_s": late / (time.monotonic() - began),
+    }
 
 
 @contextmanager
-def shown(scene: str, quality: str) -> Iterator[tuple[str, Callable[[], int]]]:
-    """Runs a scene in real time in the viewer; yields the address, and the number of updates sent so far."""
+def shown(scene: str, quality: str) -> Iterator[tuple[str, Callable[[], int], Callable[[], int]]]:
+    """Runs a scene in real time in the viewer; yields the address, and the updates sent and ticks missed so far."""
     from palpate.scene import Scene
     from palpate.session import PairsSession, Session
     from palpate.viewer import LiveViewer, stage_of
@@ -134,17 +147,20 @@ def shown(scene: str, quality: str) -> Iterator[tuple[str, Callable[[], int]]]:
     given = Scene.load(scene)
     session: Session | PairsSession
     viewer: LiveViewer | PairsViewer
+    loops: list[Session | PairSession]
     if given.pairs:
         session = PairsSession(given)
         stages = {name: stage_of(rig, name) for name, rig in session.rigs.items()}
         viewer = PairsViewer(session.pairs, stages, given.title, session, session, port=0)
+        loops = list(session.pairs.values())
     else:
         session = Session(given)
         viewer = LiveViewer(session, stage_of(session.rig), port=0)
+        loops = [session]
     viewer.picture.choose(quality)
     try:
         session.start()
-        yield viewer.url, lambda: viewer.frames
+        yield viewer.url, lambda: viewer.frames, lambda: sum(int(one.timing["missed_ticks"]) for one in loops)
     finally:
         session.stop()
         viewer.close()
@@ -159,7 +175,8 @@ def table(found: list[dict[str, Any]]) -> str:
             f"{one['scene']}: {one['quality']} picture, {one['drawn'][0]} x {one['drawn'][1]} of a window of "
             f"{one['size'][0]} x {one['size'][1]}, {one['triangles']} triangles, {one['draw_calls']} draw calls",
             f"  {one['fps']:6.1f} frames/s; p50 {one['fps_p50']:.1f}, worst {one['fps_worst']:.1f}; "
-            f"{one['updates_per_s']:.1f} updates/s",
+            f"{one['updates_per_s']:.1f} updates/s; {one['missed_per_s']:.1f} missed ticks/s of the loops, "
+            f"{control['missed_per_s']:.1f} of a bare loop beside the empty page",
             f"  {spent['GPU']:6.1f} ms of processor a frame to draw, {spent['renderer']:.1f} ms in the page",
             f"  {control['fps']:6.1f} frames/s of an empty page (control), "
             f"{control['processor_ms_per_frame']:.1f} ms of processor a frame",
