@@ -356,6 +356,7 @@ def test_a_plan_for_other_angles_of_the_jaws_is_proved_for_those_of_the_session(
     robot = problem.robot.with_jaws(jaw, jaw)
     (k,) = [k for k, body in enumerate(robot.bodies) if body.name == "jaw_1"]
     closed, opened = (one.placed(q[None]).ends_W[0, k] for one in (problem.robot, robot))
+    opened = min(opened, opened[::-1], key=lambda ends: np.linalg.norm(ends - closed))  # ends have no order
     end = int(np.argmax(np.linalg.norm(opened - closed, axis=1)))
     outward = (opened[end] - closed[end]) / np.linalg.norm(opened[end] - closed[end])
     place = (opened[end] + (0.0045 + gap) * outward).tolist()  # radii: jaw 2.5 mm, ball 2 mm
