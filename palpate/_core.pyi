@@ -4082,7 +4082,7 @@ def glide_together(
     steps: int,
     from_: Annotated[NDArray[numpy.float64], "(:, 6)"],
     to: Annotated[NDArray[numpy.float64], "(:, 6)"],
-    rows: Annotated[NDArray[numpy.float64], "(:, 475)"],
+    rows: Annotated[NDArray[numpy.float64], "(:, 487)"],
     felt: Annotated[NDArray[numpy.float64], "(:,)"],
 ) -> None:
     """
