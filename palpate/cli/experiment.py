@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import Positional, arg
 
+from palpate.console import HOST, PORT
 from palpate.console.output import console_for, require_writable, say, write_json
 from palpate.errors import PalpateError
 
@@ -19,26 +20,35 @@ if TYPE_CHECKING:
 
 @dataclass
 class Command:
-    """Run an experiment with simulated participants: plan, trials, questionnaires, analysis, report.
+    """Run an experiment with people or simulated participants: plan, trials, questionnaires, analysis, report.
 
     examples:
       palpate experiment examples/experiment_haptics.yaml --simulate 12
+      palpate experiment examples/experiment_haptics.yaml --participant P01
       palpate experiment examples/experiment_haptics.yaml --power --json power.json
 
-    Without --simulate and --power it checks the file, says what was done so far, and analyses it. Every
+    Without --participant, --simulate and --power it checks the file, says what was done so far, and analyses it. Every
     trial is a record. The same command continues after any end: what ended counts once, the rest is repeated.
     """
 
     file: Positional[Path]
     """Experiment file (YAML; docs/experiments.md)."""
+    participant: Annotated[str | None, arg(metavar="P")] = None
+    """Run the trials of this person in the viewer, from where they ended."""
     simulate: Annotated[int | None, arg(metavar="N")] = None
     """Run the experiment with N simulated participants."""
     power: bool = False
     """Say how many participants find the differences that simulated ones show; simulates 12 without --simulate."""
+    trust: bool = False
+    """Let the drivers that the scenes name run, although they are not installed: code beside the scene files."""
     out: Annotated[Path | None, arg(metavar="DIR")] = None
     """Folder of the data; default: runs/NAME, and runs/NAME-simulated for simulated participants."""
     workers: Annotated[int | None, arg(metavar="N")] = None
     """Processes of a simulation; one per core when left out."""
+    port: int = PORT
+    """Port of the viewer; the next free one when it is taken."""
+    host: str = HOST
+    """Address on which the viewer listens."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the results as JSON (docs/json/experiment.md); - for the standard output."""
 
@@ -50,13 +60,29 @@ class Command:
         console = console_for(self.json)
         require_writable(self.json)
         experiment = ExperimentFile.load(self.file)
+        if self.participant is not None:
+            return self._person(experiment, console)
         count = self.simulate or (12 if self.power else None)
         if count is not None:
             say(console, f"{count} simulated participants, which say nothing about people")
             study = simulate(experiment, count, self._folder(experiment, True), self.workers, console)
         else:
-            study = Study(experiment, self._folder(experiment, False), frozen=False)
+            study = Study(experiment, self._folder(experiment, False), frozen=False, trust=self.trust)
         self._present(found_in(study, self.power), console)
+        return 0
+
+    def _person(self, experiment: ExperimentFile, console: Console) -> int:
+        from palpate.console.view import free_port, require_viewer
+        from palpate.experiment import Study, found_in
+        from palpate.experiment.person import run_person
+
+        require_viewer()
+        study = Study(experiment, self._folder(experiment, False), trust=self.trust)
+        study.require(str(self.participant))
+        run_person(
+            study, str(self.participant), self.host, free_port(self.port, self.host), lambda line: say(console, line)
+        )
+        self._present(found_in(study), console)
         return 0
 
     def _present(self, found: Found, console: Console) -> None:
@@ -93,6 +119,9 @@ class Command:
         return self.out or Path("runs") / (experiment.stem + ("-simulated" if simulated else ""))
 
     def _refuse_contradictions(self) -> None:
+        if self.participant is not None and (self.simulate is not None or self.power):
+            other = "--simulate" if self.simulate is not None else "--power"
+            raise PalpateError(f"--participant and {other} contradict each other", mend="give one of them")
         for name, value in (("--simulate", self.simulate), ("--workers", self.workers)):
             if value is not None and not 1 <= value <= 1000:
                 raise PalpateError(f"{name} {value}: must be from 1 to 1000", mend=f"give e.g. {name} 12")

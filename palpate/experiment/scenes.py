@@ -36,12 +36,16 @@ class Setting:
 class Settings:
     """All tasks in all conditions of an experiment; surfaces are read once.
 
+    Args:
+        experiment: the file.
+        trust: True lets drivers beside the scene files run (docs/security.md).
+
     Raises:
         SceneError, MeshError: a scene cannot run; the message names the condition and the task.
     """
 
-    def __init__(self, experiment: ExperimentFile) -> None:
-        self._experiment = experiment
+    def __init__(self, experiment: ExperimentFile, trust: bool = False) -> None:
+        self._experiment, self._trust = experiment, trust
         self._bodies: Bodies = {}
         self._made: dict[tuple[str, str], Setting] = {}
 
@@ -83,7 +87,7 @@ class Settings:
         section, given = self._experiment.tasks[task], self._experiment.conditions[condition]
         named = ("conditions", condition, "scene") if given.scene is not None else ("tasks", task, "scene")
         try:
-            base = Scene.load(self._path(given.scene or section.scene))
+            base = Scene.load(self._path(given.scene or section.scene), self._trust)
             scene = override(base, {**section.changes, **given.changes, **_changes(given, base)})
             rig = build(scene, self._bodies, until=0.0)
             course = course_of(section, rig)

@@ -43,6 +43,7 @@ class Study:
         people: pseudonyms; those of the file when left out.
         simulated: True if all participants are simulated.
         frozen: False only looks: nothing is written into a folder that holds no experiment.
+        trust: True lets drivers beside the scene files run (docs/security.md).
 
     Raises:
         JournalError: the folder holds another experiment, or a file was changed after the plan was frozen.
@@ -56,11 +57,12 @@ class Study:
         people: tuple[str, ...] | None = None,
         simulated: bool = False,
         frozen: bool = True,
+        trust: bool = False,
     ) -> None:
         self.experiment, self.folder, self.simulated = experiment, folder, simulated
         self.people = experiment.people if people is None else people
         self.plan: Plan = plan_of(experiment, self.people)
-        self.settings = Settings(experiment)
+        self.settings = Settings(experiment, trust)
         manifest = self._manifest()
         path = folder / MANIFEST
         if path.exists():

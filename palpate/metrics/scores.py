@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from math import isfinite
+from statistics import mean, stdev
 
 FLS_TIME = 300.0
 """Time from which that of a peg transfer is subtracted [s]."""
@@ -22,6 +24,21 @@ def fls_peg_transfer(time_s: float, dropped: int, objects: int = 6) -> float:
     if not 0 <= dropped <= objects:
         raise ValueError(f"{dropped} of {objects} objects cannot have been dropped")
     return max(0.0, FLS_TIME - time_s - 100.0 * dropped / objects)
+
+
+def benchmark(experts: Sequence[Mapping[str, float]]) -> dict[str, tuple[float, float]]:
+    """Mean and standard deviation of each measure over trials of experts, for `simulator_score`.
+
+    Args:
+        experts: measures of at least two trials, e.g. of `summary`; what is NaN in one of them is left out.
+
+    Raises:
+        ValueError: fewer than two trials.
+    """
+    if len(experts) < 2:
+        raise ValueError(f"{len(experts)} trials of experts: a spread needs two")
+    values = {name: [one.get(name, float("nan")) for one in experts] for name in experts[0]}
+    return {name: (mean(some), stdev(some)) for name, some in values.items() if all(map(isfinite, some))}
 
 
 def simulator_score(found: Mapping[str, float], experts: Mapping[str, tuple[float, float]]) -> dict[str, bool]:

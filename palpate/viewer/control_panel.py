@@ -26,14 +26,64 @@ BALL_PIXELS = 64.0
 HAND = (245, 150, 30)
 
 
-class ControlPanel:
+class HandBall:
+    """The ball at the leader's handle; dragging it moves the hand."""
+
+    def __init__(self, server: viser.ViserServer, stage: Stage, source: Source) -> None:
+        """Adds the ball to the scene."""
+        self._source, self._stage = source, stage
+        self._offset, self._offset_grab, self._p_grab = np.zeros(3), np.zeros(3), np.zeros(3)
+        self.ball = server.scene.add_icosphere("/hand", BALL, HAND, opacity=0.6, cast_shadow=False)
+        self.ball.on_drag("left")(self._drag)
+        self.ball.on_drag("left", modifier="shift")(self._drag)
+
+    def show(self, tick: Ticks) -> None:
+        """Moves the ball to the hand's intended position."""
+        X_WL = self._stage.leader.X_WA
+        self.ball.position = X_WL[:3, :3] @ tick["p_hand_L"] + X_WL[:3, 3]
+
+    def resize_ball(self, server: viser.ViserServer, scale: Callable[[int], float] = lambda _: 1.0) -> None:
+        """Keeps the ball at least `BALL_PIXELS` wide in every browser.
+
+        scale: pixels drawn for a pixel of the window, by the number of a client.
+        """
+        radius = BALL
+        for number, client in server.get_clients().items():
+            camera = client.camera
+            away = float(np.linalg.norm(np.asarray(camera.position) - self.ball.position))
+            metres_per_pixel = 2.0 * away * np.tan(0.5 * camera.fov) / max(camera.image_height / scale(number), 1.0)
+            radius = max(radius, 0.5 * BALL_PIXELS * metres_per_pixel)
+        if abs(radius - self.ball.radius) > 0.05 * self.ball.radius:
+            self.ball.radius = min(radius, 4.0 * BALL)
+
+    def _grab(self) -> None:
+        """A drag begins."""
+
+    def _send(self) -> None:
+        """Sends the displacement of the hand to the loop."""
+        controls = self._source.controls
+        controls.p_hand_offset_W = self._offset
+        self._source.controls = controls
+
+    async def _drag(self, event: viser.SceneNodeDragEvent[viser.IcosphereHandle]) -> None:
+        """Moves the hand with the pointer: in the plane of the screen, or level with the table while shift is held."""
+        p_W = np.array(event.end_position)
+        if event.phase == "start":
+            self._grab()
+            self._p_grab, self._offset_grab = np.array(event.start_position), self._offset
+        if event.modifier == "shift":
+            p_W = _on_level(np.array(event.client.camera.position), p_W, float(self._p_grab[2]))
+        self._offset = np.clip(self._offset_grab + p_W - self._p_grab, -REACH, REACH)
+        self._send()
+
+
+class ControlPanel(HandBall):
     """Sliders, pedal, buttons, and the ball at the leader's handle; each change sends new `Controls` to the loop."""
 
     def __init__(self, server: viser.ViserServer, stage: Stage, source: Source, runner: Runner | None = None) -> None:
         """Fills the main panel, docks it on the right, and adds the ball to the scene."""
-        self._source, self._stage = source, stage
         self._lock = threading.Lock()
-        self._offset, self._offset_grab, self._p_grab = np.zeros(3), np.zeros(3), np.zeros(3)
+        super().__init__(server, stage, source)
         gui = server.gui
         gui.set_panel_label(stage.title)
         with gui.add_folder("Hand"):
@@ -60,34 +110,14 @@ class ControlPanel:
             self.reset = gui.add_button("Reset controls", hint="Hand, tissue and run as at the start")
         gui.main_panel.dock_right()
         gui.main_panel.set_width(280)
-        self.ball = server.scene.add_icosphere("/hand", BALL, HAND, opacity=0.6, cast_shadow=False)
-
-        self.ball.on_drag("left")(self._drag)
-        self.ball.on_drag("left", modifier="shift")(self._drag)
         for box in (self.path, *self.pedals.values(), self.pause):
             box.on_update(lambda _: self._send())
         for knob in (self.stiffness, self.damping):
             knob.on_update(lambda _: self._send())
         self.reset.on_click(lambda _: self._reset())
 
-    def show(self, tick: Ticks) -> None:
-        """Moves the ball to the hand's intended position."""
-        X_WL = self._stage.leader.X_WA
-        self.ball.position = X_WL[:3, :3] @ tick["p_hand_L"] + X_WL[:3, 3]
-
-    def resize_ball(self, server: viser.ViserServer, scale: Callable[[int], float] = lambda _: 1.0) -> None:
-        """Keeps the ball at least `BALL_PIXELS` wide in every browser.
-
-        scale: pixels drawn for a pixel of the window, by the number of a client.
-        """
-        radius = BALL
-        for number, client in server.get_clients().items():
-            camera = client.camera
-            away = float(np.linalg.norm(np.asarray(camera.position) - self.ball.position))
-            metres_per_pixel = 2.0 * away * np.tan(0.5 * camera.fov) / max(camera.image_height / scale(number), 1.0)
-            radius = max(radius, 0.5 * BALL_PIXELS * metres_per_pixel)
-        if abs(radius - self.ball.radius) > 0.05 * self.ball.radius:
-            self.ball.radius = min(radius, 4.0 * BALL)
+    def _grab(self) -> None:
+        self._take_over()
 
     def _send(self) -> None:
         """Sends the values in the panel to the loop, and its pedals to the console where there is one."""
@@ -132,17 +162,6 @@ class ControlPanel:
         """The person goes on from where a simulated operator has led the hand."""
         self._offset = np.array(self._source.controls.p_hand_offset_W)
         set_value(self.path, False)
-
-    async def _drag(self, event: viser.SceneNodeDragEvent[viser.IcosphereHandle]) -> None:
-        """Moves the hand with the pointer: in the plane of the screen, or level with the table while shift is held."""
-        p_W = np.array(event.end_position)
-        if event.phase == "start":
-            self._take_over()
-            self._p_grab, self._offset_grab = np.array(event.start_position), self._offset
-        if event.modifier == "shift":
-            p_W = _on_level(np.array(event.client.camera.position), p_W, float(self._p_grab[2]))
-        self._offset = np.clip(self._offset_grab + p_W - self._p_grab, -REACH, REACH)
-        self._send()
 
 
 def _slider(gui: viser.GuiApi, label: str, nominal: float) -> viser.GuiSliderHandle[float]:

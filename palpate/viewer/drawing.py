@@ -13,7 +13,7 @@ from palpate.arrays import Array
 from palpate.record.ticks import Ticks
 from palpate.scene.placed_ecm import PlacedEcm
 from palpate.viewer.arms import ArmDrawing, Color
-from palpate.viewer.cue import ForceCue
+from palpate.viewer.cue import Cues, ForceCue
 from palpate.viewer.fixtures import FixtureDrawing
 from palpate.viewer.frames import FrameDrawing
 from palpate.viewer.organs import OrganDrawing
@@ -62,7 +62,14 @@ class Arrow:
 class Drawing:
     """Arms, organs, tool sphere, proxy and arrows of one stage."""
 
-    def __init__(self, scene: viser.SceneApi, stage: Stage, world: bool = True, tint: Color | None = None) -> None:
+    def __init__(
+        self,
+        scene: viser.SceneApi,
+        stage: Stage,
+        world: bool = True,
+        tint: Color | None = None,
+        cues: Cues | None = None,
+    ) -> None:
         """Draws everything once.
 
         Args:
@@ -70,6 +77,7 @@ class Drawing:
             stage: what to draw.
             world: False leaves out light, drape, objects and rod, which another drawing of the same scene shows.
             tint: colour that is mixed into those of the arms.
+            cues: force cues of a condition; None: those of the stage, which a box switches.
         """
         self._stage = stage
         if world:
@@ -81,7 +89,7 @@ class Drawing:
         self._ecm = None if stage.ecm is None or not world else ArmDrawing(scene, _ecm_place(stage.ecm))
         self._rod = None if stage.rod is None or not world else RodDrawing(scene, stage.rod)
         self._tool = ToolDrawing(scene, stage)
-        self.cue = ForceCue(scene, stage)
+        self.cue = ForceCue(scene, stage) if cues is None else ForceCue(scene, stage, cues, enabled=True)
         self.fixtures = [FixtureDrawing(scene, mark) for mark in stage.fixtures]
         self._frames = [FrameDrawing(scene, frame) for frame in stage.frames if world]
         self.targets = [TargetDrawing(scene, mark) for mark in stage.targets if world]
@@ -135,7 +143,7 @@ class Drawing:
         self._follower.shift(shift)
         self._tool.show(tick, links, shift)
         self.cue.show(tick)
-        presses = self._tool.presses(tick)
+        presses = self._tool.presses(tick, self.cue.dent(tick))
         for k, organ in enumerate(self._organs):
             organ.show(tick)
             organ.press([one for each in (presses, *others) for one in each.get(k, [])])

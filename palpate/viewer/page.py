@@ -42,10 +42,11 @@ _LOCK = threading.Lock()
 
 
 def write_page(folder: Path) -> None:
-    """Writes the page into a folder: the library's file with `picture.js` before its first script."""
+    """Writes the page into a folder: the library's file with `picture.js` and `tone.js` before its first script."""
     page = (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")
-    script = files("palpate.viewer").joinpath("picture.js").read_text(encoding="utf-8")
-    (folder / "index.html").write_text(page.replace("<head>", f"<head><script>{script}</script>", 1), encoding="utf-8")
+    texts = [files("palpate.viewer").joinpath(name).read_text(encoding="utf-8") for name in ("picture.js", "tone.js")]
+    scripts = "".join(f"<script>{text}</script>" for text in texts)
+    (folder / "index.html").write_text(page.replace("<head>", f"<head>{scripts}", 1), encoding="utf-8")
 
 
 @contextmanager

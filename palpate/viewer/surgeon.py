@@ -56,6 +56,18 @@ def project(X_WC: Array, p_W: Array, angle: float, size: tuple[int, int] = SIZE)
     return np.asarray(0.5 * np.array([size[1], size[0]]) + focal * p[:, :2] / z)
 
 
+def with_bars(image: Image, shares: Sequence[float]) -> Image:
+    """The picture of an eye with a bar for each tool at its lower edge, filled by a share from 0 to 1."""
+    drawn = np.array(image)
+    height, width = drawn.shape[:2]
+    for k, share in enumerate(shares):
+        top, left = height - 12 - 14 * k, 6
+        full = round((width - 12) * min(max(share, 0.0), 1.0))
+        drawn[top : top + 9, left : width - 6] = (70, 70, 70)
+        drawn[top : top + 9, left : left + full] = (225, 38, 38)
+    return drawn
+
+
 def with_forces(image: Image, ticks: Sequence[Ticks], X_WC: Array, angle: float) -> Image:
     """The picture of an eye with the force on each tool as an arrow at its tip, and the force on each hand in newtons.
 
@@ -103,11 +115,14 @@ class SurgeonView:
         placed: PlacedEcm,
         joints: Callable[[], Array],
         ticks: Callable[[], Sequence[Ticks]],
+        bar: Callable[[Ticks], float] | None = None,
     ) -> None:
         """Adds both to the present folder of the panel.
 
-        joints: joints (4,) of the endoscope arm now. ticks: the newest tick of each pair.
+        joints: joints (4,) of the endoscope arm now. ticks: the newest tick of each pair. bar: of a condition, the
+        share of the bar that a tick fills; then neither arrows nor numbers show the force.
         """
+        self._share = bar
         self._server, self._placed, self._joints, self._ticks = server, placed, joints, ticks
         self._angle = vertical_angle(placed.section.endoscope.width_deg)
         hint = "Picture of the simulated endoscope, with deflection (red) and force (green) at the tool tip"
@@ -156,4 +171,7 @@ class SurgeonView:
     def _eye(self, client: viser.ClientHandle, X_WC: Array, ticks: Sequence[Ticks]) -> Image:
         wxyz = so3.quaternions(X_WC[None, :3, :3])[0]
         image = client.get_render(*SIZE, wxyz=wxyz, position=X_WC[:3, 3], fov=self._angle, timeout=20.0)
-        return with_forces(np.ascontiguousarray(image[:, :, :3]), ticks, X_WC, self._angle)
+        seen = np.ascontiguousarray(image[:, :, :3])
+        if self._share is not None:
+            return with_bars(seen, [share for share in map(self._share, ticks) if share > 0.0])
+        return with_forces(seen, ticks, X_WC, self._angle)

@@ -45,8 +45,11 @@ class ToolDrawing:
         """Drawn position of the tool tip (3,) [m]."""
         return np.array(self._spr.position)
 
-    def presses(self, tick: Ticks) -> Presses:
-        """Arguments of `OrganDrawing.press` by the number of the object, for the tool as drawn by `show`."""
+    def presses(self, tick: Ticks, at_tip: Array | None = None) -> Presses:
+        """Arguments of `OrganDrawing.press` by the number of the object, for the tool as drawn by `show`.
+
+        at_tip: centre (3,) in W of the sphere that dents the surface instead of the drawn one at the tip [m].
+        """
         found: Presses = {}
         points = np.asarray(tick["p_WC"]).reshape(-1, 3)
         for k in range(min(int(tick["contacts"]), len(points))):
@@ -55,7 +58,8 @@ class ToolDrawing:
                 continue
             node = self._spr if sphere == 0 else self._spheres[sphere - 1]
             normal = np.array(tick["normal"]) if k == 0 and np.any(tick["normal"]) else None
-            found.setdefault(obj, []).append((np.array(node.position), float(node.radius), point, normal))
+            centre = at_tip if sphere == 0 and at_tip is not None else np.array(node.position)
+            found.setdefault(obj, []).append((centre, float(node.radius), point, normal))
         return found
 
     def show(self, tick: Ticks, links: dict[str, Array], shift: Array) -> None:

@@ -6,6 +6,7 @@ one of them.
 """
 
 import json
+import shutil
 import signal
 import subprocess
 import sys
@@ -33,6 +34,7 @@ QUICK = {
     **{f"run {scene}": _RUN.format(seconds=0.05)
        for scene in ("palpation", "wall", "paper", "guided", "bilateral", "two_hands", "my.yaml")},
     "certify wall": "--json r.json",
+    "experiment experiment_haptics.yaml": "--out o --json r.json",
     "check liver.stl": "--json r.json",
     "device list": "--json r.json",
     "device wrist wrist.csv": "--json r.json",
@@ -49,6 +51,7 @@ LONG = {
     "export moveit planning": "--out folder",
     "scan liver": "--views 8 --out s.ply --json r.json",
     "study contact": _STUDY,
+    **{f"experiment experiment_{name}.yaml": "--out o --json r.json" for name in ("moments", "preference", "radius")},
     "study guidance": f"--operators 5 {_STUDY}",
     "study guidance --conformance": f"--seeds 1 {_STUDY}",
     "study laws": _STUDY,
@@ -84,6 +87,8 @@ def prepare(command):
         trimesh.creation.icosphere(5, 0.04).export("liver.stl")
     if "my.yaml" in command:
         Path("my.yaml").write_text("arms: {leader: {model: delta}}\nobjects: [{sphere: {radius: 0.02}}]\n")
+    if command.startswith("experiment "):
+        shutil.copy(TABLE.parents[1] / "examples" / command.split()[-1], ".")
     if "grip.csv" in command:
         np.savetxt("grip.csv", grip(), "%.9g", ",", header="t_s,x_m,F_N,u", comments="")
     if "moving.csv" in command:

@@ -147,3 +147,25 @@ def test_scores_of_the_field():
         "time_s": True,
         "drops": False,
     }
+
+
+def test_the_benchmark_of_experts_is_their_mean_and_one_deviation():
+    experts = [{"time_s": t, "drops": 0.0, "sparc": s} for t, s in ((40.0, -2.0), (50.0, float("nan")), (60.0, -2.5))]
+    found = metrics.benchmark(experts)
+    assert found == {"time_s": (50.0, 10.0), "drops": (0.0, 0.0)}
+    assert metrics.simulator_score({"time_s": 60.0, "drops": 1.0}, found) == {"time_s": True, "drops": False}
+    with pytest.raises(ValueError, match="1 trials of experts"):
+        metrics.benchmark(experts[:1])
+
+
+def test_errors_of_force_and_path_are_those_of_the_task():
+    """The tool of `ticks` runs along x at y = z = 0; the path lies 3 mm beside and 4 mm above it."""
+    taken = measures._Taken(1000.0)
+    taken.add(ticks())
+    path = np.array([[0.0, 0.003, 0.004], [0.08, 0.003, 0.004]])
+    found = taken.measures(1.0, 3.0, 1.0, metrics.Wanted(1.5, path))
+    assert found["force_error_N"] == pytest.approx(0.5)
+    assert found["path_error_m"] == pytest.approx(0.005)
+    flat = taken.measures(1.0, 3.0, 1.0, metrics.Wanted(None, path, np.array([0.0, 0.0, 1.0])))
+    assert flat["path_error_m"] == pytest.approx(0.003)
+    assert math.isnan(flat["force_error_N"])

@@ -13,7 +13,7 @@ from viser.transforms import SO3
 
 from palpate.scene import Scene
 from palpate.viewer.control_panel import BALL, BALL_PIXELS, ControlPanel
-from palpate.viewer.cue import LARGEST, ForceCue
+from palpate.viewer.cue import LARGEST, LOWEST_TONE, Cues, ForceCue
 from palpate.viewer.drawing import Drawing
 from palpate.viewer.labels import Eye, arrange
 from palpate.viewer.views import FIELD_OF_VIEW, Framing, overview
@@ -52,12 +52,42 @@ def test_halo_grows_with_the_force_up_to_the_cap():
     cue = ForceCue(MagicMock(), replace(stage(), pseudo_haptic=True))
     tick, seen = pressed_tick(), []
     for force in (0.0, 1.5, 3.0, 30.0):
-        tick["F_H_L"] = [0.0, 0.0, force]
+        tick["F_T_W"] = [0.0, 0.0, force]
         cue.show(tick)
         seen.append((cue.halo.scale / stage().radius, cue.halo.color))
     assert [size for size, _ in seen] == pytest.approx([1.0, 0.5 * (1.0 + LARGEST), LARGEST, LARGEST])
     assert seen[0][1] == (255, 214, 70)
     assert seen[2][1] == (225, 20, 20)
+
+
+def test_each_cue_has_its_gain_and_shows_the_force_on_the_tool():
+    tick = pressed_tick()
+    cue = ForceCue(MagicMock(), stage(), Cues(displaced=0.5), enabled=True)
+    np.testing.assert_allclose(cue.shift(tick), 0.5 * tick["delta_x"])
+    assert cue.dent(tick) is None
+    deeper = ForceCue(MagicMock(), stage(), Cues(dimple=2.0), enabled=True)
+    np.testing.assert_allclose(deeper.shift(tick), 0.0)
+    np.testing.assert_allclose(deeper.dent(tick), tick["p_WP"] - 2.0 * tick["delta_x"])
+    assert ForceCue(MagicMock(), stage(), Cues(dimple=2.0), enabled=False).dent(tick) is None
+    shown = Cues(bar=2.0, tone=1.0)
+    assert [shown.bar_share(force, 3.0) for force in (0.0, 0.75, 9.0)] == [0.0, 0.5, 1.0]
+    assert [shown.tone_Hz(force, 3.0) for force in (0.0, 1.5, 3.0, 9.0)] == pytest.approx(
+        [0.0, LOWEST_TONE * 2**0.5, 2 * LOWEST_TONE, 2 * LOWEST_TONE]
+    )
+    assert Cues().bar_share(3.0, 3.0) == Cues().tone_Hz(3.0, 3.0) == 0.0
+
+
+def test_the_dent_of_a_displaced_tool_is_that_of_its_own_gain():
+    tick = pressed_tick()
+    scene = MagicMock()
+    scene.add_icosphere.side_effect = lambda *_, **given: MagicMock(
+        **{"position": np.zeros(3), "radius": 0.002, **given}
+    )
+    scene.add_frame.side_effect = lambda *_, **given: MagicMock(**given)
+    for cues, part in ((Cues(displaced=1.0), 0.0), (Cues(displaced=1.0, dimple=1.5), 1.5), (Cues(), 1.0)):
+        presses = Drawing(scene, replace(stage(), objects=[]), cues=cues).show(tick)
+        ((centre, _, _, _),) = presses[0]
+        np.testing.assert_allclose(centre, tick["p_WP"] - part * tick["delta_x"], atol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from palpate.record.ticks import TICK
 from palpate.scene.rig import build
 from palpate.viewer import surgeon
 from palpate.viewer.staging import stage_of
-from palpate.viewer.surgeon import GREEN, SIZE, SurgeonView, project, vertical_angle, with_forces
+from palpate.viewer.surgeon import GREEN, SIZE, SurgeonView, project, vertical_angle, with_bars, with_forces
 
 SCENE = """
 objects:
@@ -125,3 +125,13 @@ def test_the_forces_of_two_tools_are_both_in_the_picture():
     np.testing.assert_array_equal(both, with_forces(blank, [left, right], X_WC, angle))
     box = (slice(185, 205), slice(6, 66))  # the number of a single tool
     np.testing.assert_array_equal(both[box], with_forces(blank, [left], X_WC, angle)[box])
+
+
+def test_the_bar_of_a_condition_fills_with_its_share():
+    plain = np.zeros((SIZE[0], SIZE[1], 3), np.uint8)
+    for share in (0.0, 0.25, 1.0, 3.0):
+        drawn = with_bars(plain, [share])
+        red = int((drawn[SIZE[0] - 10] == (225, 38, 38)).all(axis=1).sum())
+        assert red == round((SIZE[1] - 12) * min(share, 1.0))
+        assert not drawn[: SIZE[0] - 20].any()
+    assert not with_bars(plain, []).any()
