@@ -16,6 +16,7 @@ import warnings
 from pathlib import Path
 
 import pytest
+from cli_words import parse
 from shell_files import MEANT
 from shell_forms import ELSEWHERE, LONG, QUICK, RECORDINGS
 
@@ -116,6 +117,17 @@ def test_every_line_has_a_form_and_every_form_a_line():
     assert ALL.keys() - keys == set()
     assert len(QUICK) + len(LONG) + len(ELSEWHERE) == len(ALL)
     assert {page for page in MEANT if page not in pages(QUICK, LONG)} == set()
+
+
+def test_the_words_of_every_long_form_are_understood(capsys):
+    """`make test-long` runs them; here they are parsed."""
+    for line in dict.fromkeys(line for lines in LINES.values() for line in lines if key_of(line) in LONG):
+        words = shlex.split(line) + shlex.split(LONG[key_of(line)])
+        if words[0] == "palpate":
+            try:
+                parse(words)
+            except SystemExit:
+                pytest.fail(f"{' '.join(words)}\n{capsys.readouterr().err}")
 
 
 @pytest.mark.parametrize(("key", "file"), ELSEWHERE.items())
