@@ -32,7 +32,7 @@ _RUN = "--headless --duration {seconds} --out o --json r.json"
 _STUDY = "--workers 1 --figures f --out data.nc --json r.json"
 QUICK = {
     **{f"run {scene}": _RUN.format(seconds=0.05)
-       for scene in ("palpation", "wall", "paper", "guided", "bilateral", "two_hands", "my.yaml")},
+       for scene in ("palpation", "wall", "paper", "guided", "two_hands", "my.yaml")},
     "certify wall": "--json r.json",
     "experiment experiment_haptics.yaml": "--out o --json r.json",
     "check liver.stl": "--json r.json",
@@ -45,7 +45,7 @@ QUICK = {
 }  # fmt: skip
 """Further words of commands that run in `make test`."""
 LONG = {
-    **{f"run {scene}": _RUN.format(seconds=0.1) for scene in ("breathing", "camera", "hand_over", "soft_liver")},
+    **{f"run {scene}": _RUN.format(seconds=0.1) for scene in ("breathing", "camera", "peg_transfer", "remote", "soft_liver")},
     "bench contact": "--quick --json r.json",
     "calibrate dynamics moving.csv --arm mtm --out m.yaml": "--json r.json",
     "export moveit planning": "--out folder",
