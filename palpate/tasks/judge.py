@@ -156,13 +156,14 @@ class PlaceJudge(Judge):
         found: dict[str, int] = {}
         for name in self.section.bodies:
             p, free = seen.bodies[name][:3, 3], [k for k in range(len(places)) if k not in found.values()]
-            near = [k for k in free if self._stands(p, places[k])]
+            near = [k for k in free if self.stands(p, places[k])]
             if near and not seen.held.get(name, 0):
                 away = np.linalg.norm(places[near] - p, axis=1)
                 found[name] = near[int(np.argmin(away))]
         return found
 
-    def _stands(self, p: Array, place: Array) -> bool:
+    def stands(self, p: Array, place: Array) -> bool:
+        """Whether a body at `p` (3,) stands at a place (3,), both in W [m]."""
         across = float(np.linalg.norm((p - place)[:2]))
         return across <= self.section.tolerance and abs(float(p[2] - place[2])) <= self.section.tolerance
 

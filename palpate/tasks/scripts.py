@@ -18,6 +18,8 @@ from palpate.tasks.judge import FindJudge, FollowJudge, Judge, PassJudge, PlaceJ
 
 UP = np.array([0.0, 0.0, 1.0])
 _CLEAR = 0.02  # height of the jaws above what they are about to take [m]
+_BESIDE = 0.015  # distance between a place and a body that stands badly, within which the place is not free [m]
+_ATTEMPTS = 3  # to put a body down
 
 
 class Script:
@@ -99,7 +101,6 @@ def _place(script: Script, judge: PlaceJudge) -> Acting:
         last = script.hands[0] if judge.returning or len(script.hands) == 1 else script.hands[1]
         if not section.handed_over:
             last = first
-        free = [place for k, place in enumerate(judge.places()) if k not in placed.values()]
         name = min(left, key=lambda one: float(np.linalg.norm(script.at(one) - first.p_WT)))
         yield from script.pick(first, name, _grasp(judge, first), lift)
         if not script.holds(first, name):
@@ -108,12 +109,30 @@ def _place(script: Script, judge: PlaceJudge) -> Acting:
             yield from _hand_over(script, judge, first, last, name)
             if not script.holds(last, name):
                 continue
-        to = min(free, key=lambda place: float(np.linalg.norm(place - script.at(name))))
-        yield from script.bring(last, name, to + lift * UP)
-        if not script.holds(last, name):
-            continue
-        yield from script.bring(last, name, to + 0.002 * UP, 0.6)
-        yield from script.release(last, lift)
+        free = _free(script, judge, placed, name)
+        yield from _put(script, judge, last, name, min(free, key=lambda p: float(np.linalg.norm(p - script.at(name)))))
+
+
+def _free(script: Script, judge: PlaceJudge, placed: dict[str, int], name: str) -> list[Array]:
+    """Places for a body: without those taken, and if possible without those where another body stands badly."""
+    free = [place for k, place in enumerate(judge.places()) if k not in placed.values()]
+    bad = [script.at(other) for other in judge.section.bodies if other != name and other not in placed]
+    return [p for p in free if all(float(np.linalg.norm((p - at)[:2])) > _BESIDE for at in bad)] or free
+
+
+def _put(script: Script, judge: PlaceJudge, hand: Hand, name: str, to: Array) -> Acting:
+    """Put a held body down at a place; one that stands badly, on another body or askew, is taken again."""
+    lift = judge.section.lift
+    for attempt in range(_ATTEMPTS):
+        if attempt > 0:
+            yield from script.pick(hand, name, _grasp(judge, hand), lift)
+        yield from script.bring(hand, name, to + lift * UP)
+        if not script.holds(hand, name):
+            return
+        yield from script.bring(hand, name, to + 0.002 * UP, 0.6)
+        yield from script.release(hand, lift)
+        if judge.stands(script.at(name), to):
+            return
 
 
 def _grasp(judge: PlaceJudge, hand: Hand) -> tuple[float, float, float]:

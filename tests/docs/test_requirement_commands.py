@@ -45,7 +45,10 @@ QUICK = {
 }  # fmt: skip
 """Further words of commands that run in `make test`."""
 LONG = {
-    **{f"run {scene}": _RUN.format(seconds=0.1) for scene in ("breathing", "camera", "peg_transfer", "remote", "soft_liver")},
+    **{
+        f"run {scene}": _RUN.format(seconds=0.1)
+        for scene in ("breathing", "camera", "peg_transfer", "remote", "soft_liver")
+    },
     "bench contact": "--quick --json r.json",
     "calibrate dynamics moving.csv --arm mtm --out m.yaml": "--json r.json",
     "export moveit planning": "--out folder",
