@@ -1,11 +1,10 @@
 """Does a policy find a hard lump in soft tissue better if it feels the force? Trained twice, with and without.
 
 You learn how to use the environments of Palpate (`palpate.gym`) with a task of your own, and how to train a small
-network by an evolution strategy, without a learning library. Needs the extra `learning`; takes minutes.
+network by an evolution strategy, without a learning library. Needs the extra `learning`; takes minutes. Everything is
+simulated. The tool starts up to 12 mm beside a lump that it cannot see, pressed in by 4 mm.
 
     python examples/10_force_helps.py --figure force_helps.png
-
-Everything is simulated. The tool starts up to 12 mm beside a lump that it cannot see, pressed in by 4 mm.
 """
 
 from __future__ import annotations
@@ -53,8 +52,8 @@ def rollouts(many: PalpateVectorEnv, weights: np.ndarray, starts: np.ndarray, fe
     W, gate, away = weights[:, :10].reshape(-1, 2, 5), weights[:, 10:], []
     for k in range(STEPS):
         force = seen["force"][:, 2] - 1.0 if feels else np.zeros(len(weights))  # beside the lump, it is 1 N
-        time = np.tile([np.sin(0.35 * k), np.cos(0.35 * k), 1.0], (len(weights), 1))
-        x = np.column_stack([time, many.instruments.goals[:, :2] / AREA])
+        time = [np.sin(0.35 * k), np.cos(0.35 * k), 1.0]
+        x = np.column_stack([np.tile(time, (len(weights), 1)), many.instruments.goals[:, :2] / AREA])
         wide = 1.0 / (1.0 + np.exp(-4.0 * (gate[:, 0] + gate[:, 1] * force)))
         actions = np.zeros((len(weights), 6))
         actions[:, :2] = 0.05 * wide[:, None] * np.tanh(np.einsum("nij,nj->ni", W, x))
@@ -71,26 +70,24 @@ def train(many: PalpateVectorEnv, feels: bool, seed: int, generations: int) -> l
     for _ in range(generations):
         noise = rng.normal(size=(PAIRS, WEIGHTS))
         tried = np.concatenate([mean + 0.25 * noise, mean - 0.25 * noise])
-        starts = rng.uniform(-0.75 * AREA, 0.75 * AREA, (EACH, 2))
-        fresh = rng.uniform(-0.75 * AREA, 0.75 * AREA, (FRESH, 2))
+        starts, fresh = (rng.uniform(-0.75 * AREA, 0.75 * AREA, (m, 2)) for m in (EACH, FRESH))
         networks = np.concatenate([np.repeat(tried, EACH, axis=0), np.tile(mean, (FRESH, 1))])
         away = rollouts(many, networks, np.concatenate([np.tile(starts, (2 * PAIRS, 1)), fresh]), feels)
         score = np.exp(-((away[:-FRESH] / 0.006) ** 2)).reshape(2 * PAIRS, EACH).mean(axis=1)
         rank = np.argsort(np.argsort(score)) / (2 * PAIRS - 1) - 0.5
-        step = 0.6 * step + 0.5 * (rank[:PAIRS] - rank[PAIRS:]) @ noise / PAIRS
-        mean = mean + step
+        mean = mean + (step := 0.6 * step + 0.5 * (rank[:PAIRS] - rank[PAIRS:]) @ noise / PAIRS)
         found.append(float(np.mean(away[-FRESH:] < NEAR)))
     return found
 
 
 def main() -> None:
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    options.add_argument("--generations", type=int, default=20)
-    options.add_argument("--seeds", type=int, default=3)
+    for name, default in (("--generations", 20), ("--seeds", 3)):
+        options.add_argument(name, type=int, default=default)
     options.add_argument("--figure")
     o = options.parse_args()
-    n, motion = 2 * PAIRS * EACH + FRESH, Motion(speed=0.05, reach=AREA)
-    many = PalpateVectorEnv(n, SCENE, Search(), substeps=SUB, duration=1e6, observe=("force",), motion=motion)
+    given = {"substeps": SUB, "duration": 1e6, "observe": ("force",), "motion": Motion(speed=0.05, reach=AREA)}
+    many = PalpateVectorEnv(2 * PAIRS * EACH + FRESH, SCENE, Search(), **given)
     last, factor = max(1, o.generations // 4), stats.t.ppf(0.975, o.seeds - 1) / np.sqrt(o.seeds)
     curves, wide = {}, {}
     for name, feels in (("with force", True), ("without", False)):
@@ -98,14 +95,12 @@ def main() -> None:
         ends = found[:, -last:].mean(axis=1)
         print(f"{name:10}: finds {ends.mean():.0f} +- {factor * ends.std(ddof=o.seeds > 1):.0f} % of the lumps")
         curves[name], wide[name] = found.mean(axis=0), factor * found.std(axis=0, ddof=o.seeds > 1)
-    print("lumps found [%], mean over seeds and half of its 95 % interval")
-    print(f"{'generation':>10}" + "".join(f"{name:>16}" for name in curves))
+    print("lumps found [%], mean over seeds and half of its 95 % interval\ngeneration      with force         without")
     for k in range(o.generations):
         print(f"{k + 1:10}" + "".join(f"{curves[name][k]:9.0f} +-{wide[name][k]:4.0f}" for name in curves))
-    for name, mean in curves.items() if o.figure else ():
-        plt.plot(mean, label=name)
-        plt.fill_between(range(len(mean)), mean - wide[name], mean + wide[name], alpha=0.25)
     if o.figure:
+        for name, mean in curves.items():
+            plt.errorbar(range(len(mean)), mean, wide[name], label=name, capsize=2)
         plt.gca().set(xlabel="generation", ylabel="lumps found [%], mean and 95 % interval", ylim=(0, 100))
         plt.gcf().legend()
         plt.savefig(o.figure)

@@ -31,16 +31,19 @@ def task_of(session: Session | PairsSession) -> TaskRun | None:
 
 
 def with_result(summary: object, task: TaskRun | None, console: Console) -> object:
-    """What `--json` writes: the summary, with the result of the task beside it; prints the result."""
-    if task is None:
-        return summary
+    """What `--json` writes: the summary, with the result of the task beside it, null without one; prints the result."""
     from palpate.arrays.plain import plain
     from palpate.console.output import say
 
-    found = task.result
-    say(console, f"{found.progress}: score {found.score:.1f}, {found.drops} drops, {found.time_s:.1f} s", "task:")
     values = plain(summary)
     assert isinstance(values, dict)
+    if task is None:
+        return values | dict.fromkeys((*_KEYS, "task"))
+    found = task.result
+    say(console, f"{found.progress}: score {found.score:.1f}, {found.drops} drops, {found.time_s:.1f} s", "task:")
     result = plain(found)
     assert isinstance(result, dict)
-    return values | {key: result[key] for key in ("success", "score", "drops", "time_s")} | {"task": result["errors"]}
+    return values | {key: result[key] for key in _KEYS} | {"task": result["errors"]}
+
+
+_KEYS = ("success", "score", "drops", "time_s")

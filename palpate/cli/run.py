@@ -8,9 +8,9 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
-from tyro.conf import Positional, Suppress, arg
+from tyro.conf import Positional, arg
 
 from palpate.cli._pedals import pedals
 from palpate.cli._task import drawn as _with_task
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from palpate.scene import Scene
     from palpate.session import Session
     from palpate.session.summary import Summary
+    from palpate.tasks import TaskRun
 
 
 @dataclass
@@ -79,8 +80,6 @@ class Command:
     """Foot switches, keyboards or gamepads as pedals, several in quotes, e.g. footswitch:/dev/input/event7."""
     port: int = PORT
     """Port of the viewer; the next free one when it is taken."""
-    task: Suppress[Any] = None
-    """The task of the scene, while it runs."""
     host: str = HOST
     """Address on which the viewer listens: 127.0.0.1 for this machine only; others ask for the printed token."""
 
@@ -92,6 +91,7 @@ class Command:
         from palpate.scene import Scene
 
         self._refuse_contradictions()
+        self.task: TaskRun | None = None
         console = console_for(self.json)
         viewer = self.serve or (not self.headless and sys.stdout.isatty() and sys.stdin.isatty())
         if viewer:

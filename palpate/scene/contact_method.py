@@ -20,7 +20,7 @@ def _known(name: str) -> str:
         return name
     known = [*_OURS, *plugins.names("palpate.methods")]
     near = get_close_matches(name, known, n=1)
-    mend = f"did you mean {near[0]}?" if near else f"write one of {', '.join(known)}"
+    mend = f"did you mean {near[0]!r}?" if near else f"write one of {', '.join(known)}"
     raise ValueError(f"there is no contact method {name!r} | {mend}")
 
 

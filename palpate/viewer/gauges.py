@@ -156,9 +156,9 @@ class Gauges:
 
 def _remote(tick: Ticks, style: str) -> str:
     """Delays, packets and forces of a remote site; empty without one."""
-    link = int(tick["remote_link"])
-    if link == 0:
+    if not tick["remote_link"] > 0:  # NaN in an older record
         return ""
+    link = int(tick["remote_link"])
     measured, model = (float(np.linalg.norm(tick[name])) for name in ("F_remote_W", "F_T_W"))
     age, ahead = 1e3 * float(tick["remote_age"]), 1e3 * float(tick["remote_delay"])
     where = f"where the grey ball is {age:.0f} ms ago, here in {ahead:.0f} ms"

@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -44,6 +45,7 @@ def test_notebook_is_short_and_has_no_outputs(path):
 def test_cells_run(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("MPLBACKEND", "Agg")
+    plt.close("all")  # of other tests in this process
     names: dict = {}
     for cell in cells(ROOT / "examples" / "notebooks" / f"{name}.ipynb", "code"):
         exec("".join(cell["source"]), names)

@@ -14,7 +14,7 @@ def test_real_time_loop_allocates_nothing_while_scenes_are_replaced(watched, met
     found = watched("realtime", method, str(rate), "2")
     assert found["ticks"] > rate
     assert found["swaps"] > 30
-    assert found["contact_ticks"] > 100, "some ticks are in contact; their number depends on the machine"
+    assert found["contact_ticks"] > 30, "some ticks are in contact; their number depends on the machine"
     assert found["threads"] == [[0, 0, 0]], "allocations, releases, locks of the loop's thread"
     assert min(found["main"]) > 0, "control: the guard counts"
     assert found["last_force"] == [0.0, 0.0, 0.0], "the last force before the stop is zero"

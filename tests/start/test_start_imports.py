@@ -27,7 +27,7 @@ def leave(*_):
 from palpate.cli import main
 if "run" in sys.argv:
     from palpate.session import Session
-    Session._take = leave
+    Session._take = Session._take_behind = leave
 try:
     main(sys.argv[1:])
 except SystemExit:

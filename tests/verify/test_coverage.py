@@ -14,6 +14,7 @@ from palpate.verify.coverage.trial import RIGHT
 WITHOUT = {
     "check": "its deviations are those of a mesh from its smoothed copy, without an interval",
     "device wrist": "prints the smallest and largest value in the parts of a recording, which it calls so: no level",
+    "experiment": "its intervals are those of the studies (palpate/arrays/intervals.py), which are judged there",
     "path": "its deviations are distances of two given curves, computed exactly",
 }
 _INTERVAL = re.compile(r"_95$|^covariance$|_covariance$|interval|_low$|_high$|deviation|^std|_std|^p_|^uncertain$")

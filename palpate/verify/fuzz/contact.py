@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from typing import get_args
-
 import numpy as np
 from numpy.typing import NDArray
 
 import palpate.contact
 from palpate import _core, _verify
 from palpate.arrays import Array
-from palpate.scene.model import ContactSection
 from palpate.shapes.analytic import SHAPES
 from palpate.verify.fuzz import FaultError
 
 Soup = tuple[Array, NDArray[np.int32]]
 
 RATE = 1000.0  # [Hz]
-METHODS = get_args(ContactSection.model_fields["method"].annotation)
+METHODS = tuple(_core.contact_methods())
 
 
 def case(seed: int) -> dict[str, int]:
