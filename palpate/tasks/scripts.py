@@ -13,12 +13,15 @@ import numpy as np
 from palpate.arrays import Array
 from palpate.scene.task import TaskSection
 from palpate.session.console import Console
-from palpate.tasks.hand import CLOSED, OPEN, Acting, Hand
+from palpate.tasks.hand import CLOSED, OPEN, STEP, Acting, Hand
 from palpate.tasks.judge import FindJudge, FollowJudge, Judge, PassJudge, PlaceJudge, Seen
 
 UP = np.array([0.0, 0.0, 1.0])
 _CLEAR = 0.02  # height of the jaws above what they are about to take [m]
 _BESIDE = 0.015  # distance between a place and a body that stands badly, within which the place is not free [m]
+_OPENING = 0.02  # of the jaws at each update while they let go [rad]
+_AJAR = 0.15  # further opening, for the retreat [rad]
+_PUSH = 0.005  # largest push by opening jaws that a hand allows for, along each axis [m]
 _ATTEMPTS = 3  # to put a body down
 
 
@@ -34,6 +37,8 @@ class Script:
         self.hands, self.seen = hands, Seen(0.0, np.zeros((1, 3)))
         self._acting = acts(self)
         self._over = False
+        self.pushed = {hand.number: np.zeros(3) for hand in hands}
+        """How far (3,) each hand's opening jaws pushed the last body across, in W [m]."""
 
     def step(self, seen: Seen) -> None:
         """One update: the next action, then all hands."""
@@ -68,9 +73,11 @@ class Script:
         for once in (speed, 0.5 * speed):
             yield from hand.move(hand.goal + to - self.at(body), once)
 
-    def release(self, hand: Hand, up: float) -> Acting:
-        """Open the jaws and retreat upwards."""
-        yield from hand.grip(OPEN)
+    def release(self, hand: Hand, body: str, up: float) -> Acting:
+        """Open the jaws until they let go, and a little more, so that they sweep little; then retreat upwards."""
+        while self.holds(hand, body) and hand.pinch < OPEN:
+            yield from hand.grip(min(hand.pinch + _OPENING, OPEN), STEP)
+        yield from hand.grip(min(hand.pinch + _AJAR, OPEN), 0.3)
         yield from hand.move(hand.goal + up * UP)
 
 
@@ -121,18 +128,33 @@ def _free(script: Script, judge: PlaceJudge, placed: dict[str, int], name: str) 
 
 
 def _put(script: Script, judge: PlaceJudge, hand: Hand, name: str, to: Array) -> Acting:
-    """Put a held body down at a place; one that stands badly, on another body or askew, is taken again."""
+    """Put a held body down at a place; one that stands badly, on another body or askew, is taken again.
+
+    The hand aims half as far before the place as its opening jaws pushed the body before.
+    """
     lift = judge.section.lift
     for attempt in range(_ATTEMPTS):
         if attempt > 0:
             yield from script.pick(hand, name, _grasp(judge, hand), lift)
-        yield from script.bring(hand, name, to + lift * UP)
+        aim = to - 0.5 * script.pushed[hand.number]
+        yield from script.bring(hand, name, aim + lift * UP)
         if not script.holds(hand, name):
             return
-        yield from script.bring(hand, name, to + 0.002 * UP, 0.6)
-        yield from script.release(hand, lift)
+        yield from script.bring(hand, name, aim + 0.002 * UP, 0.6)
+        before = script.at(name)
+        yield from script.release(hand, name, lift)
+        script.pushed[hand.number] = np.clip((script.at(name) - before) * (UP == 0.0), -_PUSH, _PUSH)
         if judge.stands(script.at(name), to):
             return
+
+
+def _together(*acts: Acting) -> Acting:
+    """Actions of several hands at once, until the last one ends."""
+    running = list(acts)
+    while running:
+        running = [act for act in running if next(act, act) is not act]
+        if running:
+            yield
 
 
 def _grasp(judge: PlaceJudge, hand: Hand) -> tuple[float, float, float]:
@@ -141,10 +163,11 @@ def _grasp(judge: PlaceJudge, hand: Hand) -> tuple[float, float, float]:
 
 
 def _hand_over(script: Script, judge: PlaceJudge, first: Hand, last: Hand, name: str) -> Acting:
-    """The first hand brings the body to the middle, the last one takes it there."""
-    yield from script.bring(first, name, judge.middle() + judge.section.lift * UP)
-    point = _grasp(judge, last)
-    yield from last.grip(OPEN, 0.1)
+    """The first hand brings the body to the middle, the last one waits above it and takes it there."""
+    point, meeting = _grasp(judge, last), judge.middle() + judge.section.lift * UP
+    last.pinch = OPEN
+    waiting = last.move(meeting + np.array(point) - last.between + _CLEAR * UP)
+    yield from _together(script.bring(first, name, meeting), waiting)
     yield from last.move(script.at(name, point) - last.between + _CLEAR * UP)
     yield from last.move(script.at(name, point) - last.between, 0.6)
     yield from last.grip(CLOSED)

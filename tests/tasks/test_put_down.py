@@ -14,9 +14,10 @@ HELD_HIGH = 0.006  # height of a body that was put down askew [m]
 
 
 class Table:
-    """Two bodies; the first `askew` of those put down stay too high."""
+    """Two bodies; the first `askew` of those put down stay too high, and jaws that open push by `push` along x [m]."""
 
-    def __init__(self, askew: int) -> None:
+    def __init__(self, askew: int, push: float) -> None:
+        self.push = push
         self.at = {"a": np.array([0.0, 0.0, 0.0]), "b": np.array([0.04, 0.01, 0.0])}
         self.holders: dict[str, set[int]] = {"a": set(), "b": set()}
         self.askew = askew
@@ -30,6 +31,7 @@ class Table:
     def let_go(self, name: str, number: int) -> None:
         self.holders[name].discard(number)
         if not self.holders[name]:
+            self.at[name][0] += self.push
             self.at[name][2] = HELD_HIGH if self.askew else 0.0
             self.askew = max(0, self.askew - 1)
             self.put.append((name, np.round(self.at[name][:2], 3).tolist()))
@@ -61,6 +63,7 @@ class Hand:
         yield
 
     def grip(self, pinch, seconds=0.45):
+        self.pinch = pinch
         if pinch == CLOSED:
             near = [n for n, p in self.table.at.items() if np.linalg.norm(p - self.goal) < 0.003]
             for name in near:
@@ -71,9 +74,9 @@ class Hand:
         yield
 
 
-def put_down(askew):
+def put_down(askew=0, push=0.0):
     """What was put down until both bodies stood, and where."""
-    table = Table(askew)
+    table = Table(askew, push)
     place = {"bodies": ["a", "b"], "targets": TARGETS, "tolerance": 0.004, "lift": 0.03, "handed_over": True}
     task = TaskSection.model_validate({"place": place})
     judge = judge_of(task)
@@ -100,3 +103,8 @@ def test_no_body_is_put_on_one_that_stands_askew():
     put = put_down(askew=3)  # the operator gives up for now, and goes on with the other body
     assert put[:3] == 3 * [("a", [0.1, 0.0])]
     assert ("b", [0.1, 0.0]) not in put
+
+
+def test_a_hand_learns_how_far_its_opening_jaws_push_a_body():
+    tried = [name for name, _ in put_down(push=0.0045)]
+    assert tried == ["a", "a", "b"], "the first try is too far by the push, and the hand knows it for the second body"
