@@ -5,7 +5,11 @@ Only installed code is found here: a scene, which is data that people exchange, 
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Sequence
+from importlib.machinery import PathFinder
 from importlib.metadata import EntryPoint, entry_points
+from pathlib import Path
 from typing import Any, Literal
 
 from palpate.errors import PalpateError
@@ -18,17 +22,22 @@ def names(group: Group) -> list[str]:
     return sorted({point.name for point in entry_points(group=group)})
 
 
-def point(group: Group, name: str) -> EntryPoint | None:
-    """The entry point of this name, or None. Its code is not imported.
+def files(group: Group) -> dict[str, tuple[str, Path]]:
+    """Module and Python file of each entry point of a group, by name, without an import.
 
-    Raises:
-        PalpateError: two distributions add the same name.
+    What is not found, or added by two distributions, is left out: `load` tells why.
     """
-    found = list({one.value: one for one in entry_points(group=group, name=name)}.values())
-    if len(found) > 1:
-        owners = " and ".join(_owner(one) for one in found)
-        raise PalpateError(f"{name!r} is added by {owners}", where=group, mend="uninstall one of them")
-    return found[0] if found else None
+    found: dict[str, tuple[str, Path]] = {}
+    for name in names(group):
+        points = _points(group, name)
+        file = source(points[0].module)
+        if len(points) == 1 and file is not None and file.suffix == ".py":
+            found[name] = points[0].module, file
+    return found
+
+
+def _points(group: Group, name: str) -> list[EntryPoint]:
+    return list({one.value: one for one in entry_points(group=group, name=name)}.values())
 
 
 def load(group: Group, name: str) -> Any | None:
@@ -37,9 +46,13 @@ def load(group: Group, name: str) -> Any | None:
     Raises:
         PalpateError: its code cannot be imported, or two distributions add the same name.
     """
-    one = point(group, name)
-    if one is None:
+    found = _points(group, name)
+    if not found:
         return None
+    if len(found) > 1:
+        owners = " and ".join(_owner(one) for one in found)
+        raise PalpateError(f"{name!r} is added by {owners}", where=group, mend="uninstall one of them")
+    (one,) = found
     try:
         return one.load()
     except Exception as error:  # code of others
@@ -49,6 +62,24 @@ def load(group: Group, name: str) -> Any | None:
             why=f"{type(error).__name__}: {error}",
             mend=f"install {_owner(one)} again, or uninstall it",
         ) from error
+
+
+def source(module: str, folders: Sequence[str | Path] | None = None) -> Path | None:
+    """File of a module, found without an import of it or of its packages; None if there is none.
+
+    Args:
+        module: its name, with dots.
+        folders: where its first package is searched; default: where an import looks.
+    """
+    where: list[str] | None = [str(folder) for folder in (sys.path if folders is None else folders)]
+    spec, full = None, ""
+    for part in module.split("."):
+        full = f"{full}.{part}".strip(".")
+        spec = None if where is None else PathFinder.find_spec(full, where)
+        if spec is None:
+            return None
+        where = None if spec.submodule_search_locations is None else list(spec.submodule_search_locations)
+    return None if spec is None or spec.origin is None else Path(spec.origin)
 
 
 def _owner(one: EntryPoint) -> str:

@@ -44,7 +44,10 @@ class Entry:
     @property
     def summary(self) -> str:
         """The first line of the help text."""
-        tree = ast.parse(self.file.read_text(encoding="utf-8"))
+        try:
+            tree = ast.parse(self.file.read_text(encoding="utf-8"))
+        except (OSError, SyntaxError, ValueError):  # of another distribution
+            return ""
         command = next((n for n in tree.body if isinstance(n, ast.ClassDef) and n.name == "Command"), tree)
         return (ast.get_docstring(command) or "").partition("\n")[0]
 
@@ -72,7 +75,9 @@ def entries(package: str, first: Sequence[str] = ()) -> dict[str, Entry]:
 def all_entries(group: ModuleType) -> dict[str, Entry]:
     """The commands of a group, and those that other distributions add; ours come first, and keep their names."""
     own = _own_entries(group)
-    return own | {name: entry for name, entry in _of_others(_package(group)).items() if name not in own}
+    others = _others(group)
+    added = plugins.files(others) if others else {}
+    return own | {name: Entry(module, file) for name, (module, file) in added.items() if name not in own}
 
 
 def _own_entries(group: ModuleType) -> dict[str, Entry]:
@@ -83,19 +88,18 @@ def _package(group: ModuleType) -> str:
     return str(getattr(group, "MEMBERS", group.__name__))
 
 
-def _of_others(package: str) -> dict[str, Entry]:
-    """What other distributions add to the commands of a package, without those whose module is not found."""
-    found: dict[str, Entry] = {}
-    group = _OF_OTHERS.get(package)
-    for name in plugins.names(group) if group else ():
-        one = plugins.point(group, name) if group else None
-        try:
-            spec = find_spec(one.module) if one else None
-        except ImportError:
-            continue
-        if one and spec and spec.origin:
-            found[name] = Entry(one.module, Path(spec.origin))
-    return found
+def _others(group: ModuleType) -> plugins.Group | None:
+    return _OF_OTHERS.get(_package(group))
+
+
+def _added(group: ModuleType, name: str) -> Any:
+    """The module of a command that another distribution adds, imported; None if there is none of this name.
+
+    Raises:
+        PalpateError: it cannot be imported, or two distributions add it.
+    """
+    others = _others(group)
+    return plugins.load(others, name) if others else None
 
 
 def dispatch(group: ModuleType, prog: str, description: str, args: Sequence[str]) -> int:
@@ -103,9 +107,9 @@ def dispatch(group: ModuleType, prog: str, description: str, args: Sequence[str]
 
     Wrong arguments exit with 2 and list the possible ones.
     """
-    members = _own_entries(group)
+    members, added = _own_entries(group), None
     if not args or args[0] not in members:  # to look for those of others takes 30 ms
-        members = all_entries(group)
+        members, added = all_entries(group), _added(group, args[0] if args else "")
     if not args or args[0] in ("-h", "--help"):
         print(overview(prog, description, {name: entry.summary for name, entry in members.items()}))
         return 0
@@ -114,14 +118,14 @@ def dispatch(group: ModuleType, prog: str, description: str, args: Sequence[str]
 
     config = (FlagCreatePairsOff,)
     otherwise = getattr(group, "OTHERWISE", "")
-    if args[0] not in members and otherwise:
+    if args[0] not in members and added is None and otherwise:
         args = [otherwise, *args]
-    if args[0] not in members:
+    if args[0] not in members and added is None:
         if not args[0].startswith("-"):
             raise PalpateError(f"there is no command {prog} {args[0]}", mend=_nearest(prog, args[0], list(members)))
         tyro.cli(_choice(members), prog=prog, description=description, args=args[:1], config=config)
         return 2  # not reached: tyro lists the commands and exits
-    module = import_module(members[args[0]].module)
+    module = import_module(members[args[0]].module) if added is None else added
     prog = f"{prog} {args[0]}"
     if hasattr(module, "Command"):
         from palpate.cli._numbers import check_numbers

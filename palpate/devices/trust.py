@@ -11,13 +11,14 @@ import ast
 import json
 import site
 import sysconfig
-from importlib.machinery import SOURCE_SUFFIXES, PathFinder
+from importlib.machinery import SOURCE_SUFFIXES
 from importlib.metadata import Distribution, distributions
 from importlib.util import find_spec
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
 from palpate.errors import DeviceError
+from palpate.plugins import source
 
 GROUP = "palpate.drivers"
 """Group of entry points by which a distribution offers drivers."""
@@ -58,24 +59,11 @@ def is_installed(name: str) -> bool:
 
 def _in_distribution(module: str, cls: str, folders: list[Path], found: list[Distribution]) -> bool:
     """True if a file of an installed distribution states the class; a function, for example, is no driver."""
-    file = _source(module, folders)
+    file = source(module, folders)
     if file is None or not _is_what_imports(module, folders):
         return False
     owned = any(Path(str(one.locate_file(entry))) == file for one in found for entry in one.files or ())
     return owned and (file.suffix not in SOURCE_SUFFIXES or _states(file, cls))
-
-
-def _source(module: str, folders: list[Path]) -> Path | None:
-    """File of a module below some folders, found without an import."""
-    where: list[str] | None = [str(folder) for folder in folders]
-    spec, full = None, ""
-    for part in module.split("."):
-        full = f"{full}.{part}".strip(".")
-        spec = None if where is None else PathFinder.find_spec(full, where)
-        if spec is None:
-            return None
-        where = None if spec.submodule_search_locations is None else list(spec.submodule_search_locations)
-    return None if spec is None or spec.origin is None else Path(spec.origin)
 
 
 def _is_what_imports(module: str, folders: list[Path]) -> bool:

@@ -9,7 +9,7 @@ import numpy as np
 from palpate import _core
 from palpate.arrays import Array
 from palpate.arrays.rigid import displacement
-from palpate.registration.touches import Guess, Touched, TouchRegistration, linearised, touches
+from palpate.registration.touches import Guess, Touched, TouchRegistration, distance_covariance, linearised, touches
 
 IMPLAUSIBLE = 1e-3  # probability of the touches below which they disagree; the test is repeated after every touch
 _EXPLAINED = 0.01  # probability above which a hypothesis explains them
@@ -53,12 +53,11 @@ def smallest_motion(model: _core.Surface, first: Guess, touched: Touched, found:
     if n < 2 * _FEWEST:
         return float("nan")
     _, J = linearised(model, found.X, found.offset, touched)
-    stated = np.zeros((9, 9))
-    stated[:6, :6], stated[6:, 6:] = first.covariance, touched.tip**2 * np.eye(3)
     change = np.zeros((n, 3))  # of the distances, by the displacement
     change[n // 2 :] = J[n // 2 :, :3]
-    per_m2 = _directions() @ change.T
-    per_m2 = np.sum(per_m2 * np.linalg.solve(touched.sigma**2 * np.eye(n) + J @ stated @ J.T, per_m2.T).T, axis=1)
+    each = _directions() @ change.T
+    S = distance_covariance(J, first.covariance, touched)
+    per_m2 = np.sum(each * np.linalg.solve(S, each.T).T, axis=1)  # non-centrality of a motion by 1 m
     limit = chdtri(n, IMPLAUSIBLE)
 
     def missing(motion: float) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from palpate.arrays import Array
 from palpate.arrays.rigid import transform
 from palpate.registration.procedure import Organ
-from palpate.registration.touches import Guess, Touched, linearised
+from palpate.registration.touches import Guess, Touched, distance_covariance, linearised
 
 IMPLAUSIBLE = 0.01  # probability of the distances below which the predicted errors are wrong
 _SIGMAS = 3.0  # standard deviations of a touch by which a distance may exceed the accuracy
@@ -51,9 +51,7 @@ def check(organ: Organ, registered: Guess, touched: Touched, accuracy: float) ->
     from scipy.special import chdtrc
 
     e, J = linearised(organ.surface, registered.X, np.zeros(3), touched)
-    shared = np.zeros((9, 9))
-    shared[:6, :6], shared[6:, 6:] = registered.covariance, touched.tip**2 * np.eye(3)
-    S = touched.sigma**2 * np.eye(len(e)) + J @ shared @ J.T
+    S = distance_covariance(J, registered.covariance, touched)
     probability = float(chdtrc(len(e), float(e @ np.linalg.solve(S, e))))
     normals, worst = -J[:, :3], int(np.argmax(np.abs(e)))
     shift = np.asarray(np.linalg.lstsq(normals, e, rcond=0.05)[0], dtype=np.float64)

@@ -94,6 +94,13 @@ def linearised(model: _core.Surface, X: Array, b: Array, touched: Touched) -> tu
     return distance - touched.radius, J
 
 
+def distance_covariance(J: Array, pose: Array, touched: Touched) -> Array:
+    """Covariance (N, N) [m^2] of the residuals of `linearised`, by the touches, the tip's offset and a pose (6, 6)."""
+    shared = np.zeros((9, 9))
+    shared[:6, :6], shared[6:, 6:] = pose, touched.tip**2 * np.eye(3)
+    return np.asarray(touched.sigma**2 * np.eye(len(J)) + J @ shared @ J.T)
+
+
 def next_touch(found: Guess, targets: Array, places: Array, normals: Array, sigma: float) -> tuple[int, Array]:
     """The place whose touch lowers the largest target error most, and the errors (K,) after it [m].
 

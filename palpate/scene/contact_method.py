@@ -12,8 +12,12 @@ from palpate import _core, plugins
 _OURS = tuple(_core.contact_methods())
 
 
-def _known(name: str) -> str:
-    """The name, after the library of its method is loaded."""
+def loaded(name: str) -> str:
+    """The name, after the library of its method is loaded, which a process that unpickles a scene has not done yet.
+
+    Raises:
+        ValueError: there is no such method. PalpateError: its library cannot be loaded.
+    """
     if name in _core.contact_methods():
         return name
     if plugins.load("palpate.methods", name) is not None and name in _core.contact_methods():
@@ -25,6 +29,6 @@ def _known(name: str) -> str:
 
 
 _SCHEMA: dict[str, Any] = {"anyOf": [{"enum": list(_OURS)}, {"type": "string", "description": "an installed one"}]}
-ContactMethod = Annotated[str, AfterValidator(_known), WithJsonSchema(_SCHEMA)]
+ContactMethod = Annotated[str, AfterValidator(loaded), WithJsonSchema(_SCHEMA)]
 """Other distributions add theirs as entry points of the group `palpate.methods`: a module that calls register_method()
 of core/palpate/contact/registry.hpp."""

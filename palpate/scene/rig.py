@@ -17,6 +17,7 @@ from palpate.frames import FrameGraph
 from palpate.guidance.context import FixtureContext
 from palpate.scene import (
     arms,
+    contact_method,
     doubts,
     force_source,
     gains,
@@ -287,13 +288,13 @@ def _require_regions_that_push(scene: Scene, snapshot: _core.Snapshot) -> None:
 
 
 def check_method(scene: Scene, snapshot: _core.Snapshot) -> None:
-    """Refuse a contact method that does not support one of the objects.
+    """Load the contact method, and refuse one that does not support one of the objects.
 
     Raises:
         SceneError: the message names the object.
     """
     try:
-        _core.contact_check(scene.contact.method, _core.ContactOptions(), snapshot)
+        _core.contact_check(contact_method.loaded(scene.contact.method), _core.ContactOptions(), snapshot)
     except ValueError as error:
         raise SceneError(str(error), where=scene.where("contact"), mend="change contact.method") from None
 
