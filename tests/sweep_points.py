@@ -24,6 +24,13 @@ def slow(point, seed):
     return {"x": seed % 1000 + point["k"]}
 
 
+def endless(point, seed):
+    """Say which process works at the point, and work on for two minutes."""
+    (Path(point["folder"]) / str(os.getpid())).touch()
+    time.sleep(120.0)
+    return {}
+
+
 def deadly(point, seed):
     if point["k"] == 3:
         os.kill(os.getpid(), signal.SIGKILL)

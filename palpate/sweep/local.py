@@ -6,6 +6,7 @@ import multiprocessing
 import os
 import pickle
 import signal
+import threading
 import time
 from collections.abc import Generator, Iterator
 from contextlib import suppress
@@ -133,6 +134,7 @@ class _Worker:
 def _serve(connection: Connection, packed: bytes) -> None:
     """Main function of a worker process: receive chunks and send answers until the parent ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent handles Ctrl-C
+    threading.Thread(target=_end_with_parent, name="palpate-parent", daemon=True).start()
     try:
         work: Work = pickle.loads(packed)
         limit_threads()
@@ -146,6 +148,14 @@ def _serve(connection: Connection, packed: bytes) -> None:
                 connection.send(batch)
     except (EOFError, OSError):  # the parent has ended
         return
+
+
+def _end_with_parent() -> None:
+    """End this process at once when its parent has ended, also by a kill: a point may take long, and hold a lock."""
+    parent = multiprocessing.parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)
 
 
 def _batches(work: Work, chunk: list[int]) -> Iterator[list[tuple[Any, ...]]]:

@@ -92,6 +92,41 @@ def test_killed_worker_loses_no_point(tmp_path):
     ]
 
 
+def test_workers_end_with_a_killed_parent_also_within_a_point(tmp_path):
+    code = (
+        "import sweep_points\n"
+        "from palpate.sweep import sweep\n"
+        "if __name__ == '__main__':\n"
+        f"    sweep(sweep_points.endless, {{'k': range(2), 'folder': [{str(tmp_path)!r}]}}, workers=2)\n"
+    )
+    script = tmp_path / "sweeping.py"
+    script.write_text(code)
+    here = str(Path(__file__).parent) + os.pathsep + str(Path(sweep_points.__file__).parent)
+    parent = subprocess.Popen([sys.executable, script], env=os.environ | {"PYTHONPATH": here})
+    try:
+        _until(lambda: len(list(tmp_path.glob("[0-9]*"))) == 2)
+    finally:
+        parent.kill()
+        parent.wait()
+    workers = [int(file.name) for file in tmp_path.glob("[0-9]*")]
+    _until(lambda: not any(map(_runs, workers)))
+
+
+def _until(holds):
+    due = time.monotonic() + 60.0
+    while not holds():
+        assert time.monotonic() < due
+        time.sleep(0.02)
+
+
+def _runs(process):
+    """True while a process exists and has not ended."""
+    try:
+        return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
 def test_point_that_kills_every_worker_is_reported_as_failed():
     found = sweep(sweep_points.deadly, {"k": range(8)}, workers=2, on_error="keep")
     assert [row["k"] for row in found.rows()] == [0, 1, 2, 4, 5, 6, 7]
