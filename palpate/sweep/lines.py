@@ -9,8 +9,7 @@ import fcntl
 import json
 import os
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 from zlib import crc32
 
 from palpate import limits
@@ -79,16 +78,6 @@ class Lines:
             os.fsync(self._file)
         except OSError as error:
             raise _refusal(self.path, error) from None
-
-    def __enter__(self) -> Self:
-        """Return the file itself."""
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Close the file."""
-        self.close()
 
     def close(self) -> None:
         """Close the file."""
