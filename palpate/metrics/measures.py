@@ -70,10 +70,11 @@ class Wanted:
 
     def path_error(self, p: Array) -> float:
         """rms distance of positions (n, 3) from the path [m]."""
+        p = p[np.isfinite(p).all(axis=1)]
         if self.path is None or not len(p):
             return float("nan")
         flat = np.eye(3) if self.normal is None else np.eye(3) - np.outer(self.normal, self.normal)
-        away, _ = distance(p[np.isfinite(p).all(axis=1)] @ flat, np.concatenate([self.path[:1], self.path]) @ flat)
+        away, _ = distance(p @ flat, np.concatenate([self.path[:1], self.path]) @ flat)
         return float(np.sqrt(np.square(away).mean()))
 
 

@@ -19,9 +19,9 @@ def fls_peg_transfer(time_s: float, dropped: int, objects: int = 6) -> float:
         objects: objects of the task.
 
     Raises:
-        ValueError: more objects were dropped than there are.
+        ValueError: more objects were dropped than there are, or there are none.
     """
-    if not 0 <= dropped <= objects:
+    if objects < 1 or not 0 <= dropped <= objects:
         raise ValueError(f"{dropped} of {objects} objects cannot have been dropped")
     return max(0.0, FLS_TIME - time_s - 100.0 * dropped / objects)
 

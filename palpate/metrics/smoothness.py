@@ -25,6 +25,8 @@ def sparc(speed: Array, rate: float) -> float:
     Returns:
         The length below CUTOFF and below the last amplitude above LEAST; NaN without motion.
     """
+    if not len(speed):
+        return float("nan")
     n = 2 ** (int(np.ceil(np.log2(len(speed)))) + PADDING)
     amplitude = np.abs(np.fft.fft(speed, n))
     if not amplitude.max() > 0.0:
@@ -60,9 +62,9 @@ def movements(speed: Array, rate: float) -> list[slice]:
     """The movements of a recording: spans faster than MOVING of the largest speed, longer than SHORTEST.
 
     Args:
-        speed: (n,) speed [any unit].
+        speed: (n,) speed [any unit]; what is NaN ends a movement.
         rate: samples a second [Hz].
     """
-    moving = np.concatenate(([False], speed > MOVING * speed.max(initial=0.0), [False]))
+    moving = np.concatenate(([False], speed > MOVING * np.fmax.reduce(speed, initial=0.0), [False]))
     edges = np.flatnonzero(np.diff(moving.astype(int)))
     return [slice(a, b) for a, b in zip(edges[::2], edges[1::2], strict=True) if (b - a) / rate > SHORTEST]

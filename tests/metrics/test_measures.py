@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from palpate import Record, Scene, Session, metrics
 from palpate.cli import main
 from palpate.metrics import measures
+from palpate.metrics.smoothness import movements, sparc
 from palpate.record.ticks import STATUS, TICK
 
 GAUSSIAN = np.exp(-5.0 * np.arange(-1.0, 1.0, 0.01) ** 2)
@@ -137,12 +138,22 @@ def test_command_has_the_documented_keys_and_refuses_impossible_forces(tmp_path,
     assert "--need 0: must be above 0" in capsys.readouterr().err
 
 
+def test_what_is_not_a_number_is_left_out_of_a_motion():
+    speed = np.concatenate([np.zeros(10), np.ones(100), [np.nan], np.ones(100), np.zeros(10)])
+    assert movements(speed, 100.0) == [slice(10, 110), slice(111, 211)]
+    assert movements(np.full(5, np.nan), 100.0) == movements(np.zeros(0), 100.0) == []
+    assert math.isnan(sparc(np.zeros(0), 100.0))
+    assert math.isnan(metrics.Wanted(path=np.zeros((1, 3))).path_error(np.full((4, 3), np.nan)))
+
+
 def test_scores_of_the_field():
     assert metrics.fls_peg_transfer(120.0, 0) == 180.0
     assert metrics.fls_peg_transfer(120.0, 3) == 130.0
     assert metrics.fls_peg_transfer(400.0, 0) == 0.0
     with pytest.raises(ValueError, match="7 of 6"):
         metrics.fls_peg_transfer(120.0, 7)
+    with pytest.raises(ValueError, match="0 of 0"):
+        metrics.fls_peg_transfer(120.0, 0, objects=0)
     assert metrics.simulator_score({"time_s": 50.0, "drops": 1}, {"time_s": (45, 6), "drops": (0, 0.5)}) == {
         "time_s": True,
         "drops": False,
