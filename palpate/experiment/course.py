@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -16,7 +17,8 @@ from palpate.metrics.force import TOUCH
 from palpate.metrics.measures import true_force
 from palpate.record import Record
 from palpate.record.ticks import Ticks
-from palpate.scene.rig import Rig
+from palpate.scene.scene import Scene
+from palpate.scene.surface import PlacedSurface
 
 SIGNALS = ("t", "p_WT", "F_T_W", "F_touch_W")
 """Signals that judge a trial."""
@@ -74,24 +76,24 @@ class Course:
         return np.asarray(np.linalg.norm(d, axis=1))
 
 
-def course_of(task: TaskSection, rig: Rig) -> Course:
+def course_of(task: TaskSection, scene: Scene, surfaces: Sequence[PlacedSurface]) -> Course:
     """Put a task's way points on the surface of its object.
 
     Raises:
         SceneError: the scene has no such object.
     """
     points = np.array(task.path)
-    names = [obj.name for obj in rig.scene.objects]
+    names = [obj.name for obj in scene.objects]
     if task.object is not None and task.object not in names:
         what = f"the scene has no object {task.object!r}"
-        raise SceneError(what, where=rig.scene.file, mend=f"name one of {', '.join(names)}")
+        raise SceneError(what, where=scene.file, mend=f"name one of {', '.join(names)}")
     if task.force is None:
         return Course(points, None, _start_in_space(points, task.start), task, 0.0)
     index = names.index(task.object) if task.object is not None else 0
-    q, n = rig.surfaces[index].nearest(points)
+    q, n = surfaces[index].nearest(points)
     normal = n.mean(axis=0) / np.linalg.norm(n.mean(axis=0))
-    points = q + rig.scene.contact.radius * n
-    stiffness = float(normal @ np.diag(rig.scene.objects[index].stiffness) @ normal)
+    points = q + scene.contact.radius * n
+    stiffness = float(normal @ np.diag(scene.objects[index].stiffness) @ normal)
     beside = np.zeros(3)
     if len(points) == 1:  # a single way point is approached along the surface
         beside = np.cross(normal, np.eye(3)[int(np.argmin(np.abs(normal)))])

@@ -9,14 +9,14 @@ from typing import Any
 from palpate.arrays import Array
 from palpate.arrays.plain import Content
 from palpate.errors import PalpateError, SceneError
-from palpate.experiment.course import Course, course_of
+from palpate.experiment.course import SIGNALS, Course, course_of
 from palpate.experiment.model import ConditionSection, ExperimentFile
 from palpate.hands import Hand
 from palpate.scene import shipped
 from palpate.scene.overrides import override
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
-from palpate.scene.surface import Bodies
+from palpate.scene.surface import Bodies, placed
 
 UNFELT = 1e-9
 """Force on the hand per force on the tool where the force is not felt [-]: the force on the tool stays known."""
@@ -89,26 +89,40 @@ class Settings:
         try:
             base = Scene.load(self._path(given.scene or section.scene), self._trust)
             scene = override(base, {**section.changes, **given.changes, **_changes(given, base)})
-            rig = build(scene, self._bodies, until=0.0)
-            course = course_of(section, rig)
+            _require_usable(scene)
+            course = course_of(section, scene, placed(scene, self._bodies))
             if given.guidance == "path":
                 scene = override(scene, {"guidance": [*_dumped(scene), _fixture(course.path)]})
+            setting = Setting(scene, course, given)
+            self._require_start(setting)
         except PalpateError as error:
             what = f"condition {condition!r}, task {task!r}: {error.what}"
             where = f"{self._experiment.where(*named)}" + (f" ({error.where})" if error.where else "")
             raise SceneError(what, where=where, why=error.why, mend=error.mend) from None
-        self._require_simple(scene, named)
-        return Setting(scene, course, given)
+        return setting
 
     def _path(self, name: str) -> Path:
         beside = Path(self._experiment.file).parent / name
         return beside if beside.is_file() or Path(name) == shipped.find(Path(name)) else Path(name)
 
-    def _require_simple(self, scene: Scene, place: tuple[str, ...]) -> None:
-        if scene.pairs or scene.remote is not None:
-            what = "a scene with several pairs" if scene.pairs else "a scene with a section remote"
-            where = self._experiment.where(*place)
-            raise SceneError(f"{what} cannot be used in an experiment yet", where=where, mend="name one of one pair")
+    def _require_start(self, setting: Setting) -> None:
+        """Refuse a scene that cannot run, or whose simulated hand cannot rest at the start."""
+        if setting.scene.arms.leader.driver is None:
+            self.rig(setting)
+        else:
+            build(setting.scene, self._bodies, until=0.0)
+
+
+def _require_usable(scene: Scene) -> None:
+    """Refuse scenes that no participant can work in, and records that do not tell how a trial ended."""
+    if scene.pairs or scene.remote is not None:
+        what = "a scene with several pairs" if scene.pairs else "a scene with a section remote"
+        mend = "name a scene with one pair of arms on this machine"
+        raise SceneError(f"{what} cannot be used in an experiment yet", where=scene.file, mend=mend)
+    lacking = [] if scene.record.signals is None else [name for name in SIGNALS[1:] if name not in scene.record.signals]
+    if lacking:
+        what = f"the record would lack {', '.join(lacking)}, by which trials are judged"
+        raise SceneError(what, where=scene.where("record", "signals"), mend="add them to record.signals")
 
 
 def _changes(given: ConditionSection, base: Scene) -> dict[str, Any]:
