@@ -62,6 +62,9 @@ class Command:
         experiment = ExperimentFile.load(self.file)
         if self.participant is not None:
             return self._person(experiment, console)
+        if self.power and len(experiment.conditions) < 2:
+            mend = "add a condition, or leave --power out"
+            raise PalpateError("--power compares conditions, and there is one", where=experiment.file, mend=mend)
         count = self.simulate or (12 if self.power else None)
         if count is not None:
             say(console, f"{count} simulated participants, which say nothing about people")
@@ -77,8 +80,9 @@ class Command:
         from palpate.experiment.person import run_person
 
         require_viewer()
-        study = Study(experiment, self._folder(experiment, False), trust=self.trust)
+        study = Study(experiment, self._folder(experiment, False), frozen=False, trust=self.trust)
         study.require(str(self.participant))
+        study.freeze()
         run_person(
             study, str(self.participant), self.host, free_port(self.port, self.host), lambda line: say(console, line)
         )
@@ -95,7 +99,7 @@ class Command:
         study = found.study
         _say_state(study, found, console)
         values = found.json()
-        if found.rows:
+        if found.effects:
             shown = Table(box=None, pad_edge=False)
             for name in ("measure", "condition", "difference", "95 %", "d_z", "p (Holm)"):
                 shown.add_column(name)
@@ -105,6 +109,7 @@ class Command:
                     f"{one.dz:.2f}", f"{one.p_holm:.3g}",
                 )  # fmt: skip
             console.print(shown)
+        if found.rows:
             values["report"] = str(write_report(found, study.folder / "report.html"))
             values["data"] = str(write_shared(study, found.rows, study.folder / "trials.csv"))
             say(console, values["report"], "report")
@@ -113,6 +118,9 @@ class Command:
             enough = [one.participants for one in found.power if one.condition == condition and one.power >= 0.8]
             if enough:
                 say(console, f"power of 80 % for {condition}: {min(enough)} participants (simulated)")
+        if self.power and not found.power:
+            primary = study.experiment.measures[0]
+            say(console, f"no power: fewer than two participants have {primary} in every condition")
         write_json(self.json, {"report": None, "data": None} | values)
 
     def _folder(self, experiment: ExperimentFile, simulated: bool) -> Path:
@@ -125,6 +133,8 @@ class Command:
         for name, value in (("--simulate", self.simulate), ("--workers", self.workers)):
             if value is not None and not 1 <= value <= 1000:
                 raise PalpateError(f"{name} {value}: must be from 1 to 1000", mend=f"give e.g. {name} 12")
+        if self.power and self.simulate == 1:
+            raise PalpateError("--power needs the spread between participants, and one has none", mend="--simulate 12")
 
 
 def _say_state(study: Study, found: Found, console: Console) -> None:

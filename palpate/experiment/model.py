@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import difflib
 import os
+import re
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, PrivateAttr, ValidationError, field_validator, model_validator
+from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, field_validator, model_validator
 
 from palpate.errors import SceneError
 from palpate.guidance.lists import FixtureList
@@ -18,7 +19,17 @@ from palpate.values.wording import Place, explain
 Count = Annotated[int, Field(strict=True, ge=0, le=1000)]
 Score = Annotated[Number, Field(ge=0.0, le=100.0)]
 Gain = Annotated[NotNegative, Field(le=10.0)]
-Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9_.+-]*$", max_length=40)]
+_NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.+-]{0,39}")
+
+
+def _name(value: str) -> str:
+    if not _NAME.fullmatch(value):
+        what = f"{value!r} is no name: at most 40 letters, digits and _ . + - only, a letter or digit first"
+        raise ValueError(f"{what} | e.g. P01 or felt_late: names are folders and columns")
+    return value
+
+
+Name = Annotated[str, AfterValidator(_name)]
 
 MEASURES = {
     "time_s": ("time", "s"),
@@ -74,7 +85,7 @@ class ConditionSection(Section):
     """false: the contact force is not rendered on the hand"""
     cues: CuesSection = CuesSection()
     """visual and audible force cues"""
-    guidance: FixtureList | Literal["path", "none"] | None = None
+    guidance: Literal["path", "none"] | FixtureList | None = None
     """virtual fixtures: a list as in a scene; path: one that pulls to the task's path; none: without those of the
     scene; left out: those of the scene"""
     delay: Annotated[NotNegative, Field(le=1.0)] = 0.0
@@ -121,6 +132,17 @@ class TaskSection(Section):
     start: Positive = 0.006
     """height of the start above the first way point, or distance from it for a single one [m]"""
 
+    @model_validator(mode="after")
+    def _check_possible(self) -> TaskSection:
+        if self.dwell >= self.time_limit:
+            raise ValueError(
+                f"nobody can dwell {self.dwell:g} s within {self.time_limit:g} s | a dwell below the time_limit"
+            )
+        if self.force is not None and self.fail_above is not None and self.fail_above <= self.force:
+            what = f"a force of {self.force:g} N fails above {self.fail_above:g} N"
+            raise ValueError(f"{what} | a larger fail_above, or leave it out")
+        return self
+
     @property
     def need(self) -> float:
         """Force that the task needs [N]."""
@@ -134,6 +156,9 @@ class BreaksSection(Section):
     """trials between two breaks; 0: none"""
     seconds: NotNegative = 60.0
     """shortest length of a break of a person [s]"""
+
+
+_COLUMNS = ("participant", "condition", "task", "tlx")  # of the table of answers
 
 
 class QuestionSection(Section):
@@ -161,6 +186,17 @@ class QuestionnairesSection(Section):
     preference: bool = False
     """at the end: which of the conditions, named by their order, was preferred"""
 
+    @field_validator("likert")
+    @classmethod
+    def _columns(cls, value: tuple[QuestionSection, ...]) -> tuple[QuestionSection, ...]:
+        names = [one.name for one in value]
+        for name in names:
+            if names.count(name) > 1:
+                raise ValueError(f"item {name} is asked twice | rename one of them")
+            if name in _COLUMNS or name.startswith("tlx_"):
+                raise ValueError(f"an item cannot be named {name}, since another column is | rename it")
+        return value
+
 
 class ExperimentFile(Section):
     """An experiment. Values are in SI units."""
@@ -169,7 +205,7 @@ class ExperimentFile(Section):
     """what is asked"""
     seed: Annotated[int, Field(strict=True, ge=0, lt=2**63)] = 1
     """seed of the order and of all trials"""
-    participants: tuple[Name, ...] | Annotated[int, Field(strict=True, ge=1, le=1000)] = 12
+    participants: Annotated[int, Field(strict=True, ge=1, le=1000)] | tuple[str, ...] = 12
     """pseudonyms; a number n stands for P01 to Pn"""
     conditions: Annotated[dict[Name, ConditionSection], Field(min_length=1, max_length=26)]
     """by name; the first one is the reference of all comparisons"""
@@ -196,6 +232,8 @@ class ExperimentFile(Section):
     def _once(cls, value: tuple[str, ...] | int) -> tuple[str, ...] | int:
         if isinstance(value, int):
             return value
+        for name in value:
+            _name(name)
         twice = sorted({name for name in value if value.count(name) > 1})
         if twice:
             raise ValueError(f"participant {twice[0]} is listed twice | each takes part once: remove one, or rename it")

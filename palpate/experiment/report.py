@@ -11,7 +11,7 @@ import numpy as np
 
 from palpate.errors import MissingExtraError
 from palpate.experiment.analysis import Effect, Power, means
-from palpate.experiment.model import MEASURES
+from palpate.experiment.model import MEASURES, ConditionSection
 from palpate.experiment.outcome import Found
 from palpate.experiment.study import MANIFEST, read_manifest
 from palpate.report.html import page_of, section
@@ -65,8 +65,8 @@ def _design(found: Found) -> str:
     return section("What was compared", escape(words), body)
 
 
-def _in_words(one: object) -> str:
-    values = {k: v for k, v in vars(one).items() if k != "words" and v not in (None, {}, True, 0.0)}
+def _in_words(one: ConditionSection) -> str:
+    values = one.model_dump(mode="json", exclude_defaults=True, exclude={"words"})
     return ", ".join(f"{k}: {v}" for k, v in values.items()) or "the scene as it is"
 
 

@@ -34,16 +34,16 @@ def simulate(
         for i in todo:
             _run(study, i)
     else:
-        work = partial(_participant, file=experiment.file, folder=str(folder), n=n)
+        work = partial(_participant, experiment=experiment, folder=folder, n=n)
         sweep(
             work, {"participant": Axis(todo)}, experiment.seed, workers=workers, console=console, title="participants"
         )
     return study
 
 
-def _participant(point: Point, seed: int, *, file: str, folder: str, n: int) -> dict[str, int]:
+def _participant(point: Point, seed: int, *, experiment: ExperimentFile, folder: Path, n: int) -> dict[str, int]:
     """One participant, in a worker. The seed of the sweep is unused, because the plan has its own."""
-    study = Study(ExperimentFile.load(file), Path(folder), simulated_people(n), simulated=True)
+    study = Study(experiment, folder, simulated_people(n), simulated=True)
     _run(study, int(point["participant"]))
     return {"trials": len(study.plan[study.people[0]])}
 

@@ -63,12 +63,22 @@ class Study:
         self.people = experiment.people if people is None else people
         self.plan: Plan = plan_of(experiment, self.people)
         self.settings = Settings(experiment, trust)
-        manifest = self._manifest()
+        self._frozen = self._manifest()
         path = folder / MANIFEST
         if path.exists():
-            _require_same(read_manifest(path), manifest, path)
+            _require_same(read_manifest(path), self._frozen, path)
         elif frozen:
-            _write_at_once(path, json.dumps(manifest, indent=1))
+            self.freeze()
+
+    def freeze(self) -> None:
+        """Write the plan, unless it was written before.
+
+        Raises:
+            OutputError: the folder cannot be written.
+        """
+        path = self.folder / MANIFEST
+        if not path.exists():
+            _write_at_once(path, json.dumps(self._frozen, indent=1))
 
     def _manifest(self) -> dict[str, Any]:
         from palpate import __version__
@@ -93,7 +103,11 @@ class Study:
         """
         path = self.folder / CODES
         if path.exists():
-            return dict(_read(path))
+            known = _read(path)
+            if set(known) != set(self.people):
+                what = f"{CODES} is not that of these participants"
+                raise JournalError(what, where=str(path), mend="restore it, or delete it: new codes are drawn")
+            return known
         numbers = list(range(1, len(self.people) + 1))
         random.SystemRandom().shuffle(numbers)
         codes = {who: f"A{k:03d}" for who, k in zip(self.people, numbers, strict=True)}
@@ -177,9 +191,9 @@ def _require_same(found: dict[str, Any], now: dict[str, Any], path: Path) -> Non
     if scenes:
         what = f"the scene of {scenes[0]} was changed after the plan was frozen"
         raise JournalError(what, where=str(path), mend=mend)
-    for key, words in (("simulated", "simulated participants"), ("plan", "the plan")):
+    for key, words in (("simulated", "the kind of its participants"), ("plan", "the plan")):
         if found.get(key) != now[key]:
-            what = f"the folder holds another experiment: {words} differ"
+            what = f"the folder holds another experiment: {words} differs"
             raise JournalError(what, where=str(path), mend="name another folder with --out")
 
 

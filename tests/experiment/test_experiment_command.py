@@ -9,6 +9,7 @@ import pytest
 from small_experiment import FILE
 
 from palpate.cli import main
+from palpate.errors import JournalError
 from palpate.experiment import Study
 from palpate.record import Record
 
@@ -45,6 +46,8 @@ def test_dry_run_from_start_to_end(folder, dry_run):
     page = (folder / "data" / "report.html").read_text()
     assert "<strong>Simulated.</strong>" in page
     assert "Force sensitivity" in page
+    assert "<td>felt: False</td>" in page
+    assert "<td>the scene as it is</td>" in page
     assert len(re.findall(r"https?://", page.replace("http://www.w3.org", ""))) == 0
 
     table = (folder / "data" / "trials.csv").read_text()
@@ -77,6 +80,7 @@ def test_the_file_alone_is_checked_and_nothing_is_written(folder, dry_run):
     [
         (("--simulate", "0"), "--simulate 0: must be"),
         (("--simulate", "2000"), "2000: must be from 1 to 1000"),
+        (("--simulate", "1", "--power"), "--power needs the spread between participants"),
     ],
 )
 def test_contradictions_are_refused(dry_run, more, words):
@@ -91,3 +95,32 @@ def test_a_changed_file_is_told_by_the_command(folder, small, dry_run):
     code, _, said = dry_run()
     assert code == 2
     assert "seed was 3 and is 4" in said
+
+
+def test_a_wrong_pseudonym_freezes_nothing(folder, dry_run):
+    pytest.importorskip("viser", reason="viser is not installed (extra viewer)")
+    code, _, said = dry_run("--participant", "P09")
+    assert code == 2
+    assert "there is no participant 'P09'" in said
+    assert not (folder / "data").exists()
+
+
+def test_a_single_condition_has_no_power_and_no_comparison(folder, dry_run):
+    (folder / "small.yaml").write_text(FILE.replace("  force: {}\n", ""))
+    code, _, said = dry_run("--power")
+    assert code == 2
+    assert "--power compares conditions, and there is one" in said
+    code, found, _ = dry_run("--simulate", "1")
+    assert code == 0
+    assert found["effects"] == []
+    assert (folder / "data" / "report.html").exists()
+
+
+def test_codes_of_others_are_refused(small, folder):
+    study = Study(small, folder / "data")
+    codes = study.codes()
+    assert sorted(codes.values()) == ["A001", "A002", "A003", "A004"]
+    assert study.codes() == codes
+    (folder / "data" / "codes.json").write_text('{"P01": "A001"}')
+    with pytest.raises(JournalError, match=r"codes\.json is not that of these participants"):
+        study.codes()

@@ -60,6 +60,14 @@ BAD = [
     ("[force_error_N, time_s]", "[force_eror_N]", "force_eror_N"),
     ("force: 0.6", "force: -1", "force"),
     ("path: [[0.0, 0.0, 0.0]]", "path: []", "path"),
+    ("participants: 4", "participants: 0", "participants must be at least 1"),
+    ("participants: 4", "participants: [P01, ../P02]", "'../P02' is no name: at most 40 letters"),
+    ("  force: {}", "  a/b: {}", "'a/b' is no name"),
+    ("repetitions: 1", "repetitions: 0", "repetitions must be at least 1"),
+    ("felt.}", "felt.}, {name: trust, words: Again?}", "item trust is asked twice"),
+    ("name: trust", "name: participant", "an item cannot be named participant"),
+    ("dwell: 0.1", "dwell: 2.0", "nobody can dwell 2 s within 2 s"),
+    ("dwell: 0.1", "fail_above: 0.6", "a force of 0.6 N fails above 0.6 N"),
 ]
 
 
@@ -87,6 +95,28 @@ def test_an_object_or_value_that_the_scene_lacks_is_named(folder):
     (folder / "bad.yaml").write_text(text.replace("force: {}", "force: {changes: {mapping.scal: 1.0}}"))
     with pytest.raises(PalpateError, match=r"condition 'force', task 'press'.*scal"):
         Settings(ExperimentFile.load(folder / "bad.yaml")).all()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("{scene: two_hands}", "a scene with several pairs cannot be used in an experiment yet"),
+        ("{changes: {record.signals: [p_WT]}}", "the record would lack F_T_W, F_touch_W, by which trials are judged"),
+        ("{changes: {arms.leader.start: [5, 5, 5]}}", "leader"),
+    ],
+)
+def test_a_scene_that_cannot_be_used_is_refused_before_the_first_trial(folder, change, words):
+    (folder / "bad.yaml").write_text((folder / "small.yaml").read_text().replace("force: {}", f"force: {change}"))
+    with pytest.raises(PalpateError, match=r"condition 'force', task 'press'") as refused:
+        Settings(ExperimentFile.load(folder / "bad.yaml")).all()
+    assert words in str(refused.value)
+
+
+def test_the_path_of_the_hand_in_the_scene_does_not_count(folder):
+    """With this scale the scene's own path would lead the leader out of its reach; a trial has its own path."""
+    text = (folder / "small.yaml").read_text().replace("force: {}", "force: {changes: {mapping.scale: 0.1}}")
+    (folder / "scaled.yaml").write_text(text)
+    assert len(Settings(ExperimentFile.load(folder / "scaled.yaml")).all()) == 2
 
 
 def test_a_missing_file_is_named(tmp_path):
