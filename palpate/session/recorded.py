@@ -6,6 +6,7 @@ from pathlib import Path
 
 from palpate.errors import SceneError
 from palpate.record.reader import Record
+from palpate.record.snapshots import Track, topic_of
 from palpate.scene.model import ObjectSection
 from palpate.scene.scene import Scene
 from palpate.session.run_folder import SCENE
@@ -41,6 +42,20 @@ def recorded_scene(record: Record) -> Scene:
         if file is not None and file.is_file()
     }
     return scene.model_copy(update={"objects": objects, "arms": scene.arms.model_copy(update=sections)})
+
+
+def shape_track(record: Record, name: str) -> Track | None:
+    """Displacements of a soft object's vertices over time, in the order of `rest_shape` (palpate/scene/soft.py); None
+    if the record holds none. Of several pairs that press the object, one record of the run holds it.
+
+    Args:
+        record: a record of the run.
+        name: of the object.
+    """
+    folder = record.path.parent
+    others = sorted(folder.parent.glob("*/record.mcap")) if (folder.parent / SCENE).is_file() else []
+    records = (record, *(Record.open(path) for path in others if path.parent != folder))
+    return next((track for one in records if (track := one.snapshots(topic_of(name))) is not None), None)
 
 
 def _with_volume(obj: ObjectSection, original: Scene) -> ObjectSection:

@@ -7,7 +7,6 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from palpate import _core
 from palpate.arrays import Array, rigid
@@ -22,7 +21,7 @@ from palpate.mesh.coarse import MOST_TRIANGLES
 from palpate.mesh.colors import colors_of
 from palpate.record import live
 from palpate.record.reader import Record
-from palpate.record.snapshots import CAMERA, Track, topic_of
+from palpate.record.snapshots import CAMERA
 from palpate.record.ticks import Ticks
 from palpate.scene import materials, placing
 from palpate.scene.gains import touched_stiffness
@@ -32,8 +31,7 @@ from palpate.scene.scene import Scene
 from palpate.scene.soft import is_soft, rest_shape
 from palpate.scene.surface import PlacedSurface
 from palpate.session import nearest
-from palpate.session.recorded import recorded_scene
-from palpate.session.run_folder import SCENE
+from palpate.session.recorded import recorded_scene, shape_track
 from palpate.values.units import FILE_UNITS
 from palpate.viewer.stage import ArmPlace, FixtureMark, PlacedFrame, RegionMark, Stage, TargetMark, TouchedObject
 
@@ -223,30 +221,17 @@ def stage_of_record(record: Record) -> Stage:
     shapes = {
         k: track
         for k, obj in enumerate(stage.objects)
-        if obj.soft and (track := _shape_track(record, topic_of(obj.name))) is not None
+        if obj.soft and (track := shape_track(record, obj.name)) is not None
         if track.values.shape[1:] == obj.vertices.shape
     }
     camera = None if stage.ecm is None else record.snapshots(CAMERA)
     return replace(stage, shapes=shapes, camera=camera)
 
 
-def _shape_track(record: Record, topic: str) -> Track | None:
-    """Shape of a soft object over time; of several pairs that press it, one record of the run holds it."""
-    folder = record.path.parent
-    others = sorted(folder.parent.glob("*/record.mcap")) if (folder.parent / SCENE).is_file() else []
-    records = (record, *(Record.open(path) for path in others if path.parent != folder))
-    return next((track for one in records if (track := one.snapshots(topic)) is not None), None)
-
-
-def _shape(placed: PlacedSurface, felt: _core.Object) -> tuple[Array, NDArray[np.int32]]:
-    """Drawn vertices and triangles; those of a soft object are the loop's, in its order."""
-    return rest_shape(felt) or placed.drawable(MOST_TRIANGLES)
-
-
 def _touched_object(
     section: ObjectSection, placed: PlacedSurface, felt: _core.Object, slot: int | None
 ) -> TouchedObject:
-    vertices, triangles = _shape(placed, felt)
+    vertices, triangles = rest_shape(felt) or placed.drawable(MOST_TRIANGLES)
     middles = vertices[triangles].mean(axis=1)
     marks = [
         RegionMark(

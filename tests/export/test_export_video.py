@@ -124,6 +124,34 @@ def test_film_shows_the_motion_of_the_tool(felt):
     assert (np.abs(first - last).max(axis=2) > 20).mean() > 0.005
 
 
+PRESS = {"palpate": {"approach": 0.1, "press": 0.3, "slide": 0.1, "leave": 0.1}}
+LIVER = {"name": "liver", "box": {"size": [0.06, 0.06, 0.03]}, "pose": {"xyz": [0, 0, -0.015]}}
+
+
+def test_film_shows_a_soft_object_as_the_loop_deformed_it(tmp_path):
+    soft = LIVER | {"tissue": {"preset": "liver", "resolution": 0.012, "springs": 1e6}}
+    run = demonstrations([Session({"objects": [soft], "operator": PRESS}, out=tmp_path).run(0.4).record])[0]
+    film = Film(run, SIZE)
+    ((body, rest, track),) = film._soft
+    episode, shown = episode_of(run, 10), []
+    body.replace = shown.append
+    for _ in film.pictures(episode):
+        pass
+    film.close()
+    np.testing.assert_array_equal(shown, [rest + track.at(t) for t in episode.arms[0].frames.t])
+    assert 2e-4 < np.abs(np.stack(shown) - rest).max() < 0.01, "the tool dents it"
+
+
+def test_film_shows_an_object_where_its_motion_has_it(tmp_path):
+    moving = LIVER | {"stiffness": 300, "motion": {"amplitude": [0.0, 0.0, 0.01], "period": 1.0}}
+    run = demonstrations([Session({"objects": [moving], "operator": PRESS}, out=tmp_path).run(0.5).record])[0]
+    film, episode = Film(run, SIZE), episode_of(run, 10)
+    ((body, _),) = film._moving
+    heights = [body.X_WB[2, 3] for _ in film.pictures(episode)]
+    film.close()
+    assert heights == pytest.approx(-0.015 + 0.01 * np.sin(2.0 * np.pi * episode.arms[0].frames.t))
+
+
 def test_what_cannot_be_filmed_is_named(make, tmp_path, monkeypatch):
     from crtk_bag import write as write_bag
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,15 +17,17 @@ from palpate.export.demonstration import ArmOfRun, Demonstration
 from palpate.export.episode import Episode
 from palpate.export.video.arms import ArmBodies
 from palpate.export.video.drawing import Body, Canvas, Image
+from palpate.mesh.coarse import MOST_TRIANGLES
 from palpate.record.reader import Record
-from palpate.record.snapshots import CAMERA, Track, topic_of
+from palpate.record.snapshots import CAMERA, Track
 from palpate.scene import placed_ecm
 from palpate.scene.ecm import EcmSection
 from palpate.scene.hand import HandPlan
 from palpate.scene.placed_ecm import PlacedEcm
+from palpate.scene.rig import build
 from palpate.scene.scene import Scene
-from palpate.scene.surface import PlacedSurface, placed
-from palpate.session.recorded import recorded_scene
+from palpate.scene.soft import is_soft, rest_shape
+from palpate.session.recorded import recorded_scene, shape_track
 
 SIZE = (720, 1280)
 """Height and width of a picture [pixels]."""
@@ -69,7 +71,9 @@ class Film:
         self.ecm = _endoscope(scene, first)
         self.canvas = Canvas(size, self.ecm.section.endoscope.width_deg)
         self._camera = first.snapshots(CAMERA)
-        self._soft = self._objects(scene, first)
+        self._soft: list[tuple[Body, Array, Track]] = []
+        self._moving: list[tuple[Body, Callable[[float], Array]]] = []
+        self._add_objects(scene, first)
         self._arms = [self._arm(arm) for arm in run.arms]
 
     @property
@@ -86,8 +90,10 @@ class Film:
         for k, t in enumerate(episode.arms[0].frames.t.tolist()):
             for bodies, arm in zip(self._arms, episode.arms, strict=True):
                 bodies.move(arm.frames.q[k], arm.frames.jaw[k, 0])
-            for body, surface, track in self._soft:
-                body.replace(surface.body.vertices + track.at(t))
+            for body, rest, track in self._soft:
+                body.replace(rest + track.at(t))
+            for body, pose in self._moving:
+                body.X_WB = pose(t)
             q = self.ecm.q0 if self._camera is None else self._camera.at(t)
             yield {side: self.canvas.picture(self.ecm.eye(q, side)) for side in EYES}
 
@@ -100,16 +106,22 @@ class Film:
         """Release what draws."""
         self.canvas.close()
 
-    def _objects(self, scene: Scene, record: Record) -> list[tuple[Body, PlacedSurface, Track]]:
-        found = []
-        for k, (section, surface) in enumerate(zip(scene.objects, placed(scene), strict=True)):
-            mesh, color, track = surface.body, TISSUE[k % len(TISSUE)], record.snapshots(topic_of(section.name))
-            at_rest = surface.X_WO if track is None else None
-            body = self.canvas.add(mesh.vertices, mesh.triangles, color, 0.25, at_rest)
-            body.X_WB = surface.X_WO
+    def _add_objects(self, scene: Scene, record: Record) -> None:
+        """Draw the objects as the loop had them: soft ones by their recorded shapes, moving ones by their motion."""
+        rig = build(scene)
+        for k, (section, placed, felt) in enumerate(
+            zip(scene.objects, rig.surfaces, rig.snapshot.objects, strict=True)
+        ):
+            track = shape_track(record, section.name) if is_soft(felt) else None
+            vertices, triangles = rest_shape(felt) or placed.drawable(MOST_TRIANGLES)
+            rests = track is None and section.motion is None
+            color = TISSUE[k % len(TISSUE)]
+            body = self.canvas.add(vertices, triangles, color, 0.25, placed.X_WO if rests else None)
+            body.X_WB = placed.X_WO
             if track is not None:
-                found.append((body, surface, track))
-        return found
+                self._soft.append((body, vertices, track))
+            if section.motion is not None:
+                self._moving.append((body, felt.pose))
 
     def _arm(self, one: ArmOfRun) -> ArmBodies:
         assert isinstance(one.ticks, Record)
