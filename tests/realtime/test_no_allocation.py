@@ -32,10 +32,13 @@ def test_driver_of_a_haply_allocates_nothing_whatever_the_service_sends(watched)
     assert min(found["control"]) > 0, "control: the guard counts"
 
 
-def test_soft_body_on_a_thread_of_its_own_allocates_nothing(watched):
-    found = watched("beside", "proxy", "1000")
+@pytest.mark.parametrize("what", ["proxy", "bodies"])
+def test_soft_body_and_rigid_ones_on_a_thread_of_their_own_allocate_nothing(watched, what):
+    if what == "bodies":
+        pytest.importorskip("mujoco")
+    found = watched("beside", what, "1000")
     assert found["contact_ticks"] > 100
-    assert found["nothing"] == [[0, 0, 0]] * 2, "the threads of the loop and of the body"
+    assert found["nothing"] == [[0, 0, 0]] * 2, "the threads of the loop and of the bodies"
     assert min(thread[0] for thread in found["allocation"]) > 5, "control: planted calls are found in both threads"
 
 

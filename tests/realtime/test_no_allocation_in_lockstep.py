@@ -3,6 +3,8 @@
 No loop runs in real time here, so these tests may run beside others.
 """
 
+from importlib.util import find_spec
+
 import pytest
 
 CASES = (
@@ -19,6 +21,7 @@ CASES = (
     "estimating",
     "guided",
     "executing",
+    *(["bodies"] if find_spec("mujoco") else []),
 )
 
 

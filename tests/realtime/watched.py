@@ -1,7 +1,7 @@
 """Run under heap_guard (LD_PRELOAD): prints the heap and lock calls of a session's threads as JSON.
 
 python watched.py realtime METHOD RATE SECONDS
-    | lockstep METHOD [organ|solids|soft|live|cloud|LAW|ARM|identified|estimating|guided|executing] ...
+    | lockstep METHOD [organ|solids|soft|live|cloud|LAW|ARM|identified|estimating|guided|executing|bodies] ...
     | planted METHOD RATE | robot [following|impedance|moving] ... | geometries all | crtk all | device all
     | haply all SECONDS
 """
@@ -20,9 +20,11 @@ import numpy as np
 
 from palpate import _core, _guidance, _tissue, _verify
 from palpate.arm import Arm
+from palpate.bodies.engine import World
 from palpate.guidance import curve
 from palpate.mesh import Mesh
 from palpate.record.ticks import as_ticks
+from palpate.scene import held
 from palpate.scene.rig import build
 from palpate.scene.scene import Scene
 from palpate.shapes import analytic
@@ -229,9 +231,11 @@ def planted(method: str, rate: float) -> dict[str, object]:
 
 
 def beside(method: str, rate: float) -> dict[str, object]:
-    """Counts of the threads of the loop and of a soft body that steps beside it, without and with a planted call."""
-    sim = simulation(method, rate, soft_scene("own"))
+    """Counts of the threads of the loop and of the soft or rigid bodies beside it, without and with a planted call."""
+    sim, world = among_bodies() if method == "bodies" else (simulation(method, rate, soft_scene("own")), None)
     before = threads()
+    if world is not None:
+        world.start()
     sim.start()
     new = sorted(threads() - before)
     time.sleep(0.2)  # start-up time
@@ -243,6 +247,8 @@ def beside(method: str, rate: float) -> dict[str, object]:
         found[name] = [(counts(thread) - old).tolist() for thread, old in zip(new, start, strict=True)]
     guard.heap_guard_plant_in_loop(0)
     sim.stop()
+    if world is not None:
+        world.stop()
     found["contact_ticks"] = contacts(sim.drain())
     return found
 
@@ -303,6 +309,18 @@ def other_arm(name: str) -> _core.Simulation:
     return build(Scene.parse(scene + quick)).simulation()
 
 
+def among_bodies() -> tuple[_core.Simulation, World]:
+    """A simulation that presses an organ, while bodies roll off it, leave the field, and hang in a thread."""
+    ball = "{name: ball, mass: 0.005, parts: [{sphere: 0.004}], pose: {xyz: [0.01, 0, 0.03]}, thread: {}}"
+    box = "{name: box, parts: [{box: [0.006, 0.006, 0.006]}], pose: {xyz: [-0.02, 0, 0.03]}}"
+    quick = "operator: {palpate: {approach: 0.3, press: 0.3, slide: 2.0, leave: 0.3}}\n"
+    rig = build(Scene.parse(f"objects: [{{shape: organ}}]\nbodies: [{ball}, {box}]\n" + quick))
+    sim = rig.simulation()
+    world = held.join({"": rig}, [sim])
+    assert world is not None
+    return sim, world
+
+
 def lockstep(method: str, what: str = "organ") -> dict[str, object]:
     """Counts of calls of n ticks; equal counts for different n mean that a tick allocates nothing."""
     if what in ("impedance", "admittance"):
@@ -319,6 +337,8 @@ def lockstep(method: str, what: str = "organ") -> dict[str, object]:
         sim.set_live(still)
     elif what in ("six_axis", "delta"):
         sim = other_arm(what)
+    elif what == "bodies":
+        sim, _ = among_bodies()
     else:
         scene = {"solids": solids_scene, "soft": soft_scene}.get(what, lambda: organ_scene(20_000))
         sim = simulation(method, 1000.0, scene())
