@@ -44,6 +44,15 @@ double* pointer(const Numbers& array, std::size_t n, const char* name) {
   return array.data();
 }
 
+/// Keeps a Python object as long as the pointer is copied.
+std::shared_ptr<void> kept(nb::object owner) {
+  return {new nb::object(std::move(owner)), [](void* held) {
+            if (!nb::is_alive()) return;
+            const nb::gil_scoped_acquire lock;
+            delete static_cast<nb::object*>(held);
+          }};
+}
+
 EngineBody engine_body(const Numbers& pose, const Numbers& velocity, const Numbers& load, const Vec3& com) {
   return {pointer(pose, 7, "pose"), pointer(velocity, 6, "velocity"), pointer(load, 6, "load"), com};
 }
@@ -119,12 +128,18 @@ void bind_bodies(nb::module_& m) {
       .def(nb::init<>())
       .def(
           "set_engine",
-          [](BodiesOptions& self, std::uintptr_t step, std::uintptr_t model, std::uintptr_t data) {
+          [](BodiesOptions& self, std::uintptr_t step, std::uintptr_t model, std::uintptr_t data,
+             const std::vector<Numbers>& state, nb::object owner) {
             self.step = reinterpret_cast<void (*)(const void*, void*)>(step);
             self.model = reinterpret_cast<const void*>(model);
             self.data = reinterpret_cast<void*>(data);
+            self.state.clear();
+            for (const Numbers& some : state) self.state.push_back({some.data(), some.shape(0)});
+            self.owner = kept(std::move(owner));
           },
-          "step"_a, "model"_a, "data"_a, "Addresses of the function step(model, data) and of its arguments.")
+          "step"_a, "model"_a, "data"_a, "state"_a, "owner"_a,
+          "Addresses of the function step(model, data) and of its arguments; the arrays of the state, which return to "
+          "their first values when one is not finite; the object that owns all this memory.")
       .def_rw("period", &BodiesOptions::period, "Step of the engine [s]."_doc)
       .def_rw("stiffness", &BodiesOptions::stiffness, "Stiffness of the coupling [N/m]."_doc)
       .def_rw("damping", &BodiesOptions::damping, "Damping of the coupling [N s/m]."_doc)

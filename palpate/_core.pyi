@@ -3502,8 +3502,18 @@ class BodiesOptions:
 
     def __init__(self) -> None: ...
 
-    def set_engine(self, step: int, model: int, data: int) -> None:
-        """Addresses of the function step(model, data) and of its arguments."""
+    def set_engine(
+        self,
+        step: int,
+        model: int,
+        data: int,
+        state: Sequence[Annotated[NDArray[numpy.float64], "(:,)"]],
+        owner: object,
+    ) -> None:
+        """
+        Addresses of the function step(model, data) and of its arguments; the arrays of the state, which return to their
+        first values when one is not finite; the object that owns all this memory.
+        """
 
     @property
     def period(self) -> float:

@@ -71,6 +71,8 @@ class _Surface:
     torsion: float
     moves: bool
     tool: bool = False
+    joined: str = ""
+    """Body to which a joint connects it."""
 
 
 class World:
@@ -106,7 +108,10 @@ class World:
             self.model: Any = mujoco.MjModel.from_xml_string(self.xml)
         except ValueError as error:
             raise SceneError(
-                f"bodies: the engine refuses them: {error}", where=where, mend="change the shape or mass"
+                "the engine refuses the bodies",
+                where=where,
+                why=" ".join(str(error).split()),
+                mend="change the shape, mass, name or joint of the body that it names",
             ) from None
         self._names = [str(self.model.body(k).name) for k in range(1, self.model.nbody)]
         self.data: Any = mujoco.MjData(self.model)
@@ -124,15 +129,13 @@ class World:
     def core(self, snapshot: _core.Snapshot) -> _core.Bodies:
         """The bodies as the loops take them; `snapshot`: the objects of the scene, which they touch."""
         o = _core.BodiesOptions()
-        o.set_engine(int(self._step or 0), self.model._address, self.data._address)
-        s = self.section
-        o.period, o.stiffness, o.damping, o.force_max, o.release = (
-            s.period,
-            s.stiffness,
-            s.damping,
-            s.force_max,
-            s.release,
+        state = [self.data.qpos, self.data.qvel, self.data.qacc_warmstart]
+        o.set_engine(
+            int(self._step or 0), self.model._address, self.data._address, state, owner=(self.model, self.data)
         )
+        s = self.section
+        o.period, o.release = s.period, s.release
+        o.stiffness, o.damping, o.force_max = s.stiffness, s.damping, s.force_max
         o.stiffness_w, o.damping_w = _ROTATION
         o.low, o.high = np.array(s.field[0]), np.array(s.field[1])
         o.tools = [self._tool(k, tool) for k, tool in enumerate(self.tools)]
@@ -214,7 +217,8 @@ def _model(
         for k, shape in enumerate(shapes[body.name]):
             name = f"{body.name}/{k}"
             _geom(assets, node, name, shape, body, len(shapes[body.name]))
-            surfaces.append(_Surface(name, body.name, body.friction, body.torsion, not body.fixed))
+            surfaces.append(_Surface(name, body.name, body.friction, body.torsion, not body.fixed,
+                                     joined=body.joint.to if body.joint else ""))  # fmt: skip
         if body.thread is not None:
             _thread(node, body)
     free = [body.name for body in bodies if body.free]
@@ -272,6 +276,8 @@ def _pairs(contacts: Xml.Element, surfaces: Sequence[_Surface]) -> None:
     """
     for a, b in combinations(surfaces, 2):
         if a.body == b.body or not (a.moves or b.moves) or (a.tool and b.tool):
+            continue
+        if a.joined == b.body or b.joined == a.body:  # they overlap at their joint
             continue
         mu, torsion = max(a.friction, b.friction), max(a.torsion, b.torsion)
         _add(

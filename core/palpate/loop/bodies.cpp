@@ -17,6 +17,11 @@ constexpr double kVelocityFilter = 0.3;  // [-] share of a new velocity of the t
 constexpr double kFastest = 2.0;         // [m/s] a faster tool has jumped, and its velocity is not known
 constexpr int kMostSteps = 20;           // of the engine at once, after which it gives up catching up
 constexpr double kPushes = 20.0;         // [N] largest force of an object of the scene on a body
+constexpr double kHuge = 1e10;           // a larger number of the engine's state is none
+
+bool finite(const double* x, std::size_t n) noexcept {
+  return std::all_of(x, x + n, [](double v) { return std::abs(v) <= kHuge; });
+}
 
 Pose pose_of(const EngineBody& body) noexcept {
   const double* x = body.pose;
@@ -84,6 +89,7 @@ Bodies::Bodies(BodiesOptions options, std::shared_ptr<const scene::Snapshot> sce
     touch_.back() = std::make_unique<contact::Tool>("proxy", touching);
     touch_.back()->check(*scene_);
   }
+  for (const EngineNumbers& some : options_.state) first_.emplace_back(some.at, some.at + some.size);
   publish();
 }
 
@@ -116,7 +122,11 @@ void Bodies::step() noexcept {
   for (std::size_t k = 0; k < options_.tools.size(); ++k) drive(k);
   for (std::size_t k = 0; k < options_.bodies.size(); ++k) press(k);
   options_.step(options_.model, options_.data);
-  for (std::size_t k = 0; k < options_.bodies.size(); ++k) bring_back(k);
+  if (sound()) {
+    for (std::size_t k = 0; k < options_.bodies.size(); ++k) bring_back(k);
+  } else {
+    restart();
+  }
   states_.t += options_.period;
   publish();
   step_time_.add(now_ns() - begin);
@@ -157,17 +167,32 @@ void Bodies::press(std::size_t k) noexcept {
   load(one.body, X.R, F);
 }
 
-// A body that left the field, or whose state is not finite, returns to its start.
+// A body that left the field returns to its start.
 void Bodies::bring_back(std::size_t k) noexcept {
   const EngineBody& body = options_.bodies[k].body;
   const Vec3 p(body.pose[0], body.pose[1], body.pose[2]);
   const bool inside = (p.array() >= options_.low.array()).all() && (p.array() <= options_.high.array()).all();
-  const bool finite = std::all_of(body.velocity, body.velocity + 6, [](double v) { return std::isfinite(v); });
-  if (inside && finite) return;
+  if (inside) return;
   std::copy(start_[k].begin(), start_[k].end(), body.pose);
   std::fill(body.velocity, body.velocity + 6, 0.0);
   ++states_.lost[k];
   if (touch_[k]) touch_[k]->reset();
+}
+
+bool Bodies::sound() const noexcept {
+  return std::all_of(options_.state.begin(), options_.state.end(),
+                     [](const EngineNumbers& some) { return finite(some.at, some.size); });
+}
+
+// What is not finite spreads through the engine's solver and stays, in jaws and threads too: all begins anew.
+void Bodies::restart() noexcept {
+  for (std::size_t k = 0; k < options_.bodies.size(); ++k) {
+    const EngineBody& body = options_.bodies[k].body;
+    states_.lost[k] += finite(body.pose, 7) && finite(body.velocity, 6) ? 0 : 1;
+    if (touch_[k]) touch_[k]->reset();
+  }
+  for (std::size_t i = 0; i < first_.size(); ++i) std::copy(first_[i].begin(), first_[i].end(), options_.state[i].at);
+  placed_.fill(false);
 }
 
 VirtualTool Bodies::seen(const EngineTool& tool, std::size_t number) const noexcept {

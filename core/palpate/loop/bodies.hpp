@@ -44,18 +44,26 @@ struct MovingBody {
   std::vector<contact::ToolSphere> spheres;  ///< with which it touches the objects of the scene; none: it does not
 };
 
+/// Numbers of the engine's state: positions, velocities or the guess of its solver.
+struct EngineNumbers {
+  double* at = nullptr;
+  std::size_t size = 0;
+};
+
 /// The coupling and the engine.
 struct BodiesOptions {
   void (*step)(const void* model, void* data) = nullptr;  ///< one step of the engine
   const void* model = nullptr;
   void* data = nullptr;
-  double period = 0.001;     ///< of the engine [s]
-  double stiffness = 500.0;  ///< of the coupling [N/m]
-  double damping = 3.0;      ///< of the coupling [N s/m]
-  double stiffness_w = 0.5;  ///< against rotation [N m/rad]
-  double damping_w = 0.003;  ///< against rotation [N m s/rad]
-  double force_max = 5.0;    ///< largest force of the coupling's spring; beyond it the tool yields [N]
-  double release = 0.02;     ///< distance at which a stuck virtual tool is put back to its tool [m]
+  std::shared_ptr<void> owner;       ///< keeps model, data and all arrays of the engine; null: the caller does
+  std::vector<EngineNumbers> state;  ///< all that the engine takes from one step to the next
+  double period = 0.001;             ///< of the engine [s]
+  double stiffness = 300.0;          ///< of the coupling [N/m]
+  double damping = 2.0;              ///< of the coupling [N s/m]
+  double stiffness_w = 0.5;          ///< against rotation [N m/rad]
+  double damping_w = 0.003;          ///< against rotation [N m s/rad]
+  double force_max = 5.0;            ///< largest force of the coupling's spring; beyond it the tool yields [N]
+  double release = 0.02;             ///< distance at which a stuck virtual tool is put back to its tool [m]
   Vec3 low = Vec3::Constant(-1.0), high = Vec3::Constant(1.0);  ///< the field: a body outside returns to its start [m]
   std::vector<EngineTool> tools;
   std::vector<MovingBody> bodies;
@@ -80,9 +88,9 @@ struct VirtualTool {
 
 /// All bodies, for viewers, tasks and records.
 struct BodyStates {
-  double t = 0.0;                                                        ///< of the engine [s]
-  std::array<std::array<double, 7>, kMaxBodies> pose{};                  ///< position [m] and quaternion w x y z, in W
-  std::array<int, kMaxBodies> lost{};                                    ///< how often each body left the field
+  double t = 0.0;                                        ///< of the engine [s]
+  std::array<std::array<double, 7>, kMaxBodies> pose{};  ///< position [m] and quaternion w x y z, in W
+  std::array<int, kMaxBodies> lost{};                    ///< how often each body left the field or had no finite state
   std::array<std::array<double, 2>, kMaxBodyTools * kMaxBodies> grip{};  ///< force of both jaws on each body [N]
   double delivered = 0.0;  ///< energy that the couplings gave to the engine [J]
 };
@@ -129,6 +137,8 @@ class Bodies {
   void drive(std::size_t tool) noexcept;
   void press(std::size_t body) noexcept;
   void bring_back(std::size_t body) noexcept;
+  [[nodiscard]] bool sound() const noexcept;
+  void restart() noexcept;
   void publish() noexcept;
   [[nodiscard]] VirtualTool seen(const EngineTool& tool, std::size_t number) const noexcept;
 
@@ -136,6 +146,7 @@ class Bodies {
   std::shared_ptr<const scene::Snapshot> scene_;
   std::vector<std::unique_ptr<contact::Tool>> touch_;  ///< of each body; null: it touches no object
   std::vector<std::array<double, 7>> start_;           ///< pose of each body at the start
+  std::vector<std::vector<double>> first_;             ///< state of the engine at the start
   std::array<Mailbox<ToolMotion>, kMaxBodyTools> to_engine_;
   std::array<Mailbox<VirtualTool>, kMaxBodyTools> to_loop_;
   std::array<bool, kMaxBodyTools> placed_{};
