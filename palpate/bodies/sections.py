@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated, Literal
 
 import numpy as np
@@ -29,7 +30,7 @@ class RingSection(Section):
     """radius of the circle in the middle of the ring [m]"""
     thickness: Length
     """thickness of the ring [m]"""
-    arc_deg: Annotated[Positive, Field(le=360.0)] = 360.0
+    arc_deg: Annotated[Positive, Field(ge=1.0, le=360.0)] = 360.0
     """arc from x of its frame on; 360: closed [deg]"""
     segments: Annotated[int, Field(strict=True, ge=3, le=48)] = 16
     """number of capsules"""
@@ -42,6 +43,14 @@ class WireSection(Section):
     """points of its axis [m]"""
     radius: Length
     """radius [m]"""
+
+    @model_validator(mode="after")
+    def _apart(self) -> WireSection:
+        for k, (a, b) in enumerate(pairwise(self.points)):
+            if not 1e-6 <= float(np.linalg.norm(np.subtract(a, b))) <= 10.0:
+                what = f"points {k} and {k + 1} of a wire are not between 1 um and 10 m apart"
+                raise ValueError(f"{what} | leave one out, or move it")
+        return self
 
 
 class PartSection(Section):
@@ -115,7 +124,7 @@ class ChainSection(Section):
 class BodySection(Section):
     """A rigid body. One that is not fixed moves freely, or by its joint."""
 
-    name: str
+    name: Annotated[str, Field(min_length=1)]
     """name of the body"""
     parts: Annotated[tuple[PartSection, ...], Field(min_length=1, max_length=64)]
     """shapes that make up the body"""
@@ -176,9 +185,15 @@ class EngineSection(Section):
     gravity: Vector = (0.0, 0.0, -9.81)
     """gravity in W [m/s^2]"""
 
+    @model_validator(mode="after")
+    def _low_below_high(self) -> EngineSection:
+        if not np.less(*self.field).all():
+            raise ValueError("the lowest corner of field is not below the highest one | swap their coordinates")
+        return self
 
-def check(bodies: tuple[BodySection, ...], taken: set[str], most: int) -> None:
-    """Refuse names that are taken, and joints to unknown bodies.
+
+def check(bodies: tuple[BodySection, ...], engine: EngineSection, taken: set[str], most: int) -> None:
+    """Refuse names that are taken, joints to unknown bodies, and free bodies that start outside of the field.
 
     Raises:
         ValueAtError: the message names the body, and the correction.
@@ -191,6 +206,14 @@ def check(bodies: tuple[BodySection, ...], taken: set[str], most: int) -> None:
             what = f"{body.name!r} has a joint to {body.joint.to!r}, which is not listed before it"
             mend = f"name one of {', '.join(names) or 'the bodies before it'}"
             raise ValueAtError(f"{what} | {mend}", "bodies", i, "joint", "to")
+        if (
+            body.free
+            and not (
+                np.less_equal(engine.field[0], body.pose.xyz) & np.less_equal(body.pose.xyz, engine.field[1])
+            ).all()
+        ):
+            what = f"{body.name!r} starts outside of the engine's field, to which it would return"
+            raise ValueAtError(f"{what} | move it, or make engine.field larger", "bodies", i, "pose", "xyz")
         names.append(body.name)
     moving = sum(not body.fixed for body in bodies)
     if moving > most:

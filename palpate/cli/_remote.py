@@ -31,7 +31,12 @@ def require(scene: Scene, at: str | None, fast: bool) -> None:
         address(at)
     if fast:
         raise PalpateError("--fast has no effect across a network, which runs in real time", mend="leave it out")
-    for part, given in (("pairs", scene.pairs), ("trackers", scene.trackers), ("sensors", scene.sensors)):
+    for part, given in (
+        ("pairs", scene.pairs),
+        ("trackers", scene.trackers),
+        ("sensors", scene.sensors),
+        ("bodies", scene.bodies),
+    ):
         if given:
             raise SceneError(f"a scene with {part} does not run across a network", where=scene.where(part),
                              mend="leave the section out")  # fmt: skip

@@ -73,5 +73,5 @@ def refuse(scene: Scene, where: str) -> None:
         SceneError: the scene has bodies.
     """
     if scene.bodies:
-        mend = "run it with simulated arms (palpate run), or leave bodies out"
+        mend = "run it with simulated arms on this machine (palpate run), or leave bodies out"
         raise SceneError(f"bodies are not moved {where}", where=scene.where("bodies"), mend=mend)

@@ -344,9 +344,10 @@ class Scene(Section):
 
     @model_validator(mode="after")
     def _check_bodies(self) -> Scene:
-        check_bodies(self.bodies, {obj.name for obj in self.objects}, _core.MAX_BODIES)
+        check_bodies(self.bodies, self.engine, {obj.name for obj in self.objects}, _core.MAX_BODIES)
         if self.task is not None:
-            self.task.check({body.name: body.free for body in self.bodies}, [obj.name for obj in self.objects])
+            regions = {obj.name: [region.name for region in obj.regions] for obj in self.objects}
+            self.task.check({body.name: body.free for body in self.bodies}, regions)
         return self
 
     @model_validator(mode="after")

@@ -24,7 +24,7 @@ class PlaceSection(Section):
     """largest distance from the place, across and along z of W [m]"""
     lift: Positive = 0.03
     """height above the targets at which a simulated operator carries the bodies [m]"""
-    grasp: tuple[Vector, ...] = ((0.0, 0.0, 0.0),)
+    grasp: Annotated[tuple[Vector, ...], Field(min_length=1)] = ((0.0, 0.0, 0.0),)
     """points in the body's frame at which a simulated operator grasps; with several pairs, one for each [m]"""
     handed_over: bool = False
     """the second hand puts them down, and on the way back the first"""
@@ -102,10 +102,15 @@ class TaskSection(Section):
         if self.place is not None and len(self.place.targets) < len(self.place.bodies):
             what = f"place: {len(self.place.bodies)} bodies and {len(self.place.targets)} targets"
             raise ValueError(f"{what} | give each body a target")
+        if self.place is not None and len(set(self.place.bodies)) < len(self.place.bodies):
+            raise ValueError("place: a body is named twice | name each body once")
+        if self.gates is not None and not any(self.gates.along):
+            raise ValueError("gates: along has no direction | give a vector such as [1, 0, 0]")
         return self
 
-    def check(self, bodies: Mapping[str, bool], objects: Sequence[str]) -> None:
-        """Refuse names that the scene does not have, and bodies that do not move freely (`bodies`: name to freedom).
+    def check(self, bodies: Mapping[str, bool], objects: Mapping[str, Sequence[str]]) -> None:
+        """Refuse names that the scene does not have, and bodies that do not move freely (`bodies`: name to freedom;
+        `objects`: name to the names of its regions).
 
         Raises:
             ValueAtError: the message names what is missing.
@@ -125,3 +130,7 @@ class TaskSection(Section):
         if self.find is not None and self.find.object not in objects:
             what = f"there is no object {self.find.object!r} | name one of {', '.join(objects)}"
             raise ValueAtError(what, "task", "find", "object")
+        if self.find is not None and self.find.region not in (regions := objects[self.find.object]):
+            what = f"{self.find.object!r} has no region {self.find.region!r}"
+            mend = f"name one of {', '.join(regions)}" if regions else "add it to regions of the object"
+            raise ValueAtError(f"{what} | {mend}", "task", "find", "region")

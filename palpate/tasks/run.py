@@ -2,25 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
 from palpate.arrays import Array
 from palpate.arrays.so3 import pose
+from palpate.errors import SceneError
 from palpate.scene.scene import Scene
 from palpate.scene.task import FindSection
 from palpate.session import PairsSession, Session
 from palpate.tasks.hand import EVERY, Hand
 from palpate.tasks.judge import Seen, TaskResult, judge_of
 from palpate.tasks.scripts import Script, script_of
-
-
-class Moved(Protocol):
-    """What a task moves: a session of one pair, or one of several."""
-
-    scene: Scene
-    seed: int
 
 
 def drawn(scene: Scene, seed: int) -> Scene:
@@ -48,19 +42,21 @@ class TaskRun:
 
     Args:
         session: the session, which does not run yet.
-        operator: True: a simulated operator moves the hands.
+
+    Raises:
+        SceneError: the scene has no task.
     """
 
-    def __init__(self, session: Session | PairsSession, operator: bool = True) -> None:
+    def __init__(self, session: Session | PairsSession) -> None:
         section = session.scene.task
-        assert section is not None
+        if section is None:
+            raise SceneError("the scene has no task", where=session.scene.where("task"), mend="give it a section task")
         self._session, self.section = session, section
         self._hands: list[Any] = list(session.pairs.values()) if isinstance(session, PairsSession) else [session]
         self._marks: list[Array] = []
         lump = None if section.find is None else _lump(session.scene, self._hands[0].rig, section.find)
         self.judge = judge_of(section, lump)
         self._script: Script | None = None
-        self._operated = operator and section.operator
         self._turn = 0
         session.console.on_change(self._pressed)
         session.steps_beside.append(self.step)
@@ -85,7 +81,7 @@ class TaskRun:
             self._session.finish()
             return
         self._turn += 1
-        if self._operated and self._turn % EVERY == 0:
+        if self.section.operator and self._turn % EVERY == 0:
             self._act(seen)
 
     def look(self, t: float) -> Seen:

@@ -15,6 +15,7 @@ import numpy as np
 from palpate import __version__, _network
 from palpate.errors import PalpateError
 from palpate.network import channel as channels
+from palpate.scene import held
 from palpate.session.remote.pump import Pump
 from palpate.session.remote.site import PATIENCE, digest
 from palpate.session.session import Session
@@ -40,11 +41,13 @@ class RemoteLink:
         rate: packets per second [Hz].
 
     Raises:
-        PalpateError: nobody listens there, the other end refuses, or a packet does not fit through the network.
+        PalpateError: the scene has bodies, nobody listens there, the other end refuses, or a packet does not fit
+        through the network.
     """
 
     def __init__(self, session: Session, at: tuple[str, int], key: bytes, rate: float = 1000.0) -> None:
         self._session, self._at = session, at
+        held.refuse(session.scene, "across a network")
         section = session.rig.scene.remote
         options = _network.LoopEndOptions()
         options.radius = session.rig.scene.contact.radius

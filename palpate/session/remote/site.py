@@ -17,6 +17,7 @@ import numpy as np
 from palpate import __version__, _core, _network
 from palpate.network import channel as channels
 from palpate.network.relay import listen
+from palpate.scene import held
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
 from palpate.session.remote.pump import Pump
@@ -61,10 +62,11 @@ class FollowerServer:
         say: takes lines for the user.
 
     Raises:
-        PalpateError: the port is taken.
+        PalpateError: the port is taken, or the scene has bodies.
     """
 
     def __init__(self, rig: Rig, key: bytes, host: str, port: int, rate: float, say: Callable[[str], None]) -> None:
+        held.refuse(rig.scene, "across a network")
         self.rig, self._key, self._say = rig, key, say
         self._tcp, self._udp = listen(host, port)
         self.port = int(self._tcp.getsockname()[1])  #: the port on which it listens
