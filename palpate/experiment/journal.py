@@ -64,18 +64,26 @@ def progress_of(path: Path) -> Progress:
     """
     if not path.exists():
         return Progress()
-    return _progress(read_lines(path), path)
+    try:
+        return _progress(read_lines(path), path)
+    except OSError as error:
+        why, mend = error.strerror or str(error), "make it readable, or name another folder: --out"
+        raise JournalError("the journal cannot be read", where=str(path), why=why, mend=mend) from None
 
 
 def _progress(entries: list[Any], path: Path) -> Progress:
     found = Progress()
     if entries and (not isinstance(entries[0], dict) or entries[0].get("event") != "opened"):
         raise JournalError("this is no journal of a participant", where=str(path), mend="name another folder: --out")
+    if entries and entries[0].get("version") != _VERSION:
+        mend = "continue with the version of palpate that manifest.json names"
+        raise JournalError("another version of palpate wrote the journal", where=str(path), mend=mend)
     for number, entry in enumerate(entries, 1):
-        if not isinstance(entry, dict):
+        try:
+            found.take(entry)
+        except (KeyError, TypeError, ValueError):
             mend = "restore the file from a copy; the records beside it are whole"
-            raise JournalError(f"line {number} of the journal is broken", where=str(path), mend=mend)
-        found.take(entry)
+            raise JournalError(f"line {number} of the journal is broken", where=str(path), mend=mend) from None
     return found
 
 

@@ -12,9 +12,10 @@ from small_experiment import FILE, SCENE
 from palpate.errors import JournalError, OutputError, PalpateError, SweepError
 from palpate.experiment import ExperimentFile, Outcome, SimulatedParticipant, Study, run_participant, simulate
 from palpate.experiment.journal import FILE as JOURNAL
-from palpate.experiment.journal import Journal
+from palpate.experiment.journal import Journal, progress_of
 from palpate.experiment.simulated import Performed
 from palpate.record import Record
+from palpate.sweep.lines import Lines
 
 PEOPLE = ("S01",)
 
@@ -164,6 +165,31 @@ def test_a_file_that_is_no_journal_and_a_broken_line_are_refused(tmp_path):
     (tmp_path / JOURNAL).write_bytes(whole.replace(b"begin", b"began"))
     with pytest.raises(JournalError, match="line 2"):
         Journal(tmp_path, 2)
+
+
+@pytest.mark.parametrize(
+    ("events", "words"),
+    [
+        ([{"event": "opened", "version": 9}], "another version of palpate wrote the journal"),
+        ([{"event": "opened", "version": 1}, {"event": "begin", "trial": 1}], "line 2 of the journal is broken"),
+        ([{"event": "opened", "version": 1}, {"trial": 1}], "line 2 of the journal is broken"),
+        ([{"event": "opened", "version": 1}, 3], "line 2 of the journal is broken"),
+    ],
+)
+def test_lines_of_others_are_refused_when_read_and_when_written(tmp_path, events, words):
+    lines = Lines(tmp_path / JOURNAL)
+    lines.append(events)
+    lines.close()
+    with pytest.raises(JournalError, match=words):
+        progress_of(tmp_path / JOURNAL)
+    with pytest.raises(JournalError, match=words):
+        Journal(tmp_path, 2)
+
+
+def test_a_journal_that_cannot_be_read_is_named(tmp_path):
+    (tmp_path / JOURNAL).mkdir()
+    with pytest.raises(JournalError, match="the journal cannot be read"):
+        progress_of(tmp_path / JOURNAL)
 
 
 class Clumsy:
