@@ -23,6 +23,7 @@ PEOPLE = (6, 8, 10, 12, 16, 20, 24, 32)
 DRAWS = 400
 """Experiments that are drawn for each of them."""
 ALPHA = 0.05
+_NO_SPREAD = 1e-20  # residual variance over that of the values which is rounding [-]
 
 
 @dataclass(frozen=True)
@@ -128,10 +129,16 @@ def mixed(rows: Sequence[Row], measure: str, conditions: Sequence[str]) -> dict[
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a variance of zero between participants is a result, not a fault
         groups = [people.index(row["participant"]) for row in cells]
-        fit = MixedLM(y / scale, np.column_stack(columns), groups=groups).fit(reml=True)
+        try:
+            fit = MixedLM(y / scale, np.column_stack(columns), groups=groups).fit(reml=True)
+        except np.linalg.LinAlgError:  # e.g. each condition was met in another task
+            return {}
+        if fit.scale < _NO_SPREAD:
+            return {}
+        slopes, deviations = fit.fe_params, fit.bse_fe
     found = {}
     for k, condition in enumerate(present[1:], 1):
-        slope, deviation = float(fit.fe_params[k]), float(fit.bse_fe[k])
+        slope, deviation = float(slopes[k]), float(deviations[k])
         p = 2.0 * float(stdtr(freedom, -abs(slope) / deviation)) if deviation > 0.0 else float("nan")
         found[condition] = (scale * slope, p)
     return found

@@ -73,6 +73,32 @@ def test_missing_values_and_a_missing_condition_leave_the_rest():
     assert force.p < 0.05
 
 
+def trials_of(people, values):
+    """Trials whose value does not depend on the participant: values by task and condition."""
+    return [
+        {"participant": f"P{who}", "task": task, "condition": condition, "y": y}
+        for who in range(people)
+        for (task, condition), y in values.items()
+    ]
+
+
+@pytest.mark.parametrize("people", [2, 3, 4, 8])
+def test_without_any_spread_a_difference_has_no_probability(people):
+    for names in (NAMES, ("none", "force")):
+        rows = trials_of(people, {("a", name): float(k) for k, name in enumerate(names)})
+        force = effects(rows, ("y",), names)[-1]
+        assert force.difference == len(names) - 1
+        assert np.isnan([force.dz, force.p]).all()
+
+
+def test_conditions_that_were_met_in_different_tasks_are_not_modelled():
+    rows = trials_of(4, {("a", "none"): 0.0, ("b", "force"): 1.0})
+    for k, row in enumerate(rows):
+        row["y"] += 0.1 * np.sin(k)
+    (force,) = effects(rows, ("y",), ("none", "force"))
+    assert np.isnan(force.p)
+
+
 def test_power_is_that_of_the_noncentral_t_distribution():
     """A pool of many people whose differences have the mean 0.8 and the deviation 1: one comparison, no correction."""
     rng = np.random.default_rng(3)
