@@ -3,8 +3,8 @@
 // wait for another thread or wake one: mutexes (tried ones, too), condition variables, reader-writer and spin locks,
 // semaphores.
 //
-// heap_guard_plant_in_loop() plants a call in every second period of threads that sleep with clock_nanosleep(), as the
-// loop does: the tests show thereby that they would find it.
+// heap_guard_plant_in_loop() plants a call in every second period of each thread that sleeps with clock_nanosleep(), as
+// the loop does: the tests show thereby that they would find it.
 //
 // The counting does not allocate: it uses a fixed table with one row per thread, found through thread-local storage.
 #include <dlfcn.h>

@@ -32,13 +32,14 @@ def test_driver_of_a_haply_allocates_nothing_whatever_the_service_sends(watched)
     assert min(found["control"]) > 0, "control: the guard counts"
 
 
-@pytest.mark.parametrize("what", ["proxy", "bodies"])
-def test_soft_body_and_rigid_ones_on_a_thread_of_their_own_allocate_nothing(watched, what):
+@pytest.mark.parametrize("what", ["soft", "bodies", "linked"])
+def test_what_steps_on_a_thread_beside_the_loop_allocates_nothing(watched, what):
+    """A soft body, rigid ones, or the follower's end of a link whose other end is in the loop."""
     if what == "bodies":
         pytest.importorskip("mujoco")
-    found = watched("beside", what, "1000")
+    found = watched("beside", what)
     assert found["contact_ticks"] > 100
-    assert found["nothing"] == [[0, 0, 0]] * 2, "the threads of the loop and of the bodies"
+    assert found["nothing"] == [[0, 0, 0]] * 2, "the threads of the loop and of what is beside it"
     assert min(thread[0] for thread in found["allocation"]) > 5, "control: planted calls are found in both threads"
 
 

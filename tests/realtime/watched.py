@@ -2,8 +2,8 @@
 
 python watched.py realtime METHOD RATE SECONDS
     | lockstep METHOD [organ|solids|soft|live|cloud|LAW|ARM|identified|estimating|guided|executing|bodies] ...
-    | planted METHOD RATE | robot [following|impedance|moving] ... | geometries all | crtk all | device all
-    | haply all SECONDS
+    | planted METHOD RATE | beside [soft|bodies|linked] | robot [following|impedance|moving] ... | geometries all
+    | crtk all | device all | haply all SECONDS
 """
 
 import ctypes
@@ -13,12 +13,14 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
+from contextlib import ExitStack
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 
-from palpate import _core, _guidance, _tissue, _verify
+from palpate import _core, _guidance, _network, _tissue, _verify
 from palpate.arm import Arm
 from palpate.bodies.engine import World
 from palpate.guidance import curve
@@ -230,14 +232,51 @@ def planted(method: str, rate: float) -> dict[str, object]:
     return found
 
 
-def beside(method: str, rate: float) -> dict[str, object]:
-    """Counts of the threads of the loop and of the soft or rigid bodies beside it, without and with a planted call."""
-    sim, world = among_bodies() if method == "bodies" else (simulation(method, rate, soft_scene("own")), None)
+def linked(sim: _core.Simulation, scene: _core.Snapshot) -> Callable[[], None]:
+    """Links the loop to a follower in a thread of its own; returns what ends it, and the exchange of packets."""
+    hand = _network.LoopEnd(_network.LoopEndOptions(), scene)
+    follower = _network.Follower(_network.FollowerOptions(), scene, scene, np.zeros(3))
+    sim.attach(hand)
+    follower.start()
+    done = threading.Event()
+
+    def exchange() -> None:
+        while not done.wait(2e-3):
+            for one, other in ((hand, follower), (follower, hand)):
+                other.receive(one.packet(), time.monotonic())
+
+    pump = threading.Thread(target=exchange)
+    pump.start()
+
+    def end() -> None:
+        done.set()
+        pump.join()
+        follower.stop()
+        sim.attach(None)
+        assert hand.state().received > 100
+
+    return end
+
+
+def beside(what: str) -> dict[str, object]:
+    """Counts of the threads of the loop and of what steps beside it, without and with a planted call.
+
+    soft: a soft body; bodies: rigid ones; linked: the follower's end of a link.
+    """
+    after = ExitStack()
+    if what == "bodies":
+        sim, world = among_bodies()
+    else:
+        scene = soft_scene("own") if what == "soft" else organ_scene(3_000)
+        sim = simulation("proxy", 1000.0, scene)
     before = threads()
-    if world is not None:
+    if what == "bodies":
         world.start()
+        after.callback(world.stop)
+    if what == "linked":
+        after.callback(linked(sim, scene))
     sim.start()
-    new = sorted(threads() - before)
+    new = sorted(threads() - before - {t.native_id for t in threading.enumerate()})
     time.sleep(0.2)  # start-up time
     found: dict[str, object] = {"contact_ticks": 0}
     for kind, name in enumerate(("nothing", "allocation")):
@@ -247,8 +286,7 @@ def beside(method: str, rate: float) -> dict[str, object]:
         found[name] = [(counts(thread) - old).tolist() for thread, old in zip(new, start, strict=True)]
     guard.heap_guard_plant_in_loop(0)
     sim.stop()
-    if world is not None:
-        world.stop()
+    after.close()
     found["contact_ticks"] = contacts(sim.drain())
     return found
 
@@ -538,7 +576,7 @@ if __name__ == "__main__":
     elif mode == "planted":
         found = planted(method, *map(float, rest))
     elif mode == "beside":
-        found = beside(method, *map(float, rest))
+        found = beside(method)
     elif mode == "crtk":
         found = crtk()
     elif mode == "device":
