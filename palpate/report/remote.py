@@ -15,7 +15,7 @@ _COARSE = 0.25  # time over which packets are counted [s]
 
 def crossed(run: Run) -> bool:
     """True if the run had a remote site."""
-    return bool(run.ticks["remote_link"].any())
+    return bool((run.ticks["remote_link"] > 0.0).any())  # NaN in an older record
 
 
 def words(run: Run) -> str:

@@ -11,6 +11,7 @@ from palpate.record import SIGNALS, Record, Recorder
 from palpate.record.ticks import STATUS
 from palpate.report import report, write_report
 from palpate.report.energy import words as ledger_words
+from palpate.report.remote import crossed
 from palpate.report.run import Run
 
 pytest.importorskip("matplotlib", reason="the report extra is not installed")
@@ -116,6 +117,12 @@ def test_unusual_runs_have_a_page_too(tmp_path, one_width, case):
     page = report(record_of(tmp_path, ticks, scene="" if "no scene" in case else SCENE))
     assert "Energy ledger" in page
     assert "data:image/svg" in page
+
+
+def test_a_record_without_signals_of_a_remote_site_tells_nothing_of_one(tmp_path):
+    with Recorder(tmp_path / "record.mcap", SCENE, 4, 1000.0, True, linked=False) as recorder:
+        recorder.append(synthetic_run.run(0.1))
+    assert not crossed(Run(Record.open(tmp_path / "record.mcap")))
 
 
 def test_unwritable_page_is_reported(tmp_path, monkeypatch):
