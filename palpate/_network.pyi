@@ -568,10 +568,8 @@ class UpdateOptions:
     @least_sure.setter
     def least_sure(self, arg: float, /) -> None: ...
 
-class SiteOptions:
-    """Options of the follower's end."""
-
-    def __init__(self) -> None: ...
+class EndOptions:
+    """What both ends have alike."""
 
     @property
     def mode(self) -> Mode:
@@ -586,6 +584,11 @@ class SiteOptions:
 
     @radius.setter
     def radius(self, arg: float, /) -> None: ...
+
+class SiteOptions(EndOptions):
+    """Options of the follower's end."""
+
+    def __init__(self) -> None: ...
 
     @property
     def force_cap(self) -> float:
@@ -987,24 +990,10 @@ def count_alarms(condition: Condition, seconds: float, settle: float = 30.0, see
     first `settle` seconds do not count.
     """
 
-class OperatorOptions:
+class OperatorOptions(EndOptions):
     """Options of the operator's end."""
 
     def __init__(self) -> None: ...
-
-    @property
-    def mode(self) -> Mode:
-        """Mode."""
-
-    @mode.setter
-    def mode(self, arg: Mode, /) -> None: ...
-
-    @property
-    def radius(self) -> float:
-        """Radius of the tool's sphere [m]."""
-
-    @radius.setter
-    def radius(self, arg: float, /) -> None: ...
 
     @property
     def rate(self) -> float:
@@ -1238,38 +1227,8 @@ def trial(
     columns trial_columns()). world: the objects as they are; model: as both ends have them.
     """
 
-class LoopEndOptions:
-    """Options of the operator's end in a loop."""
-
-    def __init__(self) -> None: ...
-
-    @property
-    def mode(self) -> Mode:
-        """Mode."""
-
-    @mode.setter
-    def mode(self, arg: Mode, /) -> None: ...
-
-    @property
-    def radius(self) -> float:
-        """Radius of the tool's sphere [m]."""
-
-    @radius.setter
-    def radius(self, arg: float, /) -> None: ...
-
-    @property
-    def update(self) -> UpdateOptions:
-        """Limits of updates of the local model."""
-
-    @update.setter
-    def update(self, arg: UpdateOptions, /) -> None: ...
-
-class LinkState:
-    """What is known about a link after a tick."""
-
-    @property
-    def newest(self) -> Datagram:
-        """The newest datagram of the other end."""
+class Ages:
+    """Ages of the newest packet at an end."""
 
     @property
     def age(self) -> float:
@@ -1286,6 +1245,29 @@ class LinkState:
     @property
     def p999(self) -> float:
         """Its 99.9th percentile [s]."""
+
+    @property
+    def outages(self) -> int:
+        """Outages so far."""
+
+class LoopEndOptions(EndOptions):
+    """Options of the operator's end in a loop."""
+
+    def __init__(self) -> None: ...
+
+    @property
+    def update(self) -> UpdateOptions:
+        """Limits of updates of the local model."""
+
+    @update.setter
+    def update(self, arg: UpdateOptions, /) -> None: ...
+
+class LinkState(Ages):
+    """What is known about a link after a tick."""
+
+    @property
+    def newest(self) -> Datagram:
+        """The newest datagram of the other end."""
 
     @property
     def offset(self) -> float:
@@ -1306,10 +1288,6 @@ class LinkState:
     @property
     def received(self) -> float:
         """Packets that have arrived."""
-
-    @property
-    def outages(self) -> int:
-        """Outages so far."""
 
     @property
     def known(self) -> bool:
@@ -1386,7 +1364,7 @@ class FollowerOptions:
     @realtime.setter
     def realtime(self, arg: palpate._core.RealTimeOptions, /) -> None: ...
 
-class FollowerState:
+class FollowerState(Ages):
     """What is known about a follower after a tick."""
 
     @property
@@ -1404,26 +1382,6 @@ class FollowerState:
     @property
     def account(self) -> float:
         """Energy that the tool may still spend [J]."""
-
-    @property
-    def age(self) -> float:
-        """Age of the newest packet [s]."""
-
-    @property
-    def p50(self) -> float:
-        """Its median [s]."""
-
-    @property
-    def p99(self) -> float:
-        """Its 99th percentile [s]."""
-
-    @property
-    def p999(self) -> float:
-        """Its 99.9th percentile [s]."""
-
-    @property
-    def outages(self) -> int:
-        """Outages so far."""
 
 class Follower:
     """The follower's end with a simulated instrument, in a real-time thread."""

@@ -12,6 +12,7 @@ namespace palpate::bindings {
 namespace {
 
 using network::Datagram;
+using network::EndOptions;
 using network::Estimator;
 using network::EstimatorOptions;
 using network::Instrument;
@@ -48,10 +49,11 @@ void bind_options(nb::module_& m) {
       .def_rw("force_rate", &UpdateOptions::force_rate, "Largest change of the force by an update [N/s]."_doc)
       .def_rw("speed", &UpdateOptions::speed, "Largest speed of a surface that is updated [m/s]."_doc)
       .def_rw("least_sure", &UpdateOptions::least_sure, "Largest relative deviation of a stiffness taken [-]."_doc);
-  nb::class_<SiteOptions>(m, "SiteOptions", "Options of the follower's end.")
+  nb::class_<EndOptions>(m, "EndOptions", "What both ends have alike.")
+      .def_rw("mode", &EndOptions::mode, "Mode."_doc)
+      .def_rw("radius", &EndOptions::radius, "Radius of the tool's sphere [m]."_doc);
+  nb::class_<SiteOptions, EndOptions>(m, "SiteOptions", "Options of the follower's end.")
       .def(nb::init<>())
-      .def_rw("mode", &SiteOptions::mode, "Mode."_doc)
-      .def_rw("radius", &SiteOptions::radius, "Radius of the tool's sphere [m]."_doc)
       .def_rw("force_cap", &SiteOptions::force_cap, "Largest force on the tissue [N]."_doc)
       .def_rw("mass", &SiteOptions::mass, "Of the tool [kg]."_doc)
       .def_rw("speed", &SiteOptions::speed, "Largest speed of the tool's goal [m/s]."_doc)

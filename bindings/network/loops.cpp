@@ -14,6 +14,7 @@ using namespace nb::literals;
 namespace palpate::bindings {
 namespace {
 
+using network::Ages;
 using network::Datagram;
 using network::Follower;
 using network::FollowerOptions;
@@ -35,24 +36,26 @@ bool take(End& end, const nb::bytes& bytes, double at) {
   return network::decode(view, d) && end.receive(d, at);
 }
 
+void bind_ages(nb::module_& m) {
+  nb::class_<Ages>(m, "Ages", "Ages of the newest packet at an end.")
+      .def_ro("age", &Ages::age, "Age of the newest packet [s]."_doc)
+      .def_ro("p50", &Ages::p50, "Its median [s]."_doc)
+      .def_ro("p99", &Ages::p99, "Its 99th percentile [s]."_doc)
+      .def_ro("p999", &Ages::p999, "Its 99.9th percentile [s]."_doc)
+      .def_ro("outages", &Ages::outages, "Outages so far."_doc);
+}
+
 void bind_loop_end(nb::module_& m) {
-  nb::class_<LoopEndOptions>(m, "LoopEndOptions", "Options of the operator's end in a loop.")
+  nb::class_<LoopEndOptions, network::EndOptions>(m, "LoopEndOptions", "Options of the operator's end in a loop.")
       .def(nb::init<>())
-      .def_rw("mode", &LoopEndOptions::mode, "Mode."_doc)
-      .def_rw("radius", &LoopEndOptions::radius, "Radius of the tool's sphere [m]."_doc)
       .def_rw("update", &LoopEndOptions::update, "Limits of updates of the local model."_doc);
-  nb::class_<LinkState>(m, "LinkState", "What is known about a link after a tick.")
+  nb::class_<LinkState, Ages>(m, "LinkState", "What is known about a link after a tick.")
       .def_ro("newest", &LinkState::newest, "The newest datagram of the other end."_doc)
-      .def_ro("age", &LinkState::age, "Age of the newest packet [s]."_doc)
-      .def_ro("p50", &LinkState::p50, "Its median [s]."_doc)
-      .def_ro("p99", &LinkState::p99, "Its 99th percentile [s]."_doc)
-      .def_ro("p999", &LinkState::p999, "Its 99.9th percentile [s]."_doc)
       .def_ro("offset", &LinkState::offset, "Clock of the other end minus the own one [s]."_doc)
       .def_ro("drift", &LinkState::drift, "Rate of the other clock minus 1 [-]."_doc)
       .def_ro("bound", &LinkState::bound, "Error of the offset by an unknown asymmetry of the delays [s]."_doc)
       .def_ro("held", &LinkState::held, "Time without link after the first [s]."_doc)
       .def_ro("received", &LinkState::received, "Packets that have arrived."_doc)
-      .def_ro("outages", &LinkState::outages, "Outages so far."_doc)
       .def_ro("known", &LinkState::known, "True once a packet has arrived."_doc)
       .def_ro("linked", &LinkState::linked, "True while the hand feels the remote side."_doc)
       .def_ro("outage", &LinkState::outage, "True while packets are missing."_doc)
@@ -76,16 +79,11 @@ void bind_follower(nb::module_& m) {
       .def_rw("instrument", &FollowerOptions::instrument, "Simulated instrument."_doc)
       .def_rw("rate", &FollowerOptions::rate, "Rate of its loop [Hz]."_doc)
       .def_rw("realtime", &FollowerOptions::realtime, "Options of its thread."_doc);
-  nb::class_<FollowerState>(m, "FollowerState", "What is known about a follower after a tick.")
+  nb::class_<FollowerState, Ages>(m, "FollowerState", "What is known about a follower after a tick.")
       .def_ro("x", &FollowerState::x, "True position of the tool (3,) [m]."_doc)
       .def_ro("F", &FollowerState::F, "True force of the tissue (3,) [N]."_doc)
       .def_ro("largest", &FollowerState::largest, "Largest force of the tissue so far [N]."_doc)
-      .def_ro("account", &FollowerState::account, "Energy that the tool may still spend [J]."_doc)
-      .def_ro("age", &FollowerState::age, "Age of the newest packet [s]."_doc)
-      .def_ro("p50", &FollowerState::p50, "Its median [s]."_doc)
-      .def_ro("p99", &FollowerState::p99, "Its 99th percentile [s]."_doc)
-      .def_ro("p999", &FollowerState::p999, "Its 99.9th percentile [s]."_doc)
-      .def_ro("outages", &FollowerState::outages, "Outages so far."_doc);
+      .def_ro("account", &FollowerState::account, "Energy that the tool may still spend [J]."_doc);
   nb::class_<Follower>(m, "Follower", "The follower's end with a simulated instrument, in a real-time thread.")
       .def(nb::init<const FollowerOptions&, scene::Snapshot, scene::Snapshot, const Vec3&>(), "options"_a, "scene"_a,
            "world"_a, "p"_a, "scene: the objects as both ends have them; world: as they are; p (3,): place [m].")
@@ -106,6 +104,7 @@ void bind_follower(nb::module_& m) {
 }  // namespace
 
 void bind_loops(nb::module_& m) {
+  bind_ages(m);
   bind_loop_end(m);
   bind_follower(m);
 }

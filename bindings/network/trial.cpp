@@ -24,10 +24,8 @@ using network::TrialRow;
 constexpr std::size_t kTrialColumns = sizeof(TrialRow) / sizeof(double);
 
 void bind_trial_options(nb::module_& m) {
-  nb::class_<OperatorOptions>(m, "OperatorOptions", "Options of the operator's end.")
+  nb::class_<OperatorOptions, network::EndOptions>(m, "OperatorOptions", "Options of the operator's end.")
       .def(nb::init<>())
-      .def_rw("mode", &OperatorOptions::mode, "Mode."_doc)
-      .def_rw("radius", &OperatorOptions::radius, "Radius of the tool's sphere [m]."_doc)
       .def_rw("rate", &OperatorOptions::rate, "Rate of the cycle [Hz]."_doc)
       .def_rw("stability", &OperatorOptions::stability, "Options of the stage `stability`."_doc)
       .def_rw("update", &OperatorOptions::update, "Limits of updates of the local model."_doc);

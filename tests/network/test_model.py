@@ -132,6 +132,25 @@ def test_a_failed_sensor_lets_the_goal_of_the_site_rest_and_leaves_no_trace():
     assert site.account == account
 
 
+@pytest.mark.parametrize("mass", [0.0, -1.0, np.nan])
+def test_a_tool_without_mass_is_refused(mass):
+    options = _network.SiteOptions()
+    options.mass = mass
+    with pytest.raises(ValueError, match=r"remote\.mass = "):
+        _network.Site(options, _core.Snapshot([]))
+
+
+@pytest.mark.parametrize(
+    ("rate", "p", "words"),
+    [(0.0, 0.0, "rate"), (np.nan, 0.0, "rate"), (1e9, 0.0, "rate"), (1000.0, np.nan, "p")],
+)
+def test_a_follower_without_a_rate_or_a_place_is_refused(rate, p, words):
+    options, nothing = _network.FollowerOptions(), _core.Snapshot([])
+    options.rate = rate
+    with pytest.raises(ValueError, match=rf"follower\.{words} = "):
+        _network.Follower(options, nothing, nothing, np.full(3, p))
+
+
 def test_a_trial_needs_an_object():
     nothing = _core.Snapshot([])
     with pytest.raises(ValueError, match=r"trial\.model.*at least one object"):

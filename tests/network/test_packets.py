@@ -161,6 +161,12 @@ def test_ages_that_are_no_number_or_out_of_range_count_in_the_outer_bins():
     assert arrivals.outage
 
 
+@pytest.mark.parametrize(("seconds", "settle"), [(np.nan, 1.0), (0.0, 1.0), (1.0, np.nan), (1.0, -1.0), (1.0, 1e300)])
+def test_times_without_sense_are_refused_before_alarms_are_counted(seconds, settle):
+    with pytest.raises(ValueError, match=r"alarms\.se"):
+        _network.count_alarms(_network.Condition(), seconds, settle)
+
+
 def test_a_route_that_becomes_slower_is_learnt_and_is_no_outage_for_ever():
     arrivals = _network.Arrivals()
     for _ in range(2000):

@@ -20,6 +20,7 @@ constexpr std::size_t kPacketBytes = 256;  // of a packet
 
 Alarms count_alarms(Condition condition, double seconds, double settle, std::uint64_t seed) {
   require("alarms", seconds > 0.0 && seconds <= 1e6, "seconds", seconds, "must be above 0 s, up to 1e6 s");
+  require("alarms", settle >= 0.0 && settle <= 1e6, "settle", settle, "must be 0 s or more, up to 1e6 s");
   condition.outages.clear();
   condition.outage_every = 0.0;
   Link link(condition, seed);

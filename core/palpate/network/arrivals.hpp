@@ -6,6 +6,12 @@
 
 namespace palpate::network {
 
+/// Ages of the newest packet, for others to read; percentiles are the upper edge of their bin [s].
+struct Ages {
+  double age = 0.0, p50 = 0.0, p99 = 0.0, p999 = 0.0;
+  int outages = 0;  ///< so far
+};
+
 /// The age of the newest packet at each tick covers delay, jitter, loss and reordering in one number. Its percentiles
 /// come from a histogram that halves its counts every kForget ticks. A tick enters it kWait ticks later, and those
 /// before and during an outage do not: otherwise the percentile would rise with the age.
@@ -36,6 +42,7 @@ class Arrivals {
   [[nodiscard]] double limit() const noexcept;
   /// Number of outages so far.
   [[nodiscard]] int outages() const noexcept { return outages_; }
+  [[nodiscard]] Ages ages() const noexcept { return {age_, p50_, p99_, p999_, outages_}; }
 
  private:
   static constexpr std::size_t kBins = 4096;

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "palpate/types/require.hpp"
+
 namespace palpate::network {
 namespace {
 
@@ -15,6 +17,8 @@ Follower::Follower(const FollowerOptions& options, scene::Snapshot scene, scene:
       site_(options.site, std::move(scene)),
       instrument_(options.instrument, options.site.radius, std::move(world), 1),
       thread_(options.realtime) {
+  require("follower", options.rate >= 50.0 && options.rate <= 10000.0, "rate", options.rate, "must be 50 to 10000 Hz");
+  require("follower", p.allFinite(), "p", p.sum(), "must be finite");
   instrument_.place(p);
   FollowerState before;
   before.x = p;
@@ -37,18 +41,13 @@ bool Follower::wake(const loop::Wake& w) noexcept {
   const std::int64_t periods = 1 + std::min(w.missed, kMostMissed);
   const SiteGoal& goal = site_.step(instrument_.measure(now), dt * static_cast<double>(periods));
   for (std::int64_t i = 0; i < periods; ++i) instrument_.step(goal, now, dt);
-  const Arrivals& ages = site_.peer().arrivals();
   FollowerState s;
+  static_cast<Ages&>(s) = site_.peer().arrivals().ages();
   s.out = site_.send();
   s.x = instrument_.x();
   s.F = instrument_.force();
   s.largest = instrument_.largest();
   s.account = site_.account();
-  s.age = ages.age();
-  s.p50 = ages.p50();
-  s.p99 = ages.p99();
-  s.p999 = ages.p999();
-  s.outages = ages.outages();
   state_.write(s);
   return !w.stopping;
 }

@@ -22,13 +22,11 @@ struct FollowerOptions {
 };
 
 /// What other threads may know about the follower.
-struct FollowerState {
-  Datagram out;                                        ///< the packet that leaves next
-  Vec3 x = Vec3::Zero(), F = Vec3::Zero();             ///< true position of the tool [m], and force of the tissue [N]
-  double largest = 0.0;                                ///< largest force of the tissue so far [N]
-  double account = 0.0;                                ///< energy that the tool may still spend [J]
-  double age = 0.0, p50 = 0.0, p99 = 0.0, p999 = 0.0;  ///< of the newest packet [s]
-  int outages = 0;
+struct FollowerState : Ages {
+  Datagram out;                             ///< the packet that leaves next
+  Vec3 x = Vec3::Zero(), F = Vec3::Zero();  ///< true position of the tool [m], and force of the tissue [N]
+  double largest = 0.0;                     ///< largest force of the tissue so far [N]
+  double account = 0.0;                     ///< energy that the tool may still spend [J]
 };
 
 /// Site and instrument in a real-time thread; packets come and go through queues.

@@ -8,9 +8,6 @@
 namespace palpate::network {
 namespace {
 
-constexpr double kAdvance = 1e-4;  // [J] that the hand may get before the site has taken any from its tissue
-constexpr double kJerk = 5.0;      // [m/s^2] acceleration of the tool within a tick
-
 LinkState first(std::size_t objects) {
   LinkState out;
   out.models.resize(objects);
@@ -59,20 +56,13 @@ void LoopEnd::link() noexcept {
 void LoopEnd::feel(const loop::LocalTool& tool, double now, double dt) noexcept {
   if (options_.mode != Mode::model) {
     out_.scene = &empty_;
-    out_.F = out_.linked ? affordable(peer_.newest().F, dt) : Vec3(Vec3::Zero());
+    const Vec3 F = out_.linked ? peer_.newest().F : Vec3(Vec3::Zero());
+    out_.F = options_.mode == Mode::passivity ? port_.affordable(F, v_, peer_.newest().energy_in, dt) : F;
     return;
   }
   model_.synchronise(peer_.peer_time(now) + peer_.newest().play_delay - tool.t);
   model_.step(tool.X.p, v_, options_.radius, tool.t, dt);
   out_.scene = &model_.scene();
-}
-
-// The part of a force that returns no more energy than the site has taken from its tissue, by its newest packet.
-Vec3 LoopEnd::affordable(const Vec3& F, double dt) const noexcept {
-  if (options_.mode == Mode::direct) return F;
-  const double cost = std::max(F.dot(v_) + 0.5 * F.norm() * kJerk * dt, 0.0) * dt;
-  const double room = kAdvance + peer_.newest().energy_in - port_.out();
-  return cost > 0.0 ? Vec3(std::clamp(room / cost, 0.0, 1.0) * F) : F;
 }
 
 void LoopEnd::publish(const loop::LocalTool& tool, double now) noexcept {
@@ -85,16 +75,11 @@ void LoopEnd::publish(const loop::LocalTool& tool, double now) noexcept {
   d.energy_out = port_.out();
   d.flags = kEngaged;
   peer_.stamp(d, now);
-  const Arrivals& ages = peer_.arrivals();
+  static_cast<Ages&>(now_) = peer_.arrivals().ages();
   now_.newest = peer_.newest();
-  now_.age = ages.age();
-  now_.p50 = ages.p50();
-  now_.p99 = ages.p99();
-  now_.p999 = ages.p999();
   now_.offset = peer_.clock().offset(now);
   now_.drift = peer_.clock().drift();
   now_.bound = peer_.clock().bound();
-  now_.outages = ages.outages();
   now_.known = peer_.known();
   now_.linked = out_.linked;
   now_.outage = peer_.outage();

@@ -22,23 +22,19 @@ struct Arrived {
 };
 
 /// Options of the operator's end in a loop.
-struct LoopEndOptions {
-  Mode mode = Mode::model;
-  double radius = 0.002;  ///< radius of the tool's sphere [m]
+struct LoopEndOptions : EndOptions {
   UpdateOptions update;
 };
 
 /// What other threads may know about the link.
-struct LinkState {
-  Datagram out;                                        ///< the packet that leaves next
-  Datagram newest;                                     ///< the newest packet of the other end
-  double age = 0.0, p50 = 0.0, p99 = 0.0, p999 = 0.0;  ///< of the newest packet [s]
-  double offset = 0.0;                                 ///< clock of the other end minus the own one [s]
-  double drift = 0.0;                                  ///< of the other clock [-]
-  double bound = 0.0;                                  ///< error of the offset by an unknown asymmetry [s]
-  double held = 0.0;                                   ///< time without link after the first [s]
-  double received = 0.0;                               ///< packets
-  int outages = 0;
+struct LinkState : Ages {
+  Datagram out;           ///< the packet that leaves next
+  Datagram newest;        ///< the newest packet of the other end
+  double offset = 0.0;    ///< clock of the other end minus the own one [s]
+  double drift = 0.0;     ///< of the other clock [-]
+  double bound = 0.0;     ///< error of the offset by an unknown asymmetry [s]
+  double held = 0.0;      ///< time without link after the first [s]
+  double received = 0.0;  ///< packets
   bool known = false, linked = false, outage = false;
   std::vector<ModelEstimate> models;  ///< as rendered, one for each object
   double tank = 0.0;                  ///< least energy in the tanks of the objects [J]
@@ -61,7 +57,6 @@ class LoopEnd final : public loop::RemoteEnd {
  private:
   void link() noexcept;
   void feel(const loop::LocalTool& tool, double now, double dt) noexcept;
-  [[nodiscard]] Vec3 affordable(const Vec3& F, double dt) const noexcept;
   void publish(const loop::LocalTool& tool, double now) noexcept;
 
   LoopEndOptions options_;

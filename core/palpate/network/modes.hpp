@@ -10,4 +10,10 @@ enum class Mode {
   direct,     ///< the hand feels the measured force: unstable with delay, for comparisons
 };
 
+/// What both ends have alike.
+struct EndOptions {
+  Mode mode = Mode::model;
+  double radius = 0.002;  ///< radius of the tool's sphere [m]
+};
+
 }  // namespace palpate::network

@@ -11,9 +11,7 @@
 namespace palpate::network {
 namespace {
 
-constexpr double kAllowance = 1e-4;    // [J] that the hand may get before the site has taken any from its tissue
-constexpr double kNothing = 0.03;      // [N] smaller wanted forces are not felt
-constexpr double kAcceleration = 5.0;  // [m/s^2] of the hand within a tick
+constexpr double kNothing = 0.03;  // [N] smaller wanted forces are not felt
 
 ModelEstimate as_given(const scene::Object& object) {
   ModelEstimate out;
@@ -83,7 +81,10 @@ const Vec3& Operator::step(const HandInput& in) noexcept {
   wanted.handle.V_LH.v = in.v;
   wanted.tool = {in.t, true};
   wanted.engaged = linked_ && in.engaged;
-  F_ = affordable(stability_.step(wanted).F_H_L.f, in.v);
+  F_ = stability_.step(wanted).F_H_L.f;
+  if (options_.mode == Mode::passivity) {
+    F_ = port_.affordable(F_, in.v, peer_.newest().energy_in, 1.0 / options_.rate);
+  }
   stability_.rendered({F_, Vec3::Zero()});
   in_ = in;
   return F_;
@@ -116,15 +117,6 @@ stability::Input Operator::of_force() const noexcept {
   stability::Input out;
   if (peer_.known()) out.commanded.F.f = peer_.newest().F;
   return out;
-}
-
-// The part of a force that returns no more energy than the site has taken from its tissue, by its newest packet.
-Vec3 Operator::affordable(const Vec3& F, const Vec3& v) const noexcept {
-  if (options_.mode != Mode::passivity) return F;
-  const double dt = 1.0 / options_.rate;
-  const double cost = std::max(F.dot(v) + 0.5 * F.norm() * kAcceleration * dt, 0.0) * dt;
-  const double room = kAllowance + peer_.newest().energy_in - port_.out();
-  return cost > 0.0 ? Vec3(std::clamp(room / cost, 0.0, 1.0) * F) : F;
 }
 
 Datagram Operator::send() const noexcept {

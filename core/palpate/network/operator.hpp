@@ -14,10 +14,8 @@
 namespace palpate::network {
 
 /// Options of the operator's end.
-struct OperatorOptions {
-  Mode mode = Mode::model;
-  double radius = 0.002;  ///< radius of the tool's sphere [m]
-  double rate = 1000.0;   ///< of the cycle [Hz]
+struct OperatorOptions : EndOptions {
+  double rate = 1000.0;  ///< of the cycle [Hz]
   stability::Options stability;
   UpdateOptions update;
 };
@@ -72,7 +70,6 @@ class Operator {
  private:
   [[nodiscard]] stability::Input of_model(const HandInput& in) noexcept;
   [[nodiscard]] stability::Input of_force() const noexcept;
-  [[nodiscard]] Vec3 affordable(const Vec3& F, const Vec3& v) const noexcept;
   void link() noexcept;
 
   OperatorOptions options_;

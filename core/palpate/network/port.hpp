@@ -1,6 +1,7 @@
 // The energy that one port has taken and given since the start.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 
 #include "palpate/types/spatial.hpp"
@@ -24,11 +25,19 @@ class Port {
     (work > 0.0 ? in_ : out_) += std::abs(work);
     return work;
   }
+  /// The part of a force at this velocity [m/s] by which the port gives no more than the other one has taken [J].
+  [[nodiscard]] Vec3 affordable(const Vec3& F, const Vec3& v, double taken, double dt) const noexcept {
+    const double cost = std::max(F.dot(v) + 0.5 * F.norm() * kAcceleration * dt, 0.0) * dt;
+    const double room = kAdvance + taken - out_;
+    return cost > 0.0 ? Vec3(std::clamp(room / cost, 0.0, 1.0) * F) : F;
+  }
   [[nodiscard]] double in() const noexcept { return in_; }
   [[nodiscard]] double out() const noexcept { return out_; }
 
  private:
-  static constexpr double kBacklash = 2e-5;  ///< [m]
+  static constexpr double kBacklash = 2e-5;     ///< [m]
+  static constexpr double kAdvance = 1e-4;      ///< given before the other port has taken any [J]
+  static constexpr double kAcceleration = 5.0;  ///< within a tick [m/s^2]
   Vec3 x_ = Vec3::Zero();
   double in_ = 0.0, out_ = 0.0;
   bool started_ = false;

@@ -44,6 +44,7 @@ constexpr double kDisagrees = 0.3;  // [N] margin from which the site reports th
 Site::Site(const SiteOptions& options, scene::Snapshot scene)
     : options_(options), scene_(std::move(scene)), account_(options.allowance) {
   require("remote", options.force_cap > 0.0, "force_cap", options.force_cap, "must be above 0 N");
+  require("remote", options.mass > 0.0, "mass", options.mass, "must be above 0 kg");
   require("remote", options.speed > 0.0 && options.catch_up > 0.0, "speed", options.speed, "must be above 0 m/s");
   for (const scene::Object& object : scene_.objects) {
     EstimatorOptions o = options.estimator;

@@ -14,9 +14,7 @@
 namespace palpate::network {
 
 /// Options of the follower's end.
-struct SiteOptions {
-  Mode mode = Mode::model;
-  double radius = 0.002;       ///< radius of the tool's sphere [m]
+struct SiteOptions : EndOptions {
   double force_cap = 3.0;      ///< largest force on the touched tissue [N]
   double speed = 0.5;          ///< largest speed of the tool's goal [m/s]
   double mass = 0.2;           ///< of the tool, for its kinetic energy [kg]
