@@ -50,8 +50,7 @@ class Relay:
             for ready in select.select([self._front, self._back], [], [], wait)[0]:
                 self._take(ready, begin)
             self._send(time.monotonic() - begin)
-        for each in (self._tcp, self._front, self._back):
-            each.close()
+        close(self._tcp, self._front, self._back)
 
     def stop(self) -> None:
         """End `run`."""
@@ -103,9 +102,20 @@ def _pump(source: socket.socket, sink: socket.socket) -> None:
     except OSError:
         pass
     finally:
-        for each in (source, sink):  # the thread of the other direction waits in recv, which only shutdown ends
-            with contextlib.suppress(OSError):
-                each.shutdown(socket.SHUT_RDWR)
+        _end(source, sink)
+
+
+def _end(*sockets: socket.socket) -> None:
+    for each in sockets:
+        with contextlib.suppress(OSError):
+            each.shutdown(socket.SHUT_RDWR)
+
+
+def close(*sockets: socket.socket) -> None:
+    """Close sockets on which other threads may wait in accept or recv, which only shutdown ends."""
+    _end(*sockets)
+    for each in sockets:
+        each.close()
 
 
 def listen(host: str, port: int) -> tuple[socket.socket, socket.socket]:

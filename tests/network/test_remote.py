@@ -26,7 +26,7 @@ from palpate.session import Session
 pytest.importorskip("cryptography", reason="links need the extra remote")
 from palpate.cli._remote import require
 from palpate.network import channel as channels
-from palpate.network.relay import Relay
+from palpate.network.relay import Relay, listen
 from palpate.session.remote import link as links
 from palpate.session.remote import site as sites
 from palpate.session.remote.together import network_name
@@ -135,6 +135,9 @@ def test_the_measured_force_is_felt_where_there_is_no_model(mode):
         server.stop()
         thread.join()
     assert remote.figures()["mode"] == mode
+    assert remote.figures()["round_trip_ms"] > 0.0  # no packet arrives before it has left
+    for each in listen("127.0.0.1", server.port):  # nothing holds the port
+        each.close()
     assert 0.2 < server.largest < 3.0
     assert 0.05 < summary.peak_force_N < 3.0
     assert summary.max_penetration_m == 0.0
@@ -159,6 +162,12 @@ def test_a_second_master_another_scene_version_key_or_clock_is_refused(rig, foll
     with pytest.raises(PalpateError, match=r"(?s)ended the connection.*same key file"):
         links.RemoteLink(session(rig), at(follower), bytes(32))
     links.RemoteLink(session(rig), at(follower), KEY).close()  # the right one still may
+
+
+def test_ends_with_different_modes_have_different_scenes():
+    here = sites.digest(scene())
+    assert sites.digest(scene(mode="direct")) != here
+    assert sites.digest(scene(network="fibre", site_shift=(0.0, 0.0, 0.001))) == here  # of the relay and the site
 
 
 def test_nobody_there_and_a_small_mtu_are_told(rig, follower, monkeypatch):

@@ -17,7 +17,7 @@ from palpate.errors import PalpateError
 from palpate.network import channel as channels
 from palpate.scene import held
 from palpate.session.remote.pump import Pump
-from palpate.session.remote.site import PATIENCE, digest
+from palpate.session.remote.site import PATIENCE, digest, mode
 from palpate.session.session import Session
 
 MENDS = {
@@ -48,10 +48,9 @@ class RemoteLink:
     def __init__(self, session: Session, at: tuple[str, int], key: bytes, rate: float = 1000.0) -> None:
         self._session, self._at = session, at
         held.refuse(session.scene, "across a network")
-        section = session.rig.scene.remote
         options = _network.LoopEndOptions()
         options.radius = session.rig.scene.contact.radius
-        self.mode = "model" if section is None else section.mode  #: what the hand feels
+        self.mode = mode(session.rig.scene)  #: what the hand feels
         options.mode = _network.Mode[self.mode]
         self._end = _network.LoopEnd(options, session.rig.snapshot)
         self._udp = _packets_to(at)
@@ -114,8 +113,9 @@ class RemoteLink:
         self._channel.close()
         self._udp.close()
 
-    def _receive(self, now: float) -> None:
+    def _receive(self) -> None:
         for data, _ in channels.arrived(self._udp):
+            now = time.monotonic()  # after its reading: no packet arrives before it left
             payload = self._channel.opener.open(data)
             if payload is not None:
                 self._end.receive(payload, now)
@@ -166,13 +166,13 @@ class RemoteLink:
     def words(self) -> str:
         """One line about the link and what it has learnt."""
         f = self.figures()
-        learnt = "; ".join(
-            f"{m['object']}: {m['stiffness_N_per_m']:.0f} N/m, moved by {1e3 * math.hypot(*m['shift_m']):.1f} mm"
-            for m in f["models"]
-        )
+        learnt = "".join(
+            f"; {m['object']}: {m['stiffness_N_per_m']:.0f} N/m, moved by {1e3 * math.hypot(*m['shift_m']):.1f} mm"
+            for m in f["models"] if self.mode == "model"
+        )  # fmt: skip
         ages = f"newest packet {f['age_p50_ms']:.0f} ms old (99 %: {f['age_p99_ms']:.0f})"
         counts = f"{f['received']} packets received, {f['outages']} outages"
-        return f"remote {f['at']}: round trip {f['round_trip_ms']:.0f} ms, {ages}, {counts}; {learnt}"
+        return f"remote {f['at']}: round trip {f['round_trip_ms']:.0f} ms, {ages}, {counts}{learnt}"
 
 
 def _packets_to(at: tuple[str, int]) -> socket.socket:

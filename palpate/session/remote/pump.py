@@ -20,13 +20,11 @@ class Pump:
     Args:
         udp: the socket, which does not block.
         rate: packets to send per second [Hz].
-        take: takes what has arrived at the socket, at the time of the monotonic clock [s].
+        take: takes what has arrived at the socket.
         send: sends one packet.
     """
 
-    def __init__(
-        self, udp: socket.socket, rate: float, take: Callable[[float], None], send: Callable[[], None]
-    ) -> None:
+    def __init__(self, udp: socket.socket, rate: float, take: Callable[[], None], send: Callable[[], None]) -> None:
         self._udp, self._dt, self._take, self._send = udp, 1.0 / rate, take, send
         self.stopped = threading.Event()  #: ends `run`
         self.cpu = 0.0  #: processor time of the thread [s]
@@ -39,9 +37,9 @@ class Pump:
         while not self.stopped.is_set():
             wait = due - time.monotonic()
             if wait > 0.0 and select.select([self._udp], [], [], min(wait, _LONGEST))[0]:
-                self._take(time.monotonic())
+                self._take()
             if time.monotonic() >= due:
-                self._take(time.monotonic())
+                self._take()
                 self._send()
                 due = max(due + self._dt, time.monotonic() - _LONGEST)
         self.cpu = time.thread_time() - begin

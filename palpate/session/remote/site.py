@@ -10,13 +10,13 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from hashlib import sha256
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from palpate import __version__, _core, _network
 from palpate.network import channel as channels
-from palpate.network.relay import listen
+from palpate.network.relay import close, listen
 from palpate.scene import held
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
@@ -26,10 +26,16 @@ PATIENCE = 5.0  # for the first messages of a connection [s]
 HOURS = 3600.0  # by which the clocks of both machines may differ [s]
 
 
+def mode(scene: Scene) -> Literal["model", "passivity", "direct"]:
+    """What crosses the network between hand and remote tool."""
+    return "model" if scene.remote is None else scene.remote.mode
+
+
 def digest(scene: Scene) -> str:
-    """What both ends must have in common: objects, frames and the tool, as 16 hexadecimal digits."""
+    """What both ends must have in common: objects, frames, the tool and the mode, as 16 hexadecimal digits."""
     parts = scene.model_dump(mode="json", include={"objects", "frames", "contact", "arms"})
     parts["arms"].pop("leader", None)
+    parts["mode"] = mode(scene)
     return sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:16]
 
 
@@ -79,11 +85,10 @@ class FollowerServer:
         self.cpu = 0.0  #: processor time of the process while it ran [s]
 
     def _made(self, rate: float) -> _network.Follower:
-        rig, section = self.rig, self.rig.scene.remote
-        options = _network.FollowerOptions()
+        rig, options = self.rig, _network.FollowerOptions()
         site = options.site
         site.radius = rig.scene.contact.radius
-        site.mode = _network.Mode["model" if section is None else section.mode]
+        site.mode = _network.Mode[mode(rig.scene)]
         options.site, options.rate = site, rate
         p = (rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3]
         return _network.Follower(options, rig.snapshot, world(rig), p)
@@ -117,14 +122,14 @@ class FollowerServer:
         finally:
             self.follower.stop()
             self.cpu = time.process_time() - begin
-            self._tcp.close()
-            self._udp.close()
+            close(self._tcp, self._udp)
 
     # -- packets ---------------------------------------------------------------------------------------------------
 
-    def _receive(self, now: float) -> None:
+    def _receive(self) -> None:
         master = self._master
         for data, sender in channels.arrived(self._udp):
+            now = time.monotonic()  # after its reading: no packet arrives before it left
             payload = None if master is None else master.channel.opener.open(data)
             if master is None or payload is None or not self.follower.receive(payload, now):
                 self.strangers += 1
@@ -192,7 +197,7 @@ class FollowerServer:
         mine = digest(self.rig.scene)
         if hello.get("scene") != mine:
             both = f"{mine}, the other one {hello.get('scene')}"
-            return f"this end has another scene ({both}): objects, contact or follower differ"
+            return f"this end has another scene ({both}): objects, contact, follower or mode differ"
         apart = time.time() - float(hello.get("time", 0.0))
         if not abs(apart) <= HOURS:
             return f"the clocks of both machines differ by {apart / 3600.0:.1f} h"
