@@ -214,9 +214,12 @@ def _model(
     for body in bodies:
         parent = world if body.joint is None else nodes[body.joint.to]
         nodes[body.name] = node = _body(parent, body)
+        volume = sum(shape.volume for shape in shapes[body.name])
         for k, shape in enumerate(shapes[body.name]):
             name = f"{body.name}/{k}"
-            _geom(assets, node, name, shape, body, len(shapes[body.name]))
+            _geom(
+                assets, node, name, shape, body, shape.volume / volume if volume > 0.0 else 1.0 / len(shapes[body.name])
+            )
             surfaces.append(_Surface(name, body.name, body.friction, body.torsion, not body.fixed,
                                      joined=body.joint.to if body.joint else ""))  # fmt: skip
         if body.thread is not None:
@@ -251,10 +254,10 @@ def _body(parent: Xml.Element, body: BodySection) -> Xml.Element:
     return node
 
 
-def _geom(assets: Xml.Element, node: Xml.Element, name: str, shape: Primitive, body: BodySection, count: int) -> None:
+def _geom(assets: Xml.Element, node: Xml.Element, name: str, shape: Primitive, body: BodySection, share: float) -> None:
     given = {"contype": "2", "conaffinity": "0"}  # threads alone meet by these masks; all else meets by _pairs
     if body.mass is not None:
-        given["mass"] = f"{body.mass / count:.9g}"
+        given["mass"] = f"{body.mass * share:.9g}"
     else:
         given["density"] = f"{body.density or 1000.0:.9g}"
     if shape.kind == "mesh":

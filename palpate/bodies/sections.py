@@ -133,7 +133,7 @@ class BodySection(Section):
     fixed: bool = False
     """the body never moves"""
     mass: Annotated[Positive, Field(ge=1e-4, le=100.0)] | None = None
-    """mass [kg]"""
+    """mass, which the parts share by their volume [kg]"""
     density: Positive | None = None
     """instead of the mass: density; 1000 when both are left out [kg/m^3]"""
     friction: NotNegative = 0.6

@@ -28,6 +28,21 @@ class Primitive:
     vertices: Array | None = None
     faces: Array | None = None
 
+    @property
+    def volume(self) -> float:
+        """Volume [m^3]; of a mesh that of its surface, which is closed."""
+        if self.kind == "mesh":
+            assert self.vertices is not None
+            assert self.faces is not None
+            a, b, c = np.moveaxis(self.vertices[self.faces], 1, 0)
+            return abs(float(np.sum(a * np.cross(b, c)))) / 6.0
+        if self.kind == "box":
+            return 8.0 * float(np.prod(self.size))
+        r = self.size[0]
+        ball = 4.0 / 3.0 * np.pi * r**3
+        along = 2.0 * np.pi * r**2 * (self.size[1] if len(self.size) > 1 else 0.0)
+        return float(along + (0.0 if self.kind == "cylinder" else ball))
+
 
 def primitives(body: BodySection, path: Callable[[str], Path]) -> list[Primitive]:
     """The primitives of a body; `path` resolves the path of a mesh.

@@ -124,10 +124,23 @@ def test_a_mesh_weighs_and_rests_as_the_box_that_it_is(tmp_path):
     advance(core, 150)
     k = world.model.body("mesh").id
     assert float(world.model.body_mass[k]) == pytest.approx(0.006, rel=1e-3)
+    assert world.shapes["mesh"][0].volume == pytest.approx(6e-6, rel=1e-5)
     assert sorted(world.model.body_inertia[k]) == pytest.approx(
         sorted(0.006 / 12.0 * np.array([0.02**2 + 0.01**2, 0.03**2 + 0.01**2, 0.03**2 + 0.02**2])), rel=1e-3
     )
     assert core.states()["poses"][0, 2] == pytest.approx(0.005, abs=1e-4)
+
+
+def test_parts_share_the_mass_by_volume_as_one_density_would():
+    parts = [{"box": (0.02, 0.02, 0.02)}, {"sphere": 0.004, "pose": {"xyz": (0, 0, 0.03)}},
+             {"cylinder": {"radius": 0.003, "length": 0.01}, "pose": {"xyz": (0.02, 0, 0)}},
+             {"capsule": {"radius": 0.002, "length": 0.01}, "pose": {"xyz": (0, 0.02, 0)}}]  # fmt: skip
+    dense, _ = world_of([{"name": "a", "density": 800.0, "parts": parts}])
+    m = float(dense.model.body("a").mass[0])
+    assert m == pytest.approx(800.0 * (8e-6 + 4 / 3 * np.pi * (0.004**3 + 0.002**3) + np.pi * (9e-8 + 4e-8)), rel=1e-6)
+    given, _ = world_of([{"name": "a", "mass": m, "parts": parts}])
+    for of in ("mass", "ipos", "inertia"):
+        assert getattr(given.model.body("a"), of) == pytest.approx(getattr(dense.model.body("a"), of), rel=1e-6)
 
 
 def test_a_ball_sinks_into_an_object_of_the_scene_by_its_weight_over_the_stiffness():
