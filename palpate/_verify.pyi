@@ -266,6 +266,21 @@ class Axis:
         device along x [N], energy_port [J].
         """
 
+def touched(
+    scenes: Sequence[palpate._core.Snapshot],
+    scene: Annotated[NDArray[numpy.int32], "(:,)"],
+    centres: Annotated[NDArray[numpy.float64], "(:, :, 3)"],
+    resets: Annotated[NDArray[numpy.int32], "(:,)"],
+    method: str,
+    options: palpate._core.ContactOptions,
+    rate: float = 1000.0,
+) -> NDArray[numpy.float64]:
+    """
+    Depth (n, spheres, objects) of each contact of a tool [m], 0 without, in n ticks. centres: of its spheres in W (n,
+    spheres, 3) [m]; scene: (n,) number of the snapshot in each tick, which is handed over as to a loop where it
+    changes; resets: (n,) not 0 where the tool is reset before the tick.
+    """
+
 class SoakRange:
     """Ranges from which each pass draws its values."""
 

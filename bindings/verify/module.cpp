@@ -8,6 +8,7 @@ NB_MODULE(_verify, m) {
   nb::module_::import_("palpate._guidance");  // fixtures are objects of _guidance, meshes and options of _core
   nb::module_::import_("palpate._tissue");    // soft surfaces are objects of _tissue
   palpate::bindings::bind_axis(m);
+  palpate::bindings::bind_contacts(m);
   palpate::bindings::bind_soak(m);
   palpate::bindings::bind_stability(m);
   palpate::bindings::bind_guidance_bench(m);

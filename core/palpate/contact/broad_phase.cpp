@@ -13,7 +13,8 @@ constexpr double kDue = -1.0;
 }  // namespace
 
 bool BroadPhase::rests(const scene::Object& object) noexcept {
-  return object.motion.is_static() && !object.live && object.surface->deformable() == nullptr;
+  const scene::Surface& surface = *object.surface;
+  return object.motion.is_static() && !object.live && surface.deformable() == nullptr && surface.is_exact();
 }
 
 void BroadPhase::begin(const scene::Snapshot& scene, const Vec3& p_W) noexcept {

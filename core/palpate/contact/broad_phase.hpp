@@ -21,8 +21,8 @@ class BroadPhase {
   /// Makes all objects due.
   void reset() noexcept { revision_ = 0; }
   /// Calls visit(i) for each object that is due, with the sphere at p_W [m]. visit returns the distance that the sphere
-  /// may travel before the object has to be examined again [m]; 0: in the next tick. Objects that move, deform or may
-  /// be replaced are due in each tick.
+  /// may travel before the object has to be examined again [m]; 0: in the next tick. Objects that move, deform, may be
+  /// replaced or have no exact distance are due in each tick.
   template <class Visit>
   void step(const scene::Snapshot& scene, const Vec3& p_W, Visit&& visit) noexcept {
     begin(scene, p_W);

@@ -36,7 +36,8 @@ class Surface {
   [[nodiscard]] virtual const Mesh* mesh() const noexcept { return nullptr; }
   /// The state of this surface if it deforms under the tool, for the loop that owns it; null for any other surface.
   [[nodiscard]] virtual Deformable* deformable() const noexcept { return nullptr; }
-  /// False if noise turns the normals: then a change of the stored energy without work is no jump of the surface.
+  /// False for a surface through noisy points. Noise turns its normals, so that a change of the stored energy without
+  /// work is no jump, and the layer behind it may be nearer than the distance says, which is that of the nearest point.
   [[nodiscard]] virtual bool is_exact() const noexcept { return true; }
   /// Unique number of this surface, or of the stream of surfaces that it continues. Unlike an address, it is never used
   /// again.
