@@ -20,7 +20,7 @@ from palpate import _core
 from palpate.arrays import Array
 from palpate.arrays.so3 import quaternions
 from palpate.bodies.sections import BodySection, EngineSection, numbers
-from palpate.bodies.shapes import Primitive, primitives, spheres
+from palpate.bodies.shapes import Primitive, solids, spheres
 from palpate.errors import MissingExtraError, SceneError
 
 TOOL_MASS = 0.01
@@ -102,7 +102,8 @@ class World:
         except ImportError:
             raise MissingExtraError("bodies in a scene", "bodies") from None
         self.sections, self.section, self.tools = tuple(bodies), section, tuple(tools)
-        self.shapes = {body.name: primitives(body, path) for body in bodies}
+        self.solids = solids(bodies, path)  #: bodies and links of threads, in the engine's order
+        self.shapes = {solid.name: solid.shapes for solid in self.solids}
         self.xml = _model(self.sections, section, self.tools, self.shapes)
         try:
             self.model: Any = mujoco.MjModel.from_xml_string(self.xml)
@@ -113,7 +114,7 @@ class World:
                 why=" ".join(str(error).split()),
                 mend="change the shape, mass, name or joint of the body that it names",
             ) from None
-        self._names = [str(self.model.body(k).name) for k in range(1, self.model.nbody)]
+        self._moving = {one.name: int(self.model.body(one.name).id) for one in self.solids if one.moves}
         self.data: Any = mujoco.MjData(self.model)
         mujoco.mj_forward(self.model, self.data)
         library = next(Path(mujoco.__file__).parent.glob("libmujoco*.so*"), None) or next(
@@ -157,19 +158,12 @@ class World:
         return dict(self.core_bodies.states())
 
     def drawn(self) -> dict[str, Array]:
-        """Position [m] and quaternion w x y z (7,) of every body and link of a thread, in W, for pictures.
+        """Position [m] and quaternion w x y z (7,) of every body and link of a thread that moves, in W.
 
-        They are read while the engine may be stepping: a picture may show two bodies a step apart.
+        For pictures and records: they are read while the engine may be stepping, and may lie a step apart.
         """
         xpos, xquat = np.array(self.data.xpos), np.array(self.data.xquat)
-        return {name: np.r_[xpos[k + 1], xquat[k + 1]] for k, name in enumerate(self._names)}
-
-    def links(self, name: str) -> list[tuple[str, float, float]]:
-        """Name, radius and length [m] of each link of the thread on a body."""
-        chain = next(body.thread for body in self.sections if body.name == name)
-        if chain is None:
-            return []
-        return [(f"{name}/thread{k}", chain.radius, chain.length / chain.links) for k in range(chain.links)]
+        return {name: np.r_[xpos[k], xquat[k]] for name, k in self._moving.items()}
 
     def _free(self, name: str) -> _core.EngineBody:
         joint, body = self.model.joint(f"{name}/free"), self.model.body(name)

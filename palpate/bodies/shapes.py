@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
@@ -12,6 +12,9 @@ import numpy as np
 
 from palpate.arrays import Array
 from palpate.bodies.sections import BodySection, PartSection
+
+THREAD = (70, 70, 160)
+"""Colour of threads."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,53 @@ class Primitive:
         ball = 4.0 / 3.0 * np.pi * r**3
         along = 2.0 * np.pi * r**2 * (self.size[1] if len(self.size) > 1 else 0.0)
         return float(along + (0.0 if self.kind == "cylinder" else ball))
+
+
+@dataclass(frozen=True)
+class Solid:
+    """A body, or a link of a thread, as pictures and records show it."""
+
+    name: str
+    shapes: list[Primitive]
+    X_WO: Array
+    """(4, 4) pose in W at the start [m]."""
+    moves: bool
+
+
+def solids(bodies: Sequence[BodySection], path: Callable[[str], Path]) -> list[Solid]:
+    """All bodies and the links of their threads, in the order of the engine; `path` resolves the path of a mesh.
+
+    Raises:
+        MeshError: a mesh cannot be read.
+    """
+    found: dict[str, Solid] = {}
+    for body in bodies:
+        X = body.pose.matrix()
+        X_WO = X if body.joint is None else found[body.joint.to].X_WO @ X
+        found[body.name] = Solid(body.name, primitives(body, path), X_WO, moves(bodies, body))
+        found |= {link.name: link for link in _links(body, X_WO)}
+    return list(found.values())
+
+
+def moves(bodies: Sequence[BodySection], body: BodySection) -> bool:
+    """True for a body that moves: neither fixed nor welded to one that is."""
+    if body.joint is not None and body.joint.kind == "weld":
+        return moves(bodies, next(one for one in bodies if one.name == body.joint.to))
+    return not body.fixed
+
+
+def _links(body: BodySection, X_WO: Array) -> list[Solid]:
+    chain = body.thread
+    if chain is None:
+        return []
+    each = chain.length / chain.links
+    middle = np.eye(4)
+    middle[2, 3] = 0.5 * each
+    shape = Primitive("capsule", (chain.radius, 0.5 * each), middle, THREAD)
+    X = [X_WO.copy() for _ in range(chain.links)]
+    for k, one in enumerate(X):
+        one[:3, 3] += k * each * X_WO[:3, 2]
+    return [Solid(f"{body.name}/thread{k}", [shape], one, True) for k, one in enumerate(X)]
 
 
 def primitives(body: BodySection, path: Callable[[str], Path]) -> list[Primitive]:
@@ -124,6 +174,11 @@ def spheres(shapes: list[Primitive], most: int) -> list[tuple[Array, float]]:
             kept.append(int(np.argmax(away)))
         found = [found[k] for k in kept]
     return found
+
+
+def by_color(shapes: list[Primitive]) -> dict[tuple[int, int, int], list[Primitive]]:
+    """The shapes of each colour."""
+    return {color: [one for one in shapes if one.color == color] for color in sorted({s.color for s in shapes})}
 
 
 def triangles(shapes: list[Primitive]) -> tuple[Array, Array, Array]:

@@ -7,10 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.arrays import Array
 from palpate.errors import RecordError
 from palpate.export.bag_ticks import BagTicks
 from palpate.export.demonstration import Demonstration
 from palpate.export.frames import ArmFrames, frames_of
+from palpate.record.reader import Record
+from palpate.session.recorded import body_track
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,10 @@ class Episode:
     """(n,) time of each frame: of the wall clock for a run in real time, else since the start of the run [ns]."""
     failed: bool = False
     """True if the run had a fault, or its task was not done."""
+    bodies: tuple[str, ...] = ()
+    """Names of the rigid bodies that move."""
+    places: Array | None = None
+    """(n, m, 7) their positions [m] and quaternions w x y z in W; None without bodies."""
     foreign: bool = False
     """True for a bag of other software, whose poses are in the base of each arm."""
 
@@ -74,4 +81,15 @@ def episode_of(run: Demonstration, fps: int, task: str = "") -> Episode:
     started = run.arms[0].ticks.started
     begin = 0 if started is None else round(started.timestamp() * 1e9)
     stamps = begin + np.rint(1e9 * arms[0].frames.t).astype(np.int64)
-    return Episode(run.name, task or run.task, arms, stamps, bool(run.faults), isinstance(run.arms[0].ticks, BagTicks))
+    names, places = _bodies(run, arms[0].frames.t)
+    foreign = isinstance(run.arms[0].ticks, BagTicks)
+    return Episode(run.name, task or run.task, arms, stamps, bool(run.faults), names, places, foreign)
+
+
+def _bodies(run: Demonstration, times: Array) -> tuple[tuple[str, ...], Array | None]:
+    """Names (m,) and places (n, m, 7) of the rigid bodies at times (n,) [s]."""
+    first = run.arms[0].ticks
+    track = body_track(first) if isinstance(first, Record) else None
+    if track is None:
+        return (), None
+    return track.names, np.array([list(track.at(t).values()) for t in times.tolist()])

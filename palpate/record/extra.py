@@ -48,6 +48,32 @@ def transform_message(poses: Mapping[tuple[str, str], Array], time_ns: int = 0) 
     return TransformTemplate(tuple(poses)).messages(stacked, np.array([time_ns]))[0]
 
 
+def poses_of(message: bytes) -> dict[str, Array]:
+    """Position [m] and quaternion w x y z (7,) of each child of a message of `transform_message`.
+
+    Raises ValueError for a message of another layout.
+    """
+    body, at = memoryview(message)[4:], 4
+    found: dict[str, Array] = {}
+
+    def text() -> str:
+        nonlocal at
+        at = -(-at // 4) * 4
+        (length,) = np.frombuffer(body, "<u4", 1, at).tolist()
+        at += 4 + length
+        return bytes(body[at - length : at - 1]).decode()
+
+    for _ in range(int(np.frombuffer(body, "<u4", 1, 0)[0])):
+        at = -(-at // 4) * 4 + 8  # the stamp
+        text()
+        child = text()
+        at = -(-at // 8) * 8
+        p, (x, y, z, w) = np.frombuffer(body, "<f8", 3, at), np.frombuffer(body, "<f8", 4, at + 24)
+        found[child] = np.r_[p, w, x, y, z]
+        at += 56
+    return found
+
+
 class TransformTemplate:
     """Serialises `tf2_msgs/TFMessage`s of constant frames: names are laid out once, numbers are filled in."""
 

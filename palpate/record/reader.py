@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from palpate.errors import RecordError
 from palpate.record.mcap_scan import Index, damaged, scan
 from palpate.record.pieces import Group, groups_of
-from palpate.record.snapshots import CAMERA, SHAPES, Track
+from palpate.record.snapshots import CAMERA, SHAPES, BodyTrack, Track
 from palpate.record.ticks import TICK, TICK_BYTES, Signal, Ticks, Timing
-from palpate.record.tracks import track_of
+from palpate.record.tracks import bodies_of, track_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -165,6 +165,11 @@ class Record:
         None if the file does not hold the topic, or another tool has rewritten it in another layout.
         """
         return track_of(self._index, topic)
+
+    @cached_property
+    def bodies(self) -> BodyTrack | None:
+        """Poses of the rigid bodies over time; None if the file does not hold them, as for `snapshots`."""
+        return bodies_of(self._index)
 
     @cached_property
     def snapshot_topics(self) -> list[str]:

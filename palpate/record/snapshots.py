@@ -1,8 +1,9 @@
-"""What a record holds at a low rate beside its signals: the shape of soft objects, and the joints of the endoscope arm.
+"""What a record holds at a low rate beside its signals: the shape of soft objects, the joints of the endoscope arm, and
+the poses of rigid bodies.
 
 A shape is `std_msgs/Int16MultiArray`: the displacement of every vertex from rest in units of `QUANTUM`, rows x y z, in
-the object's frame O. The joints are `sensor_msgs/JointState`. The record's compression makes both small, since most of
-a surface is at rest.
+the object's frame O. The joints are `sensor_msgs/JointState`, and the poses are frames on /tf. The record's compression
+makes the shapes small, since most of a surface is at rest.
 """
 
 from __future__ import annotations
@@ -24,6 +25,9 @@ QUANTUM = 2e-5
 SHAPE, JOINTS = "std_msgs/msg/Int16MultiArray", "sensor_msgs/msg/JointState"
 CAMERA = "/scene/camera/joints"
 SHAPES = "/scene/shape/"
+FRAMES = "/tf"
+BODY = "palpate_body_"
+"""Begin of the name of a body's frame."""
 _FARTHEST = 32767 * QUANTUM  # largest displacement [m]
 _HEAD = 4  # bytes before the body of a message
 
@@ -108,3 +112,18 @@ class Track:
         """Snapshots per second; zero for a single one."""
         gaps = [b - a for a, b in pairwise(self.t.tolist())]
         return 1.0 / float(np.median(gaps)) if gaps else 0.0
+
+
+@dataclass(frozen=True)
+class BodyTrack:
+    """Poses of rigid bodies over time."""
+
+    names: tuple[str, ...]
+    track: Track
+    """Values (k, n, 7): positions [m] and quaternions w x y z in W, those of a body without changes of sign."""
+
+    def at(self, t: float) -> dict[str, Array]:
+        """Position [m] and unit quaternion w x y z (7,) of each body at a time [s]."""
+        found = self.track.at(t)
+        found[:, 3:] /= np.maximum(np.linalg.norm(found[:, 3:], axis=1, keepdims=True), 1e-9)
+        return dict(zip(self.names, found, strict=True))

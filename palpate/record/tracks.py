@@ -7,8 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 import numpy.typing as npt
 
+from palpate.record.extra import poses_of
 from palpate.record.mcap_scan import Index, Place
-from palpate.record.snapshots import QUANTUM, SHAPE, Track, joints_of, shape_of
+from palpate.record.snapshots import BODY, FRAMES, QUANTUM, SHAPE, BodyTrack, Track, joints_of, shape_of
 
 
 def track_of(index: Index, topic: str) -> Track | None:
@@ -26,6 +27,30 @@ def track_of(index: Index, topic: str) -> Track | None:
     if len({value.shape for _, value in found}) != 1:
         return None
     return Track(np.array([t for t, _ in found]) / 1e9, np.stack([value for _, value in found]))
+
+
+def bodies_of(index: Index) -> BodyTrack | None:
+    """The poses of rigid bodies; None if the file has none, or another tool has rewritten them in another layout."""
+    number = next((k for k, one in index.channels.items() if one.topic == FRAMES), None)
+    if number is None:
+        return None
+    times, rows, names = [], [], set()
+    for message in index.messages({number}):
+        if BODY.encode() not in message.data:
+            continue
+        try:
+            poses = poses_of(bytes(message.data))
+        except ValueError:
+            return None
+        names.add(tuple(poses))
+        times.append(message.log_time)
+        rows.append(np.stack(list(poses.values())))
+    if len(names) != 1:
+        return None
+    values = np.stack(rows)
+    turns = np.einsum("knc,knc->kn", values[1:, :, 3:], values[:-1, :, 3:])  # q and -q are the same rotation
+    values[1:, :, 3:] *= np.cumprod(np.where(turns < 0.0, -1.0, 1.0), axis=0)[..., None]
+    return BodyTrack(tuple(name.removeprefix(BODY) for name in names.pop()), Track(np.array(times) / 1e9, values))
 
 
 def _shapes(index: Index, number: int) -> Track | None:

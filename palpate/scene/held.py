@@ -7,7 +7,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from palpate import _core
+from palpate.bodies import shapes
 from palpate.bodies.engine import JawShape, ToolShape, World
+from palpate.bodies.shapes import Solid
 from palpate.errors import SceneError
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
@@ -39,6 +41,16 @@ def world(rigs: Mapping[str, Rig]) -> World | None:
     where = scene.where("bodies")
     tools = [tool_shape(name or "tool", rig) for name, rig in rigs.items()]
     return World(scene.bodies, scene.engine, tools, lambda name: scene.path_to(name, where), where)
+
+
+def solids(scene: Scene) -> list[Solid]:
+    """The bodies of a scene and the links of their threads, for pictures and records.
+
+    Raises:
+        SceneError, MeshError: a mesh cannot be read.
+    """
+    where = scene.where("bodies")
+    return shapes.solids(scene.bodies, lambda name: scene.path_to(name, where))
 
 
 def tool_shape(name: str, rig: Rig) -> ToolShape:

@@ -127,6 +127,9 @@ class Rig:
             if absolute and obj.tissue is not None and obj.tissue.volume is not None:
                 volume = self.scene.path_to(obj.tissue.volume, self.scene.where("objects", i, "tissue"))
                 data["objects"][i]["tissue"]["volume"] = str(volume.resolve())
+        where = self.scene.where("bodies")
+        for part in (part for body in data.get("bodies", ()) for part in body["parts"] if absolute and part["mesh"]):
+            part["mesh"] = str(self.scene.path_to(part["mesh"], where).resolve())
         arms = data["arms"]
         for side in ("leader", "follower"):
             path = self.scene.arm_path(side)

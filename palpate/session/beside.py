@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import threading
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any
 
@@ -76,6 +76,9 @@ class AttendedLoop(RecordedLoop):
 
     def _camera_joints(self) -> Array | None:
         return None if self.camera_arm is None else self.camera_arm.q
+
+    def _body_places(self) -> Mapping[str, Array]:
+        return {} if self.world is None else self.world.drawn()
 
     def _work_beside(self) -> list[threading.Thread]:
         """Start what runs beside the loop; the loop stops objects without targets or frames by itself."""

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Protocol
 
 from palpate import _core
+from palpate.arrays import Array
+from palpate.bodies.engine import World
 from palpate.record.snapshots import Snapshot
 from palpate.record.ticks import Ticks
 from palpate.scene.rig import Rig
@@ -27,12 +30,17 @@ class Run(Protocol):
         ...
 
     def keeps_shapes(self, name: str) -> bool:
-        """True if the record of this pair holds the shapes of the soft objects that all pairs press."""
+        """True if the record of this pair holds the soft objects and rigid bodies that all pairs touch."""
         ...
 
     @property
     def camera(self) -> CameraArm | None:
         """The endoscope arm that the hands of all pairs steer."""
+        ...
+
+    @property
+    def world(self) -> World | None:
+        """The rigid bodies that the tools of all pairs touch."""
         ...
 
 
@@ -90,6 +98,9 @@ class PairSession(Session):
     def require_own_clock(self) -> None:
         """Refuse a lockstep run with a tracker that sends poses in real time."""
         self._require_own_clock()
+
+    def _body_places(self) -> Mapping[str, Array]:
+        return {} if self._run.world is None else self._run.world.drawn()
 
     def _take_snapshot(self, t: float) -> None:
         self._snapshots.take(t, shapes=self._run.keeps_shapes(self.name))

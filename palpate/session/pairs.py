@@ -317,7 +317,7 @@ class PairsSession:
         return self.folder
 
     def keeps_shapes(self, name: str) -> bool:
-        """True for the first pair: its record holds the shapes of the soft objects, which all pairs press."""
+        """True for the first pair: its record holds the soft objects and rigid bodies, which all pairs touch."""
         return name == next(iter(self._pairs))
 
     def _require_idle(self) -> None:

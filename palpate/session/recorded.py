@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
+from palpate.bodies import BodySection
 from palpate.errors import SceneError
 from palpate.record.reader import Record
-from palpate.record.snapshots import Track, topic_of
+from palpate.record.snapshots import BodyTrack, Track, topic_of
 from palpate.scene.model import ObjectSection
 from palpate.scene.scene import Scene
 from palpate.session.run_folder import SCENE
@@ -36,12 +38,23 @@ def recorded_scene(record: Record) -> Scene:
         for obj in scene.objects
     )
     objects = tuple(_with_volume(obj, original) for obj in objects)
+    bodies = tuple(_with_meshes(body, original) for body in scene.bodies)
     sections = {
         side: getattr(scene.arms, side).model_copy(update={"model": str(file)})
         for side, file in arm_files.items()
         if file is not None and file.is_file()
     }
-    return scene.model_copy(update={"objects": objects, "arms": scene.arms.model_copy(update=sections)})
+    arms = scene.arms.model_copy(update=sections)
+    return scene.model_copy(update={"objects": objects, "bodies": bodies, "arms": arms})
+
+
+def body_track(record: Record) -> BodyTrack | None:
+    """Poses of the rigid bodies of a run over time; of several pairs, one record of the run holds them.
+
+    Args:
+        record: a record of the run.
+    """
+    return next((track for one in _of_run(record) if (track := one.bodies) is not None), None)
 
 
 def shape_track(record: Record, name: str) -> Track | None:
@@ -52,10 +65,23 @@ def shape_track(record: Record, name: str) -> Track | None:
         record: a record of the run.
         name: of the object.
     """
+    return next((track for one in _of_run(record) if (track := one.snapshots(topic_of(name))) is not None), None)
+
+
+def _of_run(record: Record) -> Iterator[Record]:
+    """The record, then those of the other pairs of its run."""
+    yield record
     folder = record.path.parent
     others = sorted(folder.parent.glob("*/record.mcap")) if (folder.parent / SCENE).is_file() else []
-    records = (record, *(Record.open(path) for path in others if path.parent != folder))
-    return next((track for one in records if (track := one.snapshots(topic_of(name))) is not None), None)
+    yield from (Record.open(path) for path in others if path.parent != folder)
+
+
+def _with_meshes(body: BodySection, original: Scene) -> BodySection:
+    """The body with its mesh files where the scene next to the record has them."""
+    there = next((one for one in original.bodies if one.name == body.name), body)
+    meshes = [part.mesh for part in there.parts if part.mesh is not None]
+    found = meshes and all(Path(mesh).is_file() for mesh in meshes)
+    return body.model_copy(update={"parts": there.parts}) if found else body
 
 
 def _with_volume(obj: ObjectSection, original: Scene) -> ObjectSection:

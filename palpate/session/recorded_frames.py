@@ -6,6 +6,7 @@ import numpy as np
 
 from palpate.arm import Arm
 from palpate.arrays import Array, so3
+from palpate.bodies.shapes import Primitive, Solid, by_color, triangles
 from palpate.record.extra import (
     MARKERS,
     TEXT,
@@ -16,8 +17,9 @@ from palpate.record.extra import (
     text_message,
     transform_message,
 )
-from palpate.record.snapshots import CAMERA, JOINTS, SHAPE, topic_of
+from palpate.record.snapshots import BODY, CAMERA, JOINTS, SHAPE, topic_of
 from palpate.record.ticks import Ticks
+from palpate.scene import held
 from palpate.scene.rig import Rig
 from palpate.session.snapshots import soft_objects
 from palpate.trackers.sending import object_poses
@@ -29,7 +31,7 @@ _KINDS = {"box": 1, "sphere": 2, "cylinder": 3}
 
 
 class RecordedFrames:
-    """The frames of a run: palpate_world > ARM_base > ARM/LINK, follower_tool and palpate_object_NAME.
+    """The frames of a run: palpate_world > ARM_base > ARM/LINK, follower_tool, palpate_object_NAME, palpate_body_NAME.
 
     ARM is leader or follower; the names are those that Palpate's ROS 2 nodes publish.
 
@@ -46,17 +48,23 @@ class RecordedFrames:
         self.topics |= {topic_of(name): SHAPE for name in soft_objects(rig).values()}
         if rig.ecm is not None:
             self.topics[CAMERA] = JOINTS
+        self._solids = held.solids(rig.scene)
+        if self._solids:
+            self.topics["/scene/bodies"] = MARKERS
 
     def first(self) -> list[tuple[str, bytes]]:
         """As `Extra.first`."""
         arms = self._rig.arms
         bases = {(WORLD, "leader_base"): arms.X_WL, (WORLD, "follower_base"): arms.X_WB}
+        bases |= {(WORLD, BODY + solid.name): solid.X_WO for solid in self._solids if not solid.moves}
+        bodies = [marker for solid in self._solids for marker in _body_markers(solid)]
         drawn = [marker for side, arm in self._arms.items() for marker in _arm_markers(side, arm)]
         tip = Marker("follower_tool", "tool sphere", 2, _TOOL, scale=(2.0 * self._rig.scene.contact.radius,) * 3)
         return [
             ("/tf_static", transform_message(bases)),
             ("/scene/arms", marker_message([*drawn, tip])),
             ("/scene/objects", marker_message(self._objects())),
+            *([("/scene/bodies", marker_message(bodies))] if bodies else []),
             *((topic, text_message(urdf)) for topic, urdf in self._models.items()),
         ]
 
@@ -80,6 +88,37 @@ class RecordedFrames:
             points = vertices[triangles.reshape(-1)]
             found.append(Marker(f"palpate_object_{obj.name}", obj.name, 11, _TISSUE, points=points))
         return found
+
+
+def _body_markers(solid: Solid) -> list[Marker]:
+    """The shapes of a body: primitives where a viewer has them, else triangles of each colour."""
+    frame, found = BODY + solid.name, []
+    for color, shapes in by_color(solid.shapes).items():
+        rgba = (*(c / 255.0 for c in color), 1.0)
+        rest = [shape for shape in shapes if shape.kind == "mesh"]
+        for shape in shapes:
+            found += [Marker(frame, solid.name, kind, rgba, X, scale) for kind, X, scale in _parts(shape)]
+        if rest:
+            vertices, faces, _ = triangles(rest)
+            found.append(Marker(frame, solid.name, 11, rgba, points=vertices[faces.reshape(-1)]))
+    return found
+
+
+def _parts(shape: Primitive) -> list[tuple[int, Array, tuple[float, float, float]]]:
+    """Kind, pose in the body and lengths of the markers of a shape; none for a mesh."""
+    if shape.kind == "mesh":
+        return []
+    if shape.kind == "box":
+        x, y, z = (2.0 * half for half in shape.size)
+        return [(1, shape.X_OS, (x, y, z))]
+    width = 2.0 * shape.size[0]
+    found = [] if shape.kind == "sphere" else [(3, shape.X_OS, (width, width, 2.0 * shape.size[1]))]
+    ends = {"sphere": (0.0,), "capsule": (-shape.size[-1], shape.size[-1])}.get(shape.kind, ())
+    for z in ends:
+        X = shape.X_OS.copy()
+        X[:3, 3] += z * X[:3, 2]
+        found.append((2, X, (width, width, width)))
+    return found
 
 
 def _arm_markers(side: str, arm: Arm) -> list[Marker]:

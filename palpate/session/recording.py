@@ -6,6 +6,7 @@ import os
 import threading
 import time
 import weakref
+from collections.abc import Mapping
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -50,7 +51,9 @@ class RecordedLoop:
         self.recording = self._out is not None  #: False: no new record is begun after the present one
         self.record: Path | None = None  #: file of the newest record
         me = weakref.proxy(self)  # what the session holds must not hold the session: it ends when it is collected
-        self._snapshots = Snapshots(rig, lambda index: me.soft_vertices(index), lambda: me._camera_joints())
+        self._snapshots = Snapshots(
+            rig, lambda index: me.soft_vertices(index), lambda: me._camera_joints(), lambda: me._body_places()
+        )
         self._backlog = Backlog(round(rate / CHUNKS_PER_SECOND), lambda *block: me._keep(*block))
         self.notes: list[str] = []  #: problems outside of the loop, e.g. a full disk
 
@@ -95,7 +98,7 @@ class RecordedLoop:
 
     @property
     def takes_snapshots(self) -> bool:
-        """True if the record needs snapshots of soft objects or of the camera."""
+        """True if the record needs snapshots of soft objects, rigid bodies or the camera."""
         return self._out is not None and self.recording and self.scene.record.frames and self._snapshots.needed
 
     def take_snapshot(self) -> None:
@@ -109,6 +112,10 @@ class RecordedLoop:
     def _camera_joints(self) -> Array | None:
         """Joints of the endoscope arm, for snapshots; None if there is none."""
         return None
+
+    def _body_places(self) -> Mapping[str, Array]:
+        """Places of the rigid bodies that move, for snapshots (`World.drawn`)."""
+        return {}
 
     def _take(self, ticks: Ticks, realtime: bool = False) -> None:
         """Count and record the next ticks (n,)."""

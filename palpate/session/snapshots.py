@@ -1,13 +1,23 @@
-"""Takes snapshots of a running session for its record: shapes of soft objects, joints of the endoscope arm."""
+"""Takes snapshots of a running session for its record: soft objects, the endoscope arm, rigid bodies."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.record.snapshots import CAMERA, RATE, Snapshot, joints_message, shape_message, topic_of
+from palpate.arrays import Array, so3
+from palpate.record.extra import WORLD, transform_message
+from palpate.record.snapshots import (
+    BODY,
+    CAMERA,
+    FRAMES,
+    RATE,
+    Snapshot,
+    joints_message,
+    shape_message,
+    topic_of,
+)
 from palpate.scene.rig import Rig
 from palpate.scene.soft import is_soft, rest_shape
 
@@ -27,27 +37,39 @@ class Snapshots:
         rig: the scene.
         shape: deformed vertices (n, 3) of a soft object by its number, in O [m].
         joints: joints (4,) of the endoscope arm [rad, m]; None if this session has no camera.
+        bodies: position [m] and quaternion w x y z (7,) of the rigid bodies that move, by name.
     """
 
-    def __init__(self, rig: Rig, shape: Callable[[int], Array], joints: Callable[[], Array | None]) -> None:
-        self._shape, self._joints = shape, joints
+    def __init__(
+        self,
+        rig: Rig,
+        shape: Callable[[int], Array],
+        joints: Callable[[], Array | None],
+        bodies: Callable[[], Mapping[str, Array]],
+    ) -> None:
+        self._shape, self._joints, self._bodies = shape, joints, bodies
         self._topics = [topic_of(section.name) for section in rig.scene.objects]
         shapes = [rest_shape(felt) for felt in rig.snapshot.objects]
         self._rest = {k: np.array(shape[0]) for k, shape in enumerate(shapes) if shape is not None}
-        self.needed = bool(self._rest) or rig.ecm is not None  #: False: there is nothing to record
+        anything = self._rest or rig.ecm or rig.scene.bodies
+        self.needed = bool(anything)  #: False: there is nothing to record
         self._due = -np.inf
         self._kept: list[Snapshot] = []
 
     def take(self, t: float, shapes: bool = True) -> None:
         """Take a snapshot at the time of the newest tick [s], unless the last one is younger than a period.
 
-        shapes: False leaves out the soft objects, whose shape another record of the run holds.
+        shapes: False leaves out soft objects and rigid bodies, which another record of the run holds.
         """
         if t < self._due and t > self._due - 2.0 / RATE:  # a clock that went back begins anew
             return
         self._due = t + 1.0 / RATE - 1e-9
         for k, rest in self._rest.items() if shapes else ():
             self._kept.append(Snapshot(t, self._topics[k], shape_message(self._shape(k) - rest)))
+        places = self._bodies() if shapes else {}
+        if places:
+            poses = {(WORLD, BODY + name): so3.pose(place[:3], place[3:]) for name, place in places.items()}
+            self._kept.append(Snapshot(t, FRAMES, transform_message(poses, round(1e9 * t))))
         q = self._joints()
         if q is not None:
             self._kept.append(Snapshot(t, CAMERA, joints_message(t, ECM_JOINTS, q)))

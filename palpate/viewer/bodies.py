@@ -2,54 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import viser
 
-from palpate.bodies.engine import World
-from palpate.bodies.shapes import triangles
-
-_THREAD = (70, 70, 160)
+from palpate.arrays import Array
+from palpate.arrays.so3 import quaternions
+from palpate.bodies.shapes import Solid, by_color, triangles
 
 
 class BodiesDrawing:
-    """Each body as one mesh per colour, and its thread as capsules; `show` moves what moves."""
+    """Each body, and each link of a thread, as one mesh per colour; `show` moves what moves.
 
-    def __init__(self, scene: viser.SceneApi, world: World) -> None:
-        """Draws all bodies at their start."""
-        self._world = world
-        self._moving: list[tuple[str, Any]] = []
-        places = world.drawn()
-        for body in world.sections:
-            node = f"/bodies/{body.name.replace('/', '_')}"
+    Args:
+        scene: where to draw.
+        solids: what to draw, at first at its start.
+        places: position [m] and quaternion w x y z (7,) of what moves, in W, by name.
+    """
+
+    def __init__(
+        self, scene: viser.SceneApi, solids: Sequence[Solid], places: Callable[[], Mapping[str, Array]]
+    ) -> None:
+        self._places, self._moving = places, {}
+        for solid in solids:
+            node = f"/bodies/{solid.name.replace('/', '_')}"
             frame = scene.add_frame(node, show_axes=False)
-            self._place(frame, places[body.name])
-            colors = {shape.color for shape in world.shapes[body.name]}
-            for k, color in enumerate(sorted(colors)):
-                some = [shape for shape in world.shapes[body.name] if shape.color == color]
+            self._place(frame, np.r_[solid.X_WO[:3, 3], quaternions(solid.X_WO[:3, :3])])
+            for k, (color, some) in enumerate(by_color(solid.shapes).items()):
                 vertices, faces, _ = triangles(some)
                 scene.add_mesh_simple(f"{node}/{k}", vertices, faces, color=color, flat_shading=True)
-            if not body.fixed:
-                self._moving.append((body.name, frame))
-            for link, radius, length in world.links(body.name):
-                import trimesh
-
-                mesh = trimesh.creation.capsule(length, radius, count=[6, 6])
-                link_frame = scene.add_frame(f"/bodies/{link.replace('/', '_')}", show_axes=False)
-                scene.add_mesh_simple(f"/bodies/{link.replace('/', '_')}/mesh", np.asarray(mesh.vertices),
-                                      np.asarray(mesh.faces), color=_THREAD)  # fmt: skip
-                self._moving.append((link, link_frame))
+            if solid.moves:
+                self._moving[solid.name] = frame
 
     def show(self) -> None:
         """Moves the bodies to where they are."""
-        places = self._world.drawn()
-        for name, frame in self._moving:
-            self._place(frame, places[name])
+        for name, place in self._places().items():
+            if name in self._moving:
+                self._place(self._moving[name], place)
 
     @staticmethod
-    def _place(frame: Any, place: np.ndarray) -> None:
+    def _place(frame: Any, place: Array) -> None:
         if np.isfinite(place).all():
             frame.position, frame.wxyz = place[:3], place[3:]
 

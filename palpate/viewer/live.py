@@ -93,7 +93,7 @@ class LiveViewer:
             with self._gauges.panel.add_tab("Rates", viser.Icon.CLOCK):
                 self._rates = RatesPanel(self._server.gui, LiveRates({"": source}).rows)
         world, words = getattr(source, "world", None), getattr(source, "task_words", None)
-        self._bodies = None if world is None else BodiesDrawing(self.picture.scene, world)
+        self._bodies = None if world is None else BodiesDrawing(self.picture.scene, stage.solids, world.drawn)
         self._task = None if words is None else TaskWords(self._server.gui, words)
         self.soft = None
         if isinstance(source, LiveSession) and any(obj.soft for obj in stage.objects):

@@ -168,7 +168,7 @@ class PairsViewer:
                 self.surgeon = SurgeonView(self._server, camera.placed, lambda: camera.q, self._ticks)
         name, stage = next(iter(stages.items()))
         world, words = getattr(seat, "world", None), getattr(seat, "task_words", None)
-        self._bodies = None if world is None else BodiesDrawing(self.picture.scene, world)
+        self._bodies = None if world is None else BodiesDrawing(self.picture.scene, stage.solids, world.drawn)
         self._task = None if words is None else TaskWords(gui, words)
         self.soft = None
         if any(obj.soft for obj in stage.objects):

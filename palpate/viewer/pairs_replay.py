@@ -67,7 +67,7 @@ class PairsReplayViewer:
             self.play = gui.add_checkbox("play", True)
             self.time = time_slider(gui, begin, self._last)
             self.speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value="x 1")
-        self._snapshots = Snapshots(gui, stages[first], self.drawings[first])
+        self._snapshots = Snapshots(gui, self.picture.scene, stages[first], self.drawings[first])
         self._now = begin
         self.surgeon = None
         placed = stages[first].ecm

@@ -48,7 +48,7 @@ class ReplayViewer:
             self.play = gui.add_checkbox("play", True)
             self.time = time_slider(gui, first, last)
             self.speed = gui.add_dropdown("speed", tuple(SPEEDS), initial_value="x 1")
-        self._snapshots = Snapshots(gui, stage, self._drawing)
+        self._snapshots = Snapshots(gui, self.picture.scene, stage, self._drawing)
         self.surgeon = None
         if stage.ecm is not None:
             with gui.add_folder("Endoscope"):

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from palpate.arm import Arm
 from palpate.arrays import Array
-from palpate.record.snapshots import Track
+from palpate.bodies.shapes import Solid
+from palpate.record.snapshots import BodyTrack, Track
 from palpate.record.ticks import Ticks
 from palpate.scene.graspable import GraspableSection
 from palpate.scene.placed_ecm import PlacedEcm
@@ -173,6 +174,10 @@ class Stage:
     """The endoscope arm."""
     shapes: Mapping[int, Track] = field(default_factory=dict)
     """Recorded displacement (n, 3) [m] of the vertices of soft objects, by the object's number."""
+    solids: tuple[Solid, ...] = ()
+    """Rigid bodies and the links of their threads."""
+    bodies: BodyTrack | None = None
+    """Recorded poses of the rigid bodies."""
     camera: Track | None = None
     """Recorded joints (4,) of the endoscope arm [rad, m]."""
 

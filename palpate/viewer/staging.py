@@ -23,7 +23,7 @@ from palpate.record import live
 from palpate.record.reader import Record
 from palpate.record.snapshots import CAMERA
 from palpate.record.ticks import Ticks
-from palpate.scene import materials, placing
+from palpate.scene import held, materials, placing
 from palpate.scene.gains import touched_stiffness
 from palpate.scene.model import ObjectSection
 from palpate.scene.rig import Rig, build
@@ -31,7 +31,7 @@ from palpate.scene.scene import Scene
 from palpate.scene.soft import is_soft, rest_shape
 from palpate.scene.surface import PlacedSurface
 from palpate.session import nearest
-from palpate.session.recorded import recorded_scene, shape_track
+from palpate.session.recorded import body_track, recorded_scene, shape_track
 from palpate.values.units import FILE_UNITS
 from palpate.viewer.stage import ArmPlace, FixtureMark, PlacedFrame, RegionMark, Stage, TargetMark, TouchedObject
 
@@ -76,6 +76,7 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
         frames=placed_frames(rig),
         targets=target_marks(rig),
         ecm=rig.ecm,
+        solids=tuple(held.solids(scene)),
         fixtures=tuple(fixture_mark(fixture, rig.context) for fixture in scene.guidance),
         extent=float(np.linalg.norm(middle - p_WH[:3]) + 0.5 * np.ptp(bounds, axis=(0, 1)).max()),
         near=partial(nearest.in_words, rig),
@@ -225,7 +226,7 @@ def stage_of_record(record: Record) -> Stage:
         if track.values.shape[1:] == obj.vertices.shape
     }
     camera = None if stage.ecm is None else record.snapshots(CAMERA)
-    return replace(stage, shapes=shapes, camera=camera)
+    return replace(stage, shapes=shapes, camera=camera, bodies=body_track(record) if stage.solids else None)
 
 
 def _touched_object(

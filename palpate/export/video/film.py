@@ -11,7 +11,8 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.arrays import Array
+from palpate.arrays import Array, so3
+from palpate.bodies.shapes import by_color, triangles
 from palpate.errors import MissingExtraError
 from palpate.export.demonstration import ArmOfRun, Demonstration
 from palpate.export.episode import Episode
@@ -20,14 +21,14 @@ from palpate.export.video.drawing import Body, Canvas, Image
 from palpate.mesh.coarse import MOST_TRIANGLES
 from palpate.record.reader import Record
 from palpate.record.snapshots import CAMERA, Track
-from palpate.scene import placed_ecm
+from palpate.scene import held, placed_ecm
 from palpate.scene.ecm import EcmSection
 from palpate.scene.hand import HandPlan
 from palpate.scene.placed_ecm import PlacedEcm
 from palpate.scene.rig import build
 from palpate.scene.scene import Scene
 from palpate.scene.soft import is_soft, rest_shape
-from palpate.session.recorded import recorded_scene, shape_track
+from palpate.session.recorded import body_track, recorded_scene, shape_track
 
 SIZE = (720, 1280)
 """Height and width of a picture [pixels]."""
@@ -74,6 +75,9 @@ class Film:
         self._soft: list[tuple[Body, Array, Track]] = []
         self._moving: list[tuple[Body, Callable[[float], Array]]] = []
         self._add_objects(scene, first)
+        self._bodies: dict[str, list[Body]] = {}
+        self._body_track = body_track(first)
+        self._add_bodies(scene)
         self._arms = [self._arm(arm) for arm in run.arms]
 
     @property
@@ -94,6 +98,9 @@ class Film:
                 body.replace(rest + track.at(t))
             for body, pose in self._moving:
                 body.X_WB = pose(t)
+            for name, place in ({} if self._body_track is None else self._body_track.at(t)).items():
+                for body in self._bodies.get(name, ()):
+                    body.X_WB = so3.pose(place[:3], place[3:])
             q = self.ecm.q0 if self._camera is None else self._camera.at(t)
             yield {side: self.canvas.picture(self.ecm.eye(q, side)) for side in EYES}
 
@@ -122,6 +129,15 @@ class Film:
                 self._soft.append((body, vertices, track))
             if section.motion is not None:
                 self._moving.append((body, felt.pose))
+
+    def _add_bodies(self, scene: Scene) -> None:
+        """Draw the rigid bodies at their start; `pictures` moves them as recorded."""
+        for solid in held.solids(scene):
+            for color, shapes in by_color(solid.shapes).items():
+                vertices, faces, _ = triangles(shapes)
+                body = self.canvas.add(vertices, faces, color, 0.15, None if solid.moves else solid.X_WO)
+                body.X_WB = solid.X_WO
+                self._bodies.setdefault(solid.name, []).append(body)
 
     def _arm(self, one: ArmOfRun) -> ArmBodies:
         assert isinstance(one.ticks, Record)

@@ -63,6 +63,7 @@ def open_h(episode: Episode) -> dict[str, Column]:
         "observation.meta.contact": _each(
             arms, lambda a: (a.frames.contact,), ("depth", "touches", "nx", "ny", "nz"), {"units": "m, 1, 1"}
         ),
+        **_bodies(episode),
         **{f"observation.meta.tool.{arm.name}": Column([arm.tool] * n, ("value",)) for arm in arms},
         "instruction.text": Column([episode.task] * n, ("value",)),
         **_stamps(episode, "observation.meta.host_stamp_ns"),
@@ -94,6 +95,7 @@ def dvrk(episode: Episode) -> dict[str, Column]:
     found |= {
         "observation.meta.force_peak": _each(arms, lambda a: (a.frames.peaks,), PEAKS, _AT_TIP | _PEAK),
         "observation.meta.force_peak.mtm": _each(arms, lambda a: (a.frames.hand_peaks,), PEAKS, _ON_HAND | _PEAK),
+        **_bodies(episode),
         "stage_name": Column([episode.task] * n, ("value",)),
         **_stamps(episode, "timestamp_ns"),
     }
@@ -118,6 +120,15 @@ def _each(arms: tuple[ArmOfEpisode, ...], parts: Any, names: tuple[str, ...], in
     values = np.concatenate([part for arm in arms for part in parts(arm)], axis=1)
     named = names if len(arms) == 1 else tuple(f"{arm.name}.{name}" for arm in arms for name in names)
     return _column(values, named, info)
+
+
+def _bodies(episode: Episode) -> dict[str, Column]:
+    """Poses of the rigid bodies, by the name that LeRobot gives to the state of the environment."""
+    if episode.places is None:
+        return {}
+    places = episode.places[..., [0, 1, 2, 4, 5, 6, 3]].reshape(len(episode), -1)
+    names = [f"{body}.{name}" for body in episode.bodies for name in POSE]
+    return {"observation.environment_state": _column(places, names, {"units": "m, quaternion", "frame": "world"})}
 
 
 def _joints(arms: tuple[ArmOfEpisode, ...], which: str, info: dict[str, str], numbered: bool = False) -> Column:
