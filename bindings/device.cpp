@@ -9,7 +9,10 @@
 #include <cstring>
 #include <memory>
 #include <optional>
+#include <span>
+#include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "bindings.hpp"
 #include "convert.hpp"
@@ -18,6 +21,7 @@
 #include "palpate/loop/driver_thread.hpp"
 #include "palpate/loop/shared_object.hpp"
 #include "timing.hpp"
+#include "together.hpp"
 #include "types.hpp"
 
 namespace nb = nanobind;
@@ -50,25 +54,38 @@ DeviceFault step_device(DeviceCycle& self, double t, const OnePose& X, const std
   return self.fault();
 }
 
-using Paths = Input<double, -1, 6>;
+using Paths = Input<double, -1, 7>;
 using Rows = nb::ndarray<double, nb::shape<-1, static_cast<nb::ssize_t>(kColumns)>, nb::c_contig, nb::device::cpu>;
 using Values = nb::ndarray<double, nb::shape<-1>, nb::c_contig, nb::device::cpu>;
+using Cycles = std::vector<std::shared_ptr<DeviceCycle>>;
 
-void glide_together(const std::vector<std::shared_ptr<DeviceCycle>>& cycles, const Times& t, double dt, int steps,
-                    const Paths& from, const Paths& to, Rows rows, Values felt) {
-  const std::size_t n = cycles.size();
-  for (const std::size_t size : {t.shape(0), from.shape(0), to.shape(0), rows.shape(0), felt.shape(0)}) {
+void glide_together(const Cycles& cycles, const std::vector<std::shared_ptr<loop::Bodies>>& bodies, const Times& t,
+                    double dt, int steps, const Paths& from, const Paths& to, Rows rows, Values felt) {
+  const std::size_t n = cycles.size(), worlds = t.shape(0);
+  for (const std::size_t size : {from.shape(0), to.shape(0), rows.shape(0), felt.shape(0)}) {
     if (size != n) throw std::invalid_argument("glide_together: an array has not one row for each cycle");
   }
+  if (worlds == 0 || n % worlds != 0 || !(bodies.empty() || bodies.size() == worlds))
+    throw std::invalid_argument("glide_together: the cycles are not equally many for each time and world");
   const nb::gil_scoped_release release;
+  const std::size_t each = n / worlds;
+  std::vector<loop::Glide> paths(each);
+  for (std::size_t w = 0; w < worlds; ++w) {
+    for (std::size_t k = 0; k < each; ++k) {
+      const auto end = [row = w * each + k](const Paths& path) { return loop::Glide::End(path.data() + 7 * row); };
+      paths[k] = {.t = t.data()[w], .dt = dt, .steps = steps, .from = end(from), .to = end(to)};
+    }
+    loop::glide(std::span(cycles).subspan(w * each, each), paths, bodies.empty() ? nullptr : bodies[w].get(),
+                std::span(felt.data() + w * each, each));
+  }
   for (std::size_t i = 0; i < n; ++i) {
-    const auto end = [i](const Paths& path) {
-      return Eigen::Matrix<double, 6, 1>(Eigen::Map<const Eigen::Matrix<double, 6, 1>>(path.data() + 6 * i));
-    };
-    felt.data()[i] = cycles[i]->glide({.t = t.data()[i], .dt = dt, .steps = steps, .from = end(from), .to = end(to)});
     const loop::Tick newest = cycles[i]->front().latest();
     std::memcpy(rows.data() + kColumns * i, &newest, sizeof(newest));
   }
+}
+
+void join_bodies(const Cycles& cycles, const std::shared_ptr<loop::Bodies>& bodies) {
+  for (std::size_t i = 0; i < cycles.size(); ++i) cycles[i]->join_bodies(bodies, static_cast<int>(i));
 }
 
 void bind_driver(nb::module_& m) {
@@ -155,10 +172,16 @@ void bind_device(nb::module_& m) {
           "timing", [](const DeviceCycle& self) { return percentiles(self.cycle_time()); },
           "Compute times of the steps: p50, p99, p999 and max [us].");
   bind_front(cycle);
-  m.def("glide_together", &glide_together, "cycles"_a, "t"_a, "dt"_a, "steps"_a, "from_"_a, "to"_a, "rows"_a, "felt"_a,
-        "Steps every cycle from its time t (n,) [s] by `steps` steps of dt [s] along a straight path of the handle: "
-        "displacement [m] and rotation vector [rad], from_ (n, 6) to `to` (n, 6). Writes the newest row of each to "
-        "rows (n, TICK_BYTES/8), and the largest force on its hand to felt (n,) [N].");
+  m.def("glide_together", &glide_together, "cycles"_a, "bodies"_a, "t"_a, "dt"_a, "steps"_a, "from_"_a, "to"_a,
+        "rows"_a, "felt"_a,
+        "Steps the cycles of several worlds from their times t (worlds,) [s] by `steps` steps of dt [s], each along a "
+        "straight path of the handle: displacement [m], rotation vector [rad] and pinch angle [rad], from_ (n, 7) to "
+        "`to` (n, 7). Each world has equally many of the n cycles, and its entry of `bodies` unless that is empty. "
+        "Writes the newest row of each to rows (n, TICK_BYTES/8), and the largest force on its hand to felt (n,) [N].");
+  m.def("join_instruments", &join_instruments<Cycles>, "cycles"_a, "capsules"_a, "stiffness"_a, "damping"_a,
+        "rod"_a = loop::RodOptions(), "The same for cycles of devices, which one thread steps in turns.");
+  m.def("join_bodies", &join_bodies, "cycles"_a, "bodies"_a,
+        "The same for cycles of devices; the caller of `glide_together` advances the engine.");
 
   bind_driver(m);
   m.def(

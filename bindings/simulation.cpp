@@ -18,6 +18,7 @@
 #include "doc.hpp"
 #include "front.hpp"
 #include "timing.hpp"
+#include "together.hpp"
 #include "types.hpp"
 
 namespace nb = nanobind;
@@ -86,17 +87,6 @@ std::vector<Table> run_in_turns(const std::vector<Simulation*>& pairs, std::size
     rows.push_back(to_rows(std::move(one)));
   }
   return rows;
-}
-
-/// Puts the instruments of several simulations into one world.
-void join_instruments(const std::vector<Simulation*>& pairs,
-                      const std::vector<std::vector<loop::ToolCapsule>>& capsules, double stiffness, double damping,
-                      const loop::RodOptions& rod) {
-  if (pairs.size() != capsules.size()) throw std::invalid_argument("capsules: give one list for each simulation");
-  const auto board = std::make_shared<loop::Board>(static_cast<int>(pairs.size()), rod);
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    pairs[i]->join(board, static_cast<int>(i), capsules[i], {stiffness, damping});
-  }
 }
 
 Fields timing(const Simulation& self) {
@@ -302,8 +292,8 @@ void bind_simulation(nb::module_& m) {
   bind_running(m);
   m.attr("MAX_INSTRUMENTS") = loop::kMaxInstruments;
   m.attr("MAX_CAPSULES") = contact::kMaxCapsules;
-  m.def("join_instruments", &join_instruments, "simulations"_a, "capsules"_a, "stiffness"_a, "damping"_a,
-        "rod"_a = loop::RodOptions(),
+  m.def("join_instruments", &join_instruments<std::vector<Simulation*>>, "simulations"_a, "capsules"_a, "stiffness"_a,
+        "damping"_a, "rod"_a = loop::RodOptions(),
         "Puts the instruments of several simulations into one world, in which they push each other apart with a "
         "stiffness [N/m] and a damping [N s/m]. capsules: a list for each simulation.");
   m.def("run_in_turns", &run_in_turns, "simulations"_a, "n_ticks"_a,

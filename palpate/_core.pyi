@@ -3433,6 +3433,7 @@ MAX_INSTRUMENTS: int = 8
 
 MAX_CAPSULES: int = 8
 
+@overload
 def join_instruments(
     simulations: Sequence[Simulation],
     capsules: Sequence[Sequence[ToolCapsule]],
@@ -3444,6 +3445,16 @@ def join_instruments(
     Puts the instruments of several simulations into one world, in which they push each other apart with a stiffness
     [N/m] and a damping [N s/m]. capsules: a list for each simulation.
     """
+
+@overload
+def join_instruments(
+    cycles: Sequence[DeviceCycle],
+    capsules: Sequence[Sequence[ToolCapsule]],
+    stiffness: float,
+    damping: float,
+    rod: RodOptions = ...,
+) -> None:
+    """The same for cycles of devices, which one thread steps in turns."""
 
 def run_in_turns(simulations: Sequence[Simulation], n_ticks: int) -> list[Annotated[NDArray[numpy.float64], "(:, :)"]]:
     """
@@ -3630,9 +3641,16 @@ class Bodies:
     def step_time(self) -> dict[str, Any]:
         """Compute time of the engine's steps [us]: p50, p99, p999, max."""
 
+@overload
 def join_bodies(simulations: Sequence[Simulation], bodies: Bodies) -> None:
     """
     Puts the tools of simulations among rigid bodies, in the order of the tools.
+    """
+
+@overload
+def join_bodies(cycles: Sequence[DeviceCycle], bodies: Bodies) -> None:
+    """
+    The same for cycles of devices; the caller of `glide_together` advances the engine.
     """
 
 MAX_BODIES: int = 48
@@ -4087,18 +4105,20 @@ class DeviceCycle:
 
 def glide_together(
     cycles: Sequence[DeviceCycle],
+    bodies: Sequence[Bodies],
     t: Annotated[NDArray[numpy.float64], "(:,)"],
     dt: float,
     steps: int,
-    from_: Annotated[NDArray[numpy.float64], "(:, 6)"],
-    to: Annotated[NDArray[numpy.float64], "(:, 6)"],
+    from_: Annotated[NDArray[numpy.float64], "(:, 7)"],
+    to: Annotated[NDArray[numpy.float64], "(:, 7)"],
     rows: Annotated[NDArray[numpy.float64], "(:, 487)"],
     felt: Annotated[NDArray[numpy.float64], "(:,)"],
 ) -> None:
     """
-    Steps every cycle from its time t (n,) [s] by `steps` steps of dt [s] along a straight path of the handle:
-    displacement [m] and rotation vector [rad], from_ (n, 6) to `to` (n, 6). Writes the newest row of each to rows (n,
-    TICK_BYTES/8), and the largest force on its hand to felt (n,) [N].
+    Steps the cycles of several worlds from their times t (worlds,) [s] by `steps` steps of dt [s], each along a
+    straight path of the handle: displacement [m], rotation vector [rad] and pinch angle [rad], from_ (n, 7) to `to` (n,
+    7). Each world has equally many of the n cycles, and its entry of `bodies` unless that is empty. Writes the newest
+    row of each to rows (n, TICK_BYTES/8), and the largest force on its hand to felt (n,) [N].
     """
 
 class Driver:

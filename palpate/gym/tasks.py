@@ -26,7 +26,7 @@ class Task(Protocol):
         ...
 
     def reset(self, i: int, rig: Rig, rng: np.random.Generator) -> Array | None:
-        """Draw a new task for instrument i in its scene.
+        """Draw a new task for instrument i in its scene; of several pairs, the first one.
 
         Returns:
             The start pose X_WT (4, 4) [m], or None for that of the scene.
@@ -34,7 +34,10 @@ class Task(Protocol):
         ...
 
     def evaluate(self, ticks: Ticks, felt: Array) -> tuple[Array, NDArray[np.bool_]]:
-        """Reward (n,) and success (n,) after a step, by the newest ticks and the largest forces felt (n,) [N]."""
+        """Reward (n,) and success (n,) after a step, by the newest ticks and the largest forces felt (n,) [N].
+
+        With h pairs, ticks and forces are (n, h).
+        """
         ...
 
 
@@ -68,7 +71,12 @@ class Press:
         self.goals = np.zeros((0, 3))
 
     def begin(self, n: int, dt: float, world: World) -> None:
-        """Prepare for n instruments."""
+        """Prepare for n instruments.
+
+        Raises:
+            PalpateError: the scene has several pairs.
+        """
+        _require_one_pair("press", world)
         self.goals, self._held, self._dt = np.zeros((n, 3)), np.zeros(n), dt
         self._wanted = world.scene.operator.palpate.force if self.force is None else self.force
 
@@ -113,8 +121,9 @@ class Find:
         """Prepare for n instruments.
 
         Raises:
-            PalpateError: the scene has no such region.
+            PalpateError: the scene has no such region, or several pairs.
         """
+        _require_one_pair("find", world)
         self.goals, self._centres = np.zeros((n, 3)), np.zeros((n, 3))
         names = [one.name for obj in world.scene.objects for one in obj.regions]
         if self.region not in (names if self.region else ["", *names]) or not names:
@@ -144,6 +153,12 @@ class Find:
 
 TASKS = {"press": Press, "find": Find}
 """Tasks by name."""
+
+
+def _require_one_pair(task: str, world: World) -> None:
+    if len(world.names) > 1:
+        what = f"the task {task} is for one instrument, and the scene has the pairs {', '.join(world.names)}"
+        raise PalpateError(what, mend="take the scene's own task, an object of your own, or scene.pair(NAME)")
 
 
 def on_surface(rig: Rig, p_W: Array, index: int | None = None) -> tuple[Array, Array]:

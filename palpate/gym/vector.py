@@ -12,10 +12,12 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
+from palpate.arrays import Array
 from palpate.errors import PalpateError
 from palpate.gym.instruments import Action, Instruments
-from palpate.gym.observation import PARTS, Observation, observe, space_of
+from palpate.gym.observation import MORE, PARTS, Observation, observe, poses, space_of
 from palpate.gym.picture import Eye
+from palpate.gym.scene_task import SceneTask
 from palpate.gym.tasks import TASKS, Task
 from palpate.gym.world import RATE, Motion, World
 from palpate.scene.scene import Scene
@@ -28,11 +30,13 @@ class PalpateVectorEnv(VectorEnv[Observation, NDArray[np.float64], NDArray[Any]]
     Args:
         num_envs: number of instruments.
         scene: a scene, its values, its file, or the name of a shipped one.
-        task: ``press``, ``find``, or an object of your own (`Task`).
+        task: ``press``, ``find``, ``scene`` for the section `task` of the scene, or an object of your own (`Task`);
+            when left out, ``scene`` if the scene has one, and otherwise ``press``.
         action: ``twist`` or ``pose`` (`Instruments`).
         substeps: ticks of 1 ms for each step.
-        duration: time after which an episode is truncated [s].
-        observe: parts of the observation, of ``pose joints force contact goal``.
+        duration: time after which an episode is truncated [s]; 5 s, or the limit of the scene's task, when left out.
+        observe: parts of the observation, of ``pose joints force contact goal``, and ``jaw bodies`` of a scene with
+            bodies, several pairs or a task; all of them when left out.
         picture: height and width of the picture of the endoscope that the observation also holds as ``picture``
             [pixels]; None: no picture, which is a hundred times as fast.
         motion: limits of the motion.
@@ -46,35 +50,42 @@ class PalpateVectorEnv(VectorEnv[Observation, NDArray[np.float64], NDArray[Any]]
         self,
         num_envs: int = 1,
         scene: Scene | dict[str, Any] | str | os.PathLike[str] = "palpation",
-        task: str | Task = "press",
+        task: str | Task | None = None,
         action: Action = "twist",
         substeps: int = 20,
-        duration: float = 5.0,
-        observe: Sequence[str] = PARTS,
+        duration: float | None = None,
+        observe: Sequence[str] | None = None,
         motion: Motion | None = None,
         vary: Mapping[str, tuple[float, float]] | None = None,
         picture: tuple[int, int] | None = None,
         workers: int | None = None,
     ) -> None:
+        world = World(scene, vary or {})
+        own = world.scene.task
+        if duration is None:
+            duration = 5.0 if own is None else own.limit
         if num_envs < 1 or substeps < 1 or not 0.0 < duration < np.inf or action not in ("twist", "pose"):
             what = f"num_envs = {num_envs}, substeps = {substeps}, duration = {duration:g} s, action = {action!r}"
             mend = "numbers must be 1 or more, the duration positive and finite, the action twist or pose"
             raise PalpateError(what, mend=mend)
-        world = World(scene, vary or {})
-        self.task = _task(task)
+        self.task = _task(("press" if own is None else "scene") if task is None else task)
         self.instruments = Instruments(
             world, num_envs, action, substeps, motion or Motion(), cores() if workers is None else workers
         )
         self.task.begin(num_envs, substeps / RATE, world)
-        self.parts = tuple(observe)
+        if isinstance(self.task, SceneTask):
+            self.task.watch(self.instruments)
+        self.parts = (PARTS + MORE * world.pinches) if observe is None else tuple(observe)
         self._joints = world.plain.arms.follower.n
-        self._eye = None if picture is None else Eye(world.plain, picture)
+        self._moving = [body.name for body in world.scene.bodies if body.free]
+        self._eye = None if picture is None else Eye(world.rigs, picture)
         self._most = max(1, round(duration * RATE / substeps))
         self.num_envs = num_envs
         self.metadata = {"autoreset_mode": AutoresetMode.NEXT_STEP, "render_modes": []}
         low, high = self.instruments.low_high
         self.single_action_space = spaces.Box(low.astype(np.float32), high.astype(np.float32))
-        self.single_observation_space = space_of(self.parts, self._joints, picture)
+        hands, bodies = self.instruments.h, len(self._moving)
+        self.single_observation_space = space_of(self.parts, self._joints, picture, hands, bodies)
         self.action_space = batch_space(self.single_action_space, num_envs)
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self._rngs = [np.random.default_rng() for _ in range(num_envs)]
@@ -102,14 +113,14 @@ class PalpateVectorEnv(VectorEnv[Observation, NDArray[np.float64], NDArray[Any]]
     def step(
         self, actions: NDArray[np.float64]
     ) -> tuple[Observation, NDArray[np.float64], NDArray[np.bool_], NDArray[np.bool_], dict[str, Any]]:
-        """One step of all instruments by actions (n, 6); those whose episode was over begin anew instead.
+        """One step of all instruments by actions (n, m); those whose episode was over begin anew instead.
 
         Raises:
             ValueError: as of `Instruments.step`.
         """
         begun = self._over.copy()
         asked = np.array(actions, dtype=np.float64)
-        if asked.shape == (self.num_envs, 6):
+        if asked.shape == self.action_space.shape:
             asked[begun] = 0.0  # whatever is asked of an episode that is over
         self.instruments.step(asked)
         for i in np.flatnonzero(begun):
@@ -129,20 +140,32 @@ class PalpateVectorEnv(VectorEnv[Observation, NDArray[np.float64], NDArray[Any]]
 
     def _begin(self, i: int) -> None:
         rng = self._rngs[i]
-        rig = self.instruments.world.drawn(rng)
-        self.instruments.start(i, rig, self.task.reset(i, rig, rng))
+        rigs = self.instruments.world.drawn(rng)
+        self.instruments.start(i, rigs, self.task.reset(i, rigs[0], rng))
         self._steps[i], self._over[i] = 0, False
 
     def _observe(self) -> Observation:
         instruments = self.instruments
-        seen = observe(self.parts, self._joints, instruments.ticks, instruments.felt, self.task.goals)
-        return seen if self._eye is None else seen | {"picture": self._eye.pictures(instruments.ticks)}
+        ticks = instruments.ticks
+        seen = observe(self.parts, self._joints, ticks, instruments.felt, self.task.goals, self._bodies())
+        return seen if self._eye is None else seen | {"picture": self._eye.pictures(ticks)}
+
+    def _bodies(self) -> Array | None:
+        """Poses of the bodies that move (n, 7 bodies)."""
+        if not self._moving or "bodies" not in self.parts:
+            return None
+        engines = self.instruments.engines
+        rows = [np.zeros((len(self._moving), 7)) if one is None else one.states()["poses"] for one in engines]
+        return poses(np.stack(rows)).reshape(self.num_envs, -1)
 
 
 def _task(task: str | Task) -> Task:
     if not isinstance(task, str):
         return task
+    if task == "scene":
+        return SceneTask()
     if task not in TASKS:
-        raise PalpateError(f"there is no task {task!r}", mend=f"name one of {', '.join(TASKS)}, or give an object")
+        names = ", ".join((*TASKS, "scene"))
+        raise PalpateError(f"there is no task {task!r}", mend=f"name one of {names}, or give an object")
     made: Task = TASKS[task]()
     return made

@@ -1,4 +1,4 @@
-"""A scene prepared for an instrument that a policy moves: its options, its start, and the limits of its motion."""
+"""A scene prepared for the instruments that a policy moves: their options, their start, the limits of their motion."""
 
 from __future__ import annotations
 
@@ -13,11 +13,13 @@ from palpate import _core
 from palpate.arrays import Array
 from palpate.arrays.checks import positive
 from palpate.devices.loop import device_options, device_port, device_scene
-from palpate.errors import PalpateError
+from palpate.errors import PalpateError, SceneError
+from palpate.scene import soft
 from palpate.scene.overrides import override
 from palpate.scene.rig import MATERIALS, Rig, build, with_materials
 from palpate.scene.scene import Scene
 from palpate.scene.surface import Bodies
+from palpate.tasks import drawn
 
 RATE = 1000.0
 """Ticks of the haptic cycle per second [Hz]."""
@@ -39,6 +41,8 @@ class Motion:
     """Largest distance of the goal from the start along each axis of W [m]."""
     tilt: float = 0.8
     """Largest rotation of the goal from the start about each axis of W [rad]."""
+    pinch: float = 3.0
+    """Largest speed of the pinch that opens and closes the jaws [rad/s]."""
 
     def __post_init__(self) -> None:
         """Check the limits."""
@@ -47,15 +51,16 @@ class Motion:
 
 
 class World:
-    """A scene for any number of instruments, which do not meet.
+    """A scene for any number of worlds, each with the instruments of all its pairs. The worlds do not meet.
 
     Args:
-        scene: a scene, its values, its file, or the name of a shipped one; its leader has no effect.
+        scene: a scene, its values, its file, or the name of a shipped one; its leaders have no effect.
         vary: ranges from which a value of the scene is drawn at each reset, by its path: ``{"objects.0.stiffness":
-            (200, 600)}``. Surfaces are made once.
+            (200, 600)}``. Surfaces are made once. What the scene's task leaves to the seed is drawn as well.
 
     Raises:
-        SceneError, MeshError: the scene cannot run. PalpateError: a range is not two finite, rising numbers.
+        SceneError, MeshError: the scene cannot run. PalpateError: a range is not two finite, rising numbers, or the
+        force of the scene is estimated, which needs the drives of a real or simulated follower.
     """
 
     def __init__(
@@ -70,19 +75,46 @@ class World:
         self.vary = {name: (float(low), float(high)) for name, (low, high) in sorted(vary.items())}
         self._only_materials = all(_is_material(name) for name in self.vary)
         self._bodies: Bodies = {}
-        self.plain = self._prepared(self.scene)
-        """The rig without variation."""
+        self.rigs = self._prepared(self.scene)
+        """The rigs of all pairs without variation."""
+        self.names = tuple(self.scene.each_pair())
+        """Names of the pairs; of one without a name, the empty word."""
 
-    def drawn(self, rng: np.random.Generator) -> Rig:
-        """A rig with values drawn from the ranges."""
-        if not self.vary:
-            return self.plain
+    @property
+    def plain(self) -> Rig:
+        """The first rig without variation."""
+        return self.rigs[0]
+
+    @property
+    def pinches(self) -> bool:
+        """True if the jaws are moved, too: the scene has rigid bodies, several pairs, or a task."""
+        return bool(self.scene.bodies) or len(self.rigs) > 1 or self.scene.task is not None
+
+    def drawn(self, rng: np.random.Generator) -> tuple[Rig, ...]:
+        """The rigs of all pairs with values drawn from the ranges."""
+        hidden = self.scene.task is not None and self.scene.task.find is not None
+        if not self.vary and not hidden:
+            return self.rigs
         values = {name: float(rng.uniform(low, high)) for name, (low, high) in self.vary.items()}
         scene = override(self.scene, values)
-        return with_materials(self.plain, _device_scene(scene)) if self._only_materials else self._prepared(scene)
+        if hidden:
+            return self._prepared(drawn(scene, int(rng.integers(2**31))))
+        if self._only_materials and len(self.rigs) == 1:
+            return (with_materials(self.plain, _device_scene(scene)),)
+        return self._prepared(scene)
 
-    def _prepared(self, scene: Scene) -> Rig:
-        return build(_device_scene(scene), self._bodies, until=0.0)
+    def _prepared(self, scene: Scene) -> tuple[Rig, ...]:
+        rigs: list[Rig] = []
+        for one in scene.each_pair().values():
+            if one.force.source != "contact":
+                what = f"force.source is {one.force.source!r}, which needs the torques of a follower's drives"
+                mend = "force: {source: contact}: a policy moves a tool without drives"
+                raise SceneError(what, where=scene.where("force", "source"), mend=mend)
+            rig = build(_device_scene(one), self._bodies, until=0.0)
+            if scene.pairs and not rigs:
+                rig = replace(rig, snapshot=soft.shared(rig.snapshot))
+            rigs.append(replace(rig, snapshot=rigs[0].snapshot, surfaces=rigs[0].surfaces) if rigs else rig)
+        return tuple(rigs)
 
 
 def _is_material(name: str) -> bool:

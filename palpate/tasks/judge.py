@@ -118,6 +118,15 @@ class Judge:
         """Whether a body that falls here falls where it belongs, such as down its peg."""
         return False
 
+    @property
+    def share(self) -> float:
+        """Share of the task that is done, from 0 to 1."""
+        return float(self.success)
+
+    def target(self) -> Array | None:
+        """Where the task goes on (3,), in W [m]; None: nobody tells, or it is done."""
+        return None
+
 
 class PlaceJudge(Judge):
     """Bodies stand at their targets; with `back`, then at their start."""
@@ -128,19 +137,31 @@ class PlaceJudge(Judge):
         self.start: dict[str, Array] = {}
         self.returning = False
         self._targets = np.array(section.targets)
+        self._placed: dict[str, int] = {}
 
     def judge(self, seen: Seen) -> bool:
         """Whether every body stands at its place."""
         if not self.start:
             self.start = {name: seen.bodies[name][:3, 3].copy() for name in self.section.bodies}
-        placed = self.placed(seen)
+        self._placed = placed = self.placed(seen)
         self.progress = f"{len(placed)} of {self.objects} {'back' if self.returning else 'in place'}"
         if len(placed) < self.objects:
             return False
         if self.section.back and not self.returning:
-            self.returning = True
+            self.returning, self._placed = True, {}
             return False
         return True
+
+    @property
+    def share(self) -> float:
+        """Bodies that stand in their place; of a task with `back`, half of it for each way."""
+        part = len(self._placed) / self.objects
+        return 1.0 if self.success else 0.5 * (self.returning + part) if self.section.back else part
+
+    def target(self) -> Array | None:
+        """A place that is free."""
+        free = [k for k in range(len(self.places())) if k not in self._placed.values()]
+        return None if self.success or not free else np.asarray(self.places()[free[0]])
 
     def places(self) -> Array:
         """(n, 3) where bodies have to stand now [m]."""
@@ -228,6 +249,15 @@ class FollowJudge(Judge):
         self.progress = f"{100 * self.reached / last:.0f} % of the wire"
         return self.reached == last
 
+    @property
+    def share(self) -> float:
+        """Points of the wire that were reached."""
+        return self.reached / (len(self.points) - 1)
+
+    def target(self) -> Array | None:
+        """The next point of the wire."""
+        return None if self.success else np.asarray(self.points[min(self.reached + 1, len(self.points) - 1)])
+
     def penalty(self) -> float:
         """10 s for each time off the wire."""
         return super().penalty() + 10.0 * self.errors["off_wire"]
@@ -254,6 +284,15 @@ class PassJudge(Judge):
             self._at_gate(before, tip)
         self.progress = f"{self.passed} of {len(self._gates)} gates"
         return self.passed == len(self._gates)
+
+    @property
+    def share(self) -> float:
+        """Gates that were passed."""
+        return self.passed / len(self._gates)
+
+    def target(self) -> Array | None:
+        """The next gate."""
+        return None if self.success else np.asarray(self._gates[self.passed])
 
     def _at_gate(self, before: Array, tip: Array) -> None:
         gate = self._gates[self.passed]

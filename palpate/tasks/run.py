@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from palpate.arrays import Array
 from palpate.arrays.so3 import pose
+from palpate.bodies.engine import World
 from palpate.errors import SceneError
+from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
-from palpate.scene.task import FindSection
 from palpate.session import PairsSession, Session
 from palpate.tasks.hand import EVERY, Hand
-from palpate.tasks.judge import Seen, TaskResult, judge_of
+from palpate.tasks.judge import Judge, Seen, TaskResult, judge_of
 from palpate.tasks.scripts import Script, script_of
 
 
@@ -48,14 +50,11 @@ class TaskRun:
     """
 
     def __init__(self, session: Session | PairsSession) -> None:
-        section = session.scene.task
-        if section is None:
-            raise SceneError("the scene has no task", where=session.scene.where("task"), mend="give it a section task")
-        self._session, self.section = session, section
         self._hands: list[Any] = list(session.pairs.values()) if isinstance(session, PairsSession) else [session]
+        self.judge = judge_in(self._hands[0].rig)
+        assert session.scene.task is not None
+        self._session, self.section = session, session.scene.task
         self._marks: list[Array] = []
-        lump = None if section.find is None else _lump(session.scene, self._hands[0].rig, section.find)
-        self.judge = judge_of(section, lump)
         self._script: Script | None = None
         self._turn = 0
         session.console.on_change(self._pressed)
@@ -87,16 +86,7 @@ class TaskRun:
     def look(self, t: float) -> Seen:
         """The world as it is."""
         p_WT = np.array([np.array(one.latest()["p_WT"]) for one in self._hands])
-        world = self._session.world
-        if world is None:
-            return Seen(t, p_WT, marks=tuple(self._marks))
-        states = world.states()
-        bodies = {name: pose(row[:3], row[3:]) for name, row in zip(world.moving, states["poses"], strict=True)}
-        held = {name: int(count) for name, count in zip(world.moving, (states["grip"] > 0.0).sum(axis=0), strict=True)}
-        holders = {
-            name: tuple(np.flatnonzero(states["grip"][:, k] > 0.0).tolist()) for k, name in enumerate(world.moving)
-        }
-        return Seen(t, p_WT, bodies, held, int(states["lost"].sum()), tuple(self._marks), holders)
+        return look(t, p_WT, self._session.world, self._marks)
 
     def _act(self, seen: Seen) -> None:
         if any(one.controls.hold for one in self._hands):
@@ -112,8 +102,36 @@ class TaskRun:
             self._marks.append(np.array(self._hands[0].latest()["p_WT"]))
 
 
-def _lump(scene: Scene, rig: Any, find: FindSection) -> tuple[Array, Array]:
-    """X_WO (4, 4) of the object, and the place of the lump in it (3,) [m]."""
+def look(t: float, p_WT: Array, world: World | None, marks: Sequence[Array] = ()) -> Seen:
+    """What a judge sees at a time [s].
+
+    Args:
+        t: the time.
+        p_WT: positions of the tools (n, 3) [m].
+        world: the rigid bodies; None: there are none.
+        marks: positions (3,) of a tool when the pedal coag was pressed [m].
+    """
+    if world is None:
+        return Seen(t, p_WT, marks=tuple(marks))
+    states, names = world.states(), world.moving
+    bodies = {name: pose(row[:3], row[3:]) for name, row in zip(names, states["poses"], strict=True)}
+    held = {name: int(count) for name, count in zip(names, (states["grip"] > 0.0).sum(axis=0), strict=True)}
+    holders = {name: tuple(np.flatnonzero(states["grip"][:, k] > 0.0).tolist()) for k, name in enumerate(names)}
+    return Seen(t, p_WT, bodies, held, int(states["lost"].sum()), tuple(marks), holders)
+
+
+def judge_in(rig: Rig) -> Judge:
+    """The judge of the task of a rig's scene.
+
+    Raises:
+        SceneError: the scene has no task.
+    """
+    scene = rig.scene
+    if scene.task is None:
+        raise SceneError("the scene has no task", where=scene.where("task"), mend="give it a section task")
+    find = scene.task.find
+    if find is None:
+        return judge_of(scene.task)
     index = next(i for i, obj in enumerate(scene.objects) if obj.name == find.object)
     region = next(one for one in scene.objects[index].regions if one.name == find.region)
-    return rig.surfaces[index].X_WO, np.array(region.at)
+    return judge_of(scene.task, (rig.surfaces[index].X_WO, np.array(region.at)))

@@ -205,24 +205,24 @@ def test_a_drawn_material_needs_no_new_arms_and_gives_the_same_ticks():
         "objects": [FLOOR["objects"][0] | {"regions": [{"at": [0, 0, 0], "radius": 0.01, "stiffness": 900}]}],
     }
     world = World(scene, vary)
-    drawn = world.drawn(np.random.default_rng(3))
+    (drawn,) = world.drawn(np.random.default_rng(3))
     assert drawn.arms is world.plain.arms
     material = drawn.scene.objects[0]
     values = {"objects.0.stiffness": material.stiffness, "objects.0.friction": material.friction}
     anew = World(override(Scene.of(scene), values), {}).plain
     to, rows, felt = (
-        np.array([[0.01, 0, -0.02, 0, 0.1, 0]]),
+        np.array([[0.01, 0, -0.02, 0, 0.1, 0, 0]]),
         [np.zeros((1, TICK_DOUBLES)) for _ in range(2)],
         np.zeros(1),
     )
     for rig, row in zip((drawn, anew), rows, strict=True):
         cycle, _ = cycle_at(rig)
-        _core.glide_together([cycle], np.zeros(1), 1e-3, 400, np.zeros((1, 6)), to, row, felt)
+        _core.glide_together([cycle], [], np.zeros(1), 1e-3, 400, np.zeros((1, 7)), to, row, felt)
     for name in ("F_T_W", "F_H_L", "p_WT", "q_follower", "depth"):
         np.testing.assert_array_equal(as_ticks(rows[0])[name], as_ticks(rows[1])[name])
     assert as_ticks(rows[0])["F_T_W"][0, 2] > 1.0
     assert (
-        World(scene, {"operator.palpate.force": (1.0, 2.0)}).drawn(np.random.default_rng(0)).arms
+        World(scene, {"operator.palpate.force": (1.0, 2.0)}).drawn(np.random.default_rng(0))[0].arms
         is not world.plain.arms
     )
 
@@ -230,22 +230,23 @@ def test_a_drawn_material_needs_no_new_arms_and_gives_the_same_ticks():
 def test_glide_is_the_straight_path_of_single_steps():
     """Ticks and largest force are those of poses given one by one, bit for bit of the same exponential."""
     world, n = World(FLOOR, {}), 300
-    end = np.array([0.004, 0.0, -0.02, 0.1, -0.2, 0.3])
+    end = np.array([0.004, 0.0, -0.02, 0.1, -0.2, 0.3, 0.0])
     cycle, _ = cycle_at(world.plain)
     row, felt = np.zeros((1, TICK_DOUBLES)), np.zeros(1)
-    _core.glide_together([cycle], np.zeros(1), 1e-3, n, np.zeros((1, 6)), end[None], row, felt)
+    _core.glide_together([cycle], [], np.zeros(1), 1e-3, n, np.zeros((1, 7)), end[None], row, felt)
     other, _ = cycle_at(world.plain)
     at = np.linspace(0.0, 1.0, n + 1)[1:, None] * end
     F = np.zeros((n, 6))
-    other.replay(1e-3 * np.arange(1, n + 1), rigid.rigid(rigid.exp(at[:, 3:]), at[:, :3]), F)
+    other.replay(1e-3 * np.arange(1, n + 1), rigid.rigid(rigid.exp(at[:, 3:6]), at[:, :3]), F)
     assert felt[0] == pytest.approx(np.linalg.norm(F[:, :3], axis=1).max(), rel=1e-9)
     assert felt[0] > 1.0
     for name in ("p_WT", "F_T_W", "F_H_L"):
         np.testing.assert_allclose(
             as_ticks(row)[name][0], as_ticks(other.latest()[None])[name][0], rtol=1e-7, atol=1e-9
         )
-    with pytest.raises(ValueError, match="one row for each cycle"):
-        _core.glide_together([cycle], np.zeros(2), 1e-3, n, np.zeros((1, 6)), end[None], row, felt)
+    for t, rows, words in ((np.zeros(2), row, "equally many"), (np.zeros(1), np.zeros((2, TICK_DOUBLES)), "one row")):
+        with pytest.raises(ValueError, match=words):
+            _core.glide_together([cycle], [], t, 1e-3, n, np.zeros((1, 7)), end[None], rows, felt)
 
 
 def test_a_step_before_the_first_reset_is_named():

@@ -168,7 +168,7 @@ const CrtkOutput& CrtkCycle::step(ClockTime now) noexcept {
   out_.tick.t = now.t;
   const unsigned caps = felt.rendered.status & ~(kLeaderStale | kFollowerStale);
   out_.tick.status |= status | caps | reached;  // adds to the bits that guidance reported
-  if (in_world_) on_tool_.record(out_.tick);
+  if (in_world_ || body_port_) on_tool_.record(out_.tick);
   copy(in_.handle.q, out_.tick.q);
   if (arm_) copy(q_follower_, out_.tick.q_follower);
   return out_;
@@ -274,17 +274,31 @@ void CrtkCycle::join(std::shared_ptr<Board> board, int index, std::vector<ToolCa
   in_world_ = std::make_unique<InWorld>(std::move(board), index, std::move(capsules), law, links);
 }
 
-// Shows the tool to the other cycles and computes their force on it. A tool whose pose is not trusted is not shown: the
-// others see it at rest where it was, and it receives no force.
+void CrtkCycle::join_bodies(std::shared_ptr<Bodies> bodies, int tool) {
+  if (!arm_) throw std::invalid_argument("crtk: rigid bodies need a model of the follower");
+  body_port_ = std::make_unique<BodyPort>(std::move(bodies), tool);
+}
+
+// Shows the tool to the other cycles and to the bodies, and computes their force on it. A tool whose pose is not
+// trusted is not shown: the others see it at rest where it was, and it receives no force.
 void CrtkCycle::meet(bool trusted) noexcept {
-  if (!in_world_) return;
+  if (!in_world_ && !body_port_) return;
+  const Pose X_WO = on_tool_.X_WO;
   on_tool_ = OnTool{};
   if (trusted && arm_ && joints_known() && std::isfinite(in_.tool.jaw)) {
-    const double dt = met_at_ > 0.0 ? last_.t - met_at_ : 0.0;
-    in_world_->publish({options_.X_WL * in_.handle.X_LH.p, in_.tool.X_WT, model_base(*arm_), &*arm_, in_.tool.jaw,
-                        dt > 0.0 ? 1.0 / dt : 0.0, low_pass_coefficient(kTwistCutoff, dt)});
+    const double dt = met_at_ > 0.0 ? last_.t - met_at_ : 0.0, rate = dt > 0.0 ? 1.0 / dt : 0.0;
+    if (in_world_) {
+      in_world_->publish({options_.X_WL * in_.handle.X_LH.p, in_.tool.X_WT, model_base(*arm_), &*arm_, in_.tool.jaw,
+                          rate, low_pass_coefficient(kTwistCutoff, dt)});
+      on_tool_ = in_world_->step();
+    } else {
+      on_tool_.X_WO = X_WO;
+    }
+    if (body_port_) {
+      body_port_->publish(in_.tool.X_WT, in_.tool.jaw, rate);
+      on_tool_.add(body_port_->step());
+    }
     met_at_ = last_.t;
-    on_tool_ = in_world_->step();
   }
   in_.tool.F_others_W = on_tool_.F_T_W;
   in_.tool.K_others = on_tool_.stiffness;

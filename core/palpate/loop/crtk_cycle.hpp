@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "palpate/arm/arm.hpp"
+#include "palpate/loop/bodies.hpp"
 #include "palpate/loop/crtk_velocity.hpp"
 #include "palpate/loop/crtk_watch.hpp"
 #include "palpate/loop/haptics.hpp"
@@ -92,6 +93,9 @@ class CrtkCycle {
   /// Puts the tool among the instruments of other cycles, which push it from the next step on. Not to be called while
   /// the cycle runs. Throws std::invalid_argument without a model of the follower, or naming an invalid value.
   void join(std::shared_ptr<Board> board, int index, std::vector<ToolCapsule> capsules, contact::InstrumentLaw law);
+  /// Puts the tool among rigid bodies, from the next step on; the owner of the engine advances it. Not to be called
+  /// while the cycle runs. Throws std::invalid_argument without a model of the follower.
+  void join_bodies(std::shared_ptr<Bodies> bodies, int tool);
 
   /// Reports a fault of the device, as a bit of Status: it counts at the next step, like a damaged message.
   void report(std::uint64_t fault) noexcept { refuse(fault); }
@@ -139,7 +143,8 @@ class CrtkCycle {
   bool stepped_ = false, needs_reset_ = false, last_nonzero_ = false;  ///< last_nonzero_: the last command was not zero
   Wrench F_;                                                           ///< last rendered wrench on the hand, in L
   std::unique_ptr<InWorld> in_world_;                                  ///< null without other instruments
-  OnTool on_tool_;                                                     ///< forces of the other instruments at this step
+  std::unique_ptr<BodyPort> body_port_;                                ///< null without rigid bodies
+  OnTool on_tool_;                                                     ///< forces of the others and the bodies
   double engaged_at_ = 0.0;  ///< time of the last step in which the tool followed [s]
   bool moved_ = false;       ///< somebody else has moved the follower since it last followed
   double met_at_ = 0.0;      ///< time at which the instrument was last shown to the others; 0: never [s]

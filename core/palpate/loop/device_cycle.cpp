@@ -63,6 +63,16 @@ CrtkOptions for_device(CrtkOptions o) {
 
 }  // namespace
 
+DeviceState Glide::at(int k) const noexcept {
+  const End now = from + (static_cast<double>(k) / steps) * (to - from);
+  RowMajor4 X = RowMajor4::Identity();
+  X.topLeftCorner<3, 3>() = rotation_by(now.segment<3>(3));
+  X.topRightCorner<3, 1>() = now.head<3>();
+  DeviceState state{.t = t + k * dt, .gripper = now[6]};
+  Eigen::Map<RowMajor4>(state.X_LH.data()) = X;
+  return state;
+}
+
 DeviceCycle::DeviceCycle(CrtkOptions options, arm::Arm follower, std::shared_ptr<const scene::Snapshot> scene)
     : cycle_(for_device(std::move(options)), std::move(follower)),
       front_(cycle_.contact(), std::move(scene), cycle_.options().rate, cycle_.options().guidance) {
@@ -89,21 +99,6 @@ const Wrench& DeviceCycle::step(const DeviceState& state) noexcept {
     cycle_.reset_wrench();
   }
   return advance();
-}
-
-double DeviceCycle::glide(const Glide& path) noexcept {
-  double largest = 0.0;
-  DeviceState state;
-  for (int k = 1; k <= path.steps; ++k) {
-    const Eigen::Matrix<double, 6, 1> at = path.from + (static_cast<double>(k) / path.steps) * (path.to - path.from);
-    RowMajor4 X = RowMajor4::Identity();
-    X.topLeftCorner<3, 3>() = rotation_by(at.tail<3>());
-    X.topRightCorner<3, 1>() = at.head<3>();
-    Eigen::Map<RowMajor4>(state.X_LH.data()) = X;
-    state.t = path.t + k * path.dt;
-    largest = std::max(largest, step(state).f.norm());
-  }
-  return largest;
 }
 
 const Wrench& DeviceCycle::report_failure() noexcept {
@@ -171,6 +166,17 @@ const Wrench& DeviceCycle::advance() noexcept {
   front_.show(tick);
   ++steps_;
   return F_;
+}
+
+void glide(std::span<const std::shared_ptr<DeviceCycle>> cycles, std::span<const Glide> paths, Bodies* bodies,
+           std::span<double> felt) noexcept {
+  std::fill(felt.begin(), felt.end(), 0.0);
+  for (int k = 1; k <= paths.front().steps; ++k) {
+    for (std::size_t i = 0; i < cycles.size(); ++i) {
+      felt[i] = std::max(felt[i], cycles[i]->step(paths[i].at(k)).f.norm());
+    }
+    if (bodies != nullptr) bodies->advance(paths.front().dt);
+  }
 }
 
 }  // namespace palpate::loop

@@ -5,6 +5,9 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "palpate/loop/crtk_cycle.hpp"
 #include "palpate/loop/front.hpp"
@@ -33,12 +36,16 @@ struct DeviceState {
   bool clutch = false;                                       ///< the clutch button is pressed
 };
 
-/// A straight path of the handle: displacement [m] and rotation vector [rad] in the device's base, from one to another.
+/// A straight path of the handle in the device's base, from one to another.
 struct Glide {
-  double t = 0.0;   ///< time before the first step [s]
-  double dt = 0.0;  ///< time between two steps [s]
+  using End = Eigen::Matrix<double, 7, 1>;  ///< displacement [m], rotation vector [rad], pinch angle [rad]
+  double t = 0.0;                           ///< time before the first step [s]
+  double dt = 0.0;                          ///< time between two steps [s]
   int steps = 0;
-  Eigen::Matrix<double, 6, 1> from, to;
+  End from, to;
+
+  /// State of the device after step k of `steps`.
+  [[nodiscard]] DeviceState at(int k) const noexcept;
 };
 
 /// The wrench is finite and below its caps at every step. It is zero in the same step if a number of the state is
@@ -56,10 +63,16 @@ class DeviceCycle {
   void start();
   void stop();
 
+  /// Puts the tool among the instruments of other cycles, which push it from the next step on. Throws
+  /// std::invalid_argument naming an invalid value.
+  void join(std::shared_ptr<Board> board, int index, std::vector<ToolCapsule> capsules, contact::InstrumentLaw law) {
+    cycle_.join(std::move(board), index, std::move(capsules), law);
+  }
+  /// Puts the tool among rigid bodies, from the next step on; the owner of the engine advances it.
+  void join_bodies(std::shared_ptr<Bodies> bodies, int tool) { cycle_.join_bodies(std::move(bodies), tool); }
+
   /// One step; returns the wrench on the hand, in the axes of the device's base [N, N m]. No allocation, no exception.
   const Wrench& step(const DeviceState& state) noexcept;
-  /// Steps along a path; returns the largest force on the hand [N].
-  double glide(const Glide& path) noexcept;
   /// Sets the wrench to zero and records it: the device cannot be read. Advances the clock by one period.
   const Wrench& report_failure() noexcept;
 
@@ -100,5 +113,10 @@ class DeviceCycle {
   Wrench F_;
   double tau_gripper_ = 0.0;
 };
+
+/// Steps several cycles of one world in turns, each along a path with equally many steps. Writes the largest force on
+/// each hand to felt [N]. bodies: advanced after each turn; null without rigid bodies.
+void glide(std::span<const std::shared_ptr<DeviceCycle>> cycles, std::span<const Glide> paths, Bodies* bodies,
+           std::span<double> felt) noexcept;
 
 }  // namespace palpate::loop
