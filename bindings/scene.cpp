@@ -5,6 +5,9 @@
 #include <nanobind/stl/vector.h>
 
 #include <cmath>
+#include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include "bindings.hpp"
 #include "convert.hpp"
@@ -13,6 +16,7 @@
 #include "palpate/scene/mesh.hpp"
 #include "palpate/scene/mesh_impl.hpp"
 #include "palpate/scene/motion.hpp"
+#include "palpate/scene/weld.hpp"
 #include "types.hpp"
 
 namespace nb = nanobind;
@@ -24,6 +28,17 @@ std::shared_ptr<scene::Mesh> build(const Points& vertices, const Triangles& tria
   const nb::gil_scoped_release release;
   const auto mesh = scene::Mesh::build({vertices.data(), vertices.size()}, {triangles.data(), triangles.size()});
   return std::const_pointer_cast<scene::Mesh>(mesh);  // nanobind holds no pointers to const; a mesh is immutable
+}
+
+scene::Welded weld(const Points& vertices, const Triangles& triangles) {
+  const nb::gil_scoped_release release;
+  return scene::weld({vertices.data(), vertices.size()}, {triangles.data(), triangles.size()});
+}
+
+std::shared_ptr<scene::Mesh> build_welded(scene::Welded& welded) {
+  if (welded.triangles.empty()) throw std::invalid_argument("mesh: these triangles are those of a mesh already");
+  const nb::gil_scoped_release release;
+  return std::const_pointer_cast<scene::Mesh>(scene::Mesh::build(std::move(welded)));
 }
 
 /// A numpy view (n, 3) of values that the owner keeps alive.
@@ -38,6 +53,20 @@ ArrayOf<std::uint8_t> image(const scene::Mesh& mesh) {
   std::vector<std::uint8_t> bytes = mesh.image();
   const std::size_t n = bytes.size();
   return array(std::move(bytes), {n});
+}
+
+/// The pieces of an image as arrays; those of the mesh keep it alive.
+std::vector<ArrayOf<const std::uint8_t>> image_pieces(nb::handle self) {
+  std::vector<ArrayOf<const std::uint8_t>> found;
+  const auto add = [&](std::span<const std::uint8_t> bytes, nb::handle owner) {
+    found.emplace_back(nb::cast(nb::ndarray<nb::numpy, const std::uint8_t>(bytes.data(), {bytes.size()}, owner)));
+  };
+  for (scene::ImagePiece& piece : nb::cast<const scene::Mesh&>(self).image_pieces()) {
+    const std::size_t n = piece.head.size();
+    found.emplace_back(array(std::move(piece.head), {n}));
+    add(piece.array, self);
+  }
+  return found;
 }
 
 std::shared_ptr<scene::Mesh> from_image(const Bytes& bytes) {
@@ -138,14 +167,22 @@ void bind_mesh(nb::module_& m) {
       .def_prop_ro(
           "deforms", [](const scene::Surface& self) { return self.deformable() != nullptr; },
           "True if the surface gives way to the tool as a soft body.");
+  nb::class_<scene::Welded>(m, "Welded", "Triangles whose equal vertices are one: a mesh in the making.")
+      .def(nb::new_(&weld), nb::arg("vertices"), nb::arg("triangles"),
+           "vertices (n, 3) [m], triangles (m, 3) int32, which are not needed any more. Raises ValueError as `Mesh`.")
+      .def("mesh", &build_welded, "Builds the mesh, which takes the triangles over. Raises ValueError as `Mesh`.");
   nb::class_<scene::Mesh, scene::Surface>(
       m, "Mesh", "A triangle mesh for contact: welded, with normals, adjacency and a bounding volume hierarchy.")
       .def(nb::new_(&build), nb::arg("vertices"), nb::arg("triangles"),
            "vertices (n, 3) [m], triangles (m, 3) int32. Raises ValueError, which names the defect, if they are no "
            "mesh.")
-      .def_static("from_image", &from_image, nb::arg("bytes"),
-                  "The mesh of `image()`. Raises ValueError if the bytes are incomplete or damaged.")
+      .def_static("from_image", &from_image, nb::arg("bytes").noconvert(), nb::keep_alive<0, 1>(),
+                  "The mesh of `image()`, whose arrays stay in the bytes (n,): nothing may change them afterwards. "
+                  "Raises ValueError if the bytes are incomplete or damaged.")
       .def("image", &image, "The mesh and its index as bytes (n,), valid on this machine and in this version.")
+      .def(
+          "image_pieces", [](nb::handle self) { return image_pieces(self); },
+          "The bytes of `image()` as arrays (n,) in their order, of which the long ones are those of the mesh.")
       .def_prop_ro("triangle_count", &scene::Mesh::triangle_count, "Number of triangles.")
       .def_prop_ro("report", &scene::Mesh::report, "Defects found and repaired while the mesh was built.")
       .def_prop_ro(

@@ -205,6 +205,23 @@ class Surface:
     def deforms(self) -> bool:
         """True if the surface gives way to the tool as a soft body."""
 
+class Welded:
+    """Triangles whose equal vertices are one: a mesh in the making."""
+
+    def __init__(
+        self,
+        vertices: Annotated[NDArray[numpy.float64], "(:, 3)"],
+        triangles: Annotated[NDArray[numpy.int32], "(:, 3)"],
+    ) -> None:
+        """
+        vertices (n, 3) [m], triangles (m, 3) int32, which are not needed any more. Raises ValueError as `Mesh`.
+        """
+
+    def mesh(self) -> Mesh:
+        """
+        Builds the mesh, which takes the triangles over. Raises ValueError as `Mesh`.
+        """
+
 class Mesh(Surface):
     """
     A triangle mesh for contact: welded, with normals, adjacency and a bounding volume hierarchy.
@@ -222,12 +239,18 @@ class Mesh(Surface):
     @staticmethod
     def from_image(bytes: Annotated[NDArray[numpy.uint8], "(:,)"]) -> Mesh:
         """
-        The mesh of `image()`. Raises ValueError if the bytes are incomplete or damaged.
+        The mesh of `image()`, whose arrays stay in the bytes (n,): nothing may change them afterwards. Raises
+        ValueError if the bytes are incomplete or damaged.
         """
 
     def image(self) -> NDArray[numpy.uint8]:
         """
         The mesh and its index as bytes (n,), valid on this machine and in this version.
+        """
+
+    def image_pieces(self) -> list[Annotated[NDArray[numpy.uint8], "read-only"]]:
+        """
+        The bytes of `image()` as arrays (n,) in their order, of which the long ones are those of the mesh.
         """
 
     @property

@@ -7,6 +7,7 @@ The rules are fitted to measurements: the radius rules to ``palpate study radius
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from hashlib import sha256
 
@@ -38,6 +39,7 @@ CACHED_FROM = 10_000
 """Triangles from which the fineness of a mesh is kept in the cache."""
 MOST_TRIANGLES = 200_000
 """Triangles from which a sample of a mesh is looked at, a few in a hundred thousand of which do not matter."""
+_AT_ONCE = 50_000  # triangles or edges: a large mesh takes little memory more
 EDGE_SPEED = 0.05
 """Speed of a tool that slides over an edge [m/s]."""
 
@@ -256,15 +258,29 @@ def turn_per_ms_deg(radius: float, depth: float = 0.0) -> float:
 def _edges(mesh: _core.Mesh) -> _Edges:
     """The inner edges of a mesh; of a large one those whose lower vertex has a number that `_every` divides."""
     v, t = mesh.vertices, mesh.triangles
-    every = _every(mesh)
-    starts, nexts = t.ravel(), t[:, [1, 2, 0]].ravel()
-    low = np.minimum(starts, nexts)
-    half = np.flatnonzero(low % every == 0) if every > 1 else np.arange(len(low))
-    key = low[half].astype(np.int64) * len(v) + np.maximum(starts[half], nexts[half])
+    half, key = (np.concatenate(parts) for parts in zip(*_half_edges(mesh), strict=True))
     order = np.argsort(key, kind="stable")
     same = key[order][1:] == key[order][:-1]
     first, second = half[order[:-1][same]], half[order[1:][same]]
-    length = np.linalg.norm(v[nexts[first]] - v[starts[first]], axis=1)
+    blocks = [_between(v, t, first[k : k + _AT_ONCE], second[k : k + _AT_ONCE])
+              for k in range(0, max(len(first), 1), _AT_ONCE)]  # fmt: skip
+    return _Edges(*(np.concatenate([getattr(block, one.name) for block in blocks]) for one in fields(_Edges)))
+
+
+def _half_edges(mesh: _core.Mesh) -> Iterator[tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]]:
+    """Half-edges of `_edges`, by blocks of triangles, and a number of each that is the same for both of an edge."""
+    every, n = _every(mesh), len(mesh.vertices)
+    for begin in range(0, mesh.triangle_count, _AT_ONCE):
+        t = mesh.triangles[begin : begin + _AT_ONCE]
+        starts, nexts = t.ravel(), t[:, [1, 2, 0]].ravel()
+        low = np.minimum(starts, nexts)
+        half = np.flatnonzero(low % every == 0)
+        yield half + 3 * begin, low[half].astype(np.int64) * n + np.maximum(starts[half], nexts[half])
+
+
+def _between(v: Array, t: npt.NDArray[np.int32], first: Index, second: Index) -> _Edges:
+    """The edges between the triangles of two half-edges each."""
+    length = np.linalg.norm(v[t[first // 3, (first + 1) % 3]] - v[t[first // 3, first % 3]], axis=1)
     (n_i, double_i, middle_i), (n_j, double_j, middle_j) = (_facets(v, t[edge // 3]) for edge in (first, second))
     sharp = np.arctan2(np.linalg.norm(np.cross(n_i, n_j), axis=1), (n_i * n_j).sum(axis=1))
     convex = ((middle_j - middle_i) * n_i).sum(axis=1) <= 0

@@ -1,4 +1,7 @@
-"""The index of a large mesh, kept in the user's cache, and found there by the content of its file."""
+"""The index of a large mesh, kept in the user's cache, and found there by the content of its file.
+
+It is used where it lies: the file of the cache is mapped into memory, and copied nowhere.
+"""
 
 from __future__ import annotations
 
@@ -18,21 +21,29 @@ CACHED_SIZE = 10_000_000
 _WHOLE = (".stl", ".stla", ".stlb", ".ply", ".off")  # formats without a second file
 
 
-def build(vertices: npt.NDArray[np.float64], triangles: npt.NDArray[np.int32]) -> tuple[_core.Mesh, str]:
-    """The core mesh of vertices (n, 3) [m] and triangles (m, 3), and its key in the cache; empty for a small mesh.
+Soup = tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]
+"""Vertices (n, 3) [m] and triangles (m, 3)."""
 
-    A large mesh that the cache holds is read from there.
+
+def build(soup: list[Soup]) -> tuple[_core.Mesh, str]:
+    """The core mesh of the vertices and triangles in a list, and its key in the cache; empty for a small mesh.
+
+    A large mesh that the cache holds is read from there. The arrays are taken out of the list: those of a large mesh
+    are freed before it is built, unless somebody else holds them.
 
     Raises:
         ValueError: the arrays are no mesh.
     """
+    vertices, triangles = soup.pop()
     if len(triangles) < CACHED_FROM:
         return _core.Mesh(vertices, triangles), ""
     key = cache.source_key(_libraries(), *(hashlib.sha256(a.data).hexdigest() for a in (vertices, triangles)))
     found = load(key)
     if found is None:
-        found = _core.Mesh(vertices, triangles)
-        cache.keep_bytes("mesh_index", key, found.image())
+        welded = _core.Welded(vertices, triangles)
+        del vertices, triangles
+        found = welded.mesh()
+        cache.keep_bytes("mesh_index", key, found.image_pieces())
     return found, key
 
 

@@ -50,7 +50,9 @@ class Mesh:
     def __init__(self, vertices: npt.ArrayLike, triangles: npt.ArrayLike, *, name: str = "mesh") -> None:
         v, t = _vertices(vertices, name), _triangles(triangles, name)
         _require_indices(t, len(v), name)
-        self._build(v, t, name, "m")
+        soup = [(np.ascontiguousarray(v), np.ascontiguousarray(t))]
+        del v, t
+        self._build(soup, name, "m")
 
     @classmethod
     def load(
@@ -93,15 +95,17 @@ class Mesh:
         del vertices  # frees the memory of a large file
         triangles = _triangles(triangles, str(path))
         _require_indices(triangles, len(metres), str(path))
-        mesh._build(metres, triangles, str(path), unit)
+        soup = [(np.ascontiguousarray(metres), np.ascontiguousarray(triangles))]
+        del metres, triangles  # those of the list are freed as soon as they are welded
+        mesh._build(soup, str(path), unit)
         if not doubts:  # which are told at each start
             index.keep_file(file, mesh.key, unit)
         return mesh
 
-    def _build(self, v: npt.NDArray[np.float64], t: npt.NDArray[np.int32], name: str, unit: str) -> None:
-        """Build the core mesh, which welds, repairs and indexes, and warn of its findings."""
+    def _build(self, soup: list[index.Soup], name: str, unit: str) -> None:
+        """Build the core mesh, which welds, repairs and indexes, and warn of its findings; empties the list."""
         try:
-            core, key = index.build(np.ascontiguousarray(v), np.ascontiguousarray(t))
+            core, key = index.build(soup)
         except ValueError as error:
             what, _, mend = str(error).removeprefix("mesh: ").partition("; ")
             raise MeshError(what, where=name, mend=mend) from None

@@ -2,6 +2,9 @@
 
 import functools
 import itertools
+import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,6 +14,7 @@ from hypothesis import strategies as st
 
 from palpate import Mesh, _core, cache
 from palpate.mesh import files, index, quiet
+from palpate.shapes.analytic import SHAPES
 
 BALL = trimesh.creation.icosphere(subdivisions=3, radius=0.03)
 SOUP = {  # a closed ball, an open disc, and three triangles at one edge
@@ -50,6 +54,40 @@ def test_the_image_gives_the_same_mesh(name):
 
 
 IMAGE = core("half").image()
+
+
+def test_the_arrays_stay_in_the_image_which_outlives_the_mesh():
+    room = np.zeros(len(IMAGE) + 40, np.uint8)
+    begin = -room.ctypes.data % 32
+    odd, image = room[begin + 8 :][: len(IMAGE)], room[begin:][: len(IMAGE)]
+    odd[:] = IMAGE
+    assert not np.shares_memory(_core.Mesh.from_image(odd).vertices, odd), "copied to where it is aligned"
+    image[:] = IMAGE
+    mesh = _core.Mesh.from_image(image)
+    assert np.shares_memory(mesh.vertices, image)
+    assert np.shares_memory(mesh.triangles, image)
+    image.flags.writeable = False
+    vertices = mesh.vertices
+    del room, odd, image, mesh
+    np.testing.assert_array_equal(vertices, core("half").vertices)
+
+
+@pytest.mark.parametrize("name", SOUP)
+def test_the_pieces_of_an_image_are_the_image(name):
+    built = core(name)
+    pieces = built.image_pieces()
+    np.testing.assert_array_equal(np.concatenate(pieces), built.image())
+    assert any(np.shares_memory(piece, built.vertices) for piece in pieces)
+
+
+def test_welded_triangles_become_the_same_mesh_once():
+    vertices, triangles = (np.ascontiguousarray(a, t) for a, t in zip(SOUP["half"], (float, np.int32), strict=True))
+    welded = _core.Welded(vertices, triangles)
+    np.testing.assert_array_equal(welded.mesh().image(), IMAGE)
+    with pytest.raises(ValueError, match="a mesh already"):
+        welded.mesh()
+    with pytest.raises(ValueError, match="names vertex 99999"):
+        _core.Welded(vertices, np.array([[0, 1, 99999]], np.int32))
 
 
 @settings(max_examples=600, deadline=None)
@@ -196,6 +234,48 @@ def test_a_flipped_bit_of_a_stored_index_is_seen(cached):
         entry.path.write_bytes(data)
         assert cache.load_bytes("mesh_index", entry.path.stem.rpartition("-")[2]) is None
         data[at] ^= 1 << at % 8
+
+
+def test_a_mesh_from_the_cache_stays_in_its_file(cached):
+    with quiet():
+        Mesh(BALL.vertices, BALL.faces)
+        mesh = Mesh(BALL.vertices, BALL.faces)
+    place = mesh.vertices.ctypes.data
+    with open("/proc/self/maps") as maps:
+        areas = [line.split() for line in maps if "mesh_index" in line]
+    spans = [tuple(int(end, 16) for end in area[0].split("-")) for area in areas]
+    assert any(begin <= place < end for begin, end in spans), "mapped, not copied"
+    mesh.core.closest(np.zeros((1, 3)), np.inf)
+
+
+@pytest.mark.parametrize("sizes", [(0,), (8,), (3, 0, 21), (1, 7, 64, 5)])
+def test_pieces_of_any_length_are_kept_in_the_cache(cached, sizes):
+    pieces = [np.random.default_rng(n).integers(0, 256, n, np.uint8) for n in sizes]
+    cache.keep_bytes("mesh_index", "pieces", pieces)
+    np.testing.assert_array_equal(cache.load_bytes("mesh_index", "pieces"), np.concatenate(pieces))
+
+
+PEAK = """
+import sys
+from palpate.mesh import Mesh
+from palpate.verify.bench.contact import _status_mb
+import palpate.scene
+before = _status_mb("VmRSS")
+mesh = Mesh.load(sys.argv[1])
+print((_status_mb("VmHWM") - before) * 1e6 / len(mesh.triangles))
+"""
+
+
+def test_a_large_mesh_takes_few_bytes_a_triangle_while_it_is_read_and_kept(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    if not Path("/proc/self/status").exists():
+        pytest.skip("the peak of memory is told by Linux alone")
+    path = tmp_path / "torus.stl"
+    vertices, triangles = SHAPES["torus"].mesh(320_000)
+    files.write(path, 1e3 * vertices, triangles)
+    done = subprocess.run([sys.executable, "-c", PEAK, path], capture_output=True, text=True, check=True)
+    assert float(done.stdout) < 250, "[bytes]; 410 with a copy of the arrays and of the index"
+    assert [entry.kind for entry in cache.entries() if entry.kind == "mesh_index"], "it was kept"
 
 
 def test_a_known_file_is_not_read_again(cached, tmp_path, monkeypatch):

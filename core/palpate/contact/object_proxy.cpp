@@ -308,7 +308,7 @@ bool ObjectProxy::is_smooth(const Constraint& h) const noexcept {
     }
   }
   if (zeros == 0) return true;
-  const std::vector<std::int32_t>& normal = topology.normal;
+  const scene::Stored<std::int32_t>& normal = topology.normal;
   if (zeros == 2) return topology.smooth_vertex[to_index(normal[to_index(c + one)])];
   const std::int32_t he = c + (zero + 1) % 3, next = c + (zero + 2) % 3;
   const std::int32_t twin = topology.twin[to_index(he)];

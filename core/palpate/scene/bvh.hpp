@@ -39,13 +39,13 @@ struct alignas(32) TriangleBlock {
   double e2[3][4];  ///< edges from corner 0 to corner 2
 };
 
-/// The hierarchy, made by build_bvh().
+/// The hierarchy, made by build_bvh(). Its arrays may lie in a stored image, where nothing writes to them.
 struct Bvh {
   std::size_t node_count = 0;               ///< number of nodes
   std::size_t block_count = 0;              ///< number of triangle blocks
-  std::unique_ptr<BvhNode[]> nodes;         ///< nodes[0] is the root
-  std::unique_ptr<TriangleBlock[]> blocks;  ///< triangles of the leaves
-  std::unique_ptr<std::int32_t[]> ids;      ///< indices of the triangles, four for each block
+  std::shared_ptr<BvhNode[]> nodes;         ///< nodes[0] is the root
+  std::shared_ptr<TriangleBlock[]> blocks;  ///< triangles of the leaves
+  std::shared_ptr<std::int32_t[]> ids;      ///< indices of the triangles, four for each block
   double centre[3] = {0, 0, 0};             ///< centre of the mesh's bounding box [m]
   double scale = 1.0;  ///< (p - centre) * scale is in [-1, 1]^3 for points of the mesh; a power of two [1/m]
 };

@@ -78,9 +78,9 @@ class BvhBuilder {
     // There are therefore fewer than n/4 + n/8 + 1 blocks. Every node has at least two children, so there are fewer
     // nodes than blocks. Unused pages of the arrays cost no memory.
     const std::size_t capacity = items_.size() / 2 + 64;
-    bvh_.nodes = std::make_unique_for_overwrite<BvhNode[]>(capacity);
-    bvh_.blocks = std::make_unique_for_overwrite<TriangleBlock[]>(capacity);
-    bvh_.ids = std::make_unique_for_overwrite<std::int32_t[]>(capacity * kLeaf);
+    bvh_.nodes.reset(new BvhNode[capacity]);  // not initialised: make_shared would touch every page
+    bvh_.blocks.reset(new TriangleBlock[capacity]);
+    bvh_.ids.reset(new std::int32_t[capacity * kLeaf]);
     root(all);
     bvh_.node_count = static_cast<std::size_t>(next_node_.load());
     bvh_.block_count = static_cast<std::size_t>(next_block_.load());

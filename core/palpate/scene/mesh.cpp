@@ -47,13 +47,16 @@ std::size_t drop_flat(Mesh::Impl& m) {
     drop[to_index(he / 3)] = true;
     ++dropped;
   }
+  if (dropped == 0) return 0;
+  std::vector<std::int32_t> triangles = m.triangles.take();
   std::size_t kept = 0;
-  for (std::size_t t = 0; dropped > 0 && t < drop.size(); ++t) {
+  for (std::size_t t = 0; t < drop.size(); ++t) {
     if (drop[t]) continue;
-    for (std::size_t c = 0; c < 3; ++c) m.triangles[3 * kept + c] = m.triangles[3 * t + c];
+    for (std::size_t c = 0; c < 3; ++c) triangles[3 * kept + c] = triangles[3 * t + c];
     ++kept;
   }
-  if (dropped > 0) m.triangles.resize(3 * kept);
+  triangles.resize(3 * kept);
+  m.triangles = std::move(triangles);
   return dropped;
 }
 
@@ -74,7 +77,9 @@ void build_and_repair(Mesh::Impl& m, MeshReport& r) {
     r.components = winding.components;
     r.volume = winding.volume;
     if (winding.flip.empty()) return;
-    flip(m.triangles, winding.flip);
+    std::vector<std::int32_t> triangles = m.triangles.take();
+    flip(triangles, winding.flip);
+    m.triangles = std::move(triangles);
   }
 }
 
@@ -146,9 +151,12 @@ Mesh::Mesh() : impl_(std::make_unique<Impl>()) {}
 Mesh::~Mesh() = default;
 
 std::shared_ptr<const Mesh> Mesh::build(std::span<const double> vertices, std::span<const std::int32_t> triangles) {
+  return build(weld(vertices, triangles));
+}
+
+std::shared_ptr<const Mesh> Mesh::build(Welded welded) {
   std::shared_ptr<Mesh> mesh(new Mesh);
   Impl& m = *mesh->impl_;
-  Welded welded = weld(vertices, triangles);
   m.vertices = std::move(welded.vertices);
   m.triangles = std::move(welded.triangles);
   m.report.degenerate = welded.degenerate;

@@ -13,6 +13,7 @@
 namespace palpate::scene {
 
 struct BvhHit;
+struct Welded;
 
 /// Feature of the mesh that contains a point.
 enum class Feature : std::uint8_t { face, edge, vertex };
@@ -46,6 +47,15 @@ struct MeshReport {
   Vec3 highest = Vec3::Zero();  ///< highest corner of the bounding box [m]
 };
 
+/// Bytes of an image: some of its own, then those of an array of the mesh.
+struct ImagePiece {
+  std::vector<std::uint8_t> head;
+  std::span<const std::uint8_t> array;
+};
+
+/// Bytes at whose multiples the arrays of an image begin.
+inline constexpr std::size_t kImageAlignment = 32;
+
 /// Triangle mesh. All vectors are expressed in the surface's frame O.
 class Mesh final : public Surface {
  public:
@@ -56,10 +66,15 @@ class Mesh final : public Surface {
   static std::shared_ptr<const Mesh> build(std::span<const double> vertices, std::span<const std::int32_t> triangles);
   ~Mesh() override;
 
+  /// Builds the mesh of welded triangles, in whose memory it lives on: the arrays that were welded may be freed before.
+  static std::shared_ptr<const Mesh> build(Welded welded);
   /// The mesh and its index as bytes, for a cache on disk: reading them takes a fraction of the time of build().
   [[nodiscard]] std::vector<std::uint8_t> image() const;
-  /// The mesh of `image()`. Throws std::invalid_argument if the bytes are incomplete or an index in them is out of
-  /// range.
+  /// The same bytes in pieces: those of the arrays stay where the mesh holds them.
+  [[nodiscard]] std::vector<ImagePiece> image_pieces() const;
+  /// The mesh of `image()`, whose arrays stay in the bytes: these must outlive it, and nothing may change them. Bytes
+  /// that do not begin at a multiple of kImageAlignment are copied. Throws std::invalid_argument if the bytes are
+  /// incomplete or an index in them is out of range.
   static std::shared_ptr<const Mesh> from_image(std::span<const std::uint8_t> image);
 
   /// Number of triangles.

@@ -1,5 +1,6 @@
 // A mesh and its index as one block of bytes. The layout is that of this machine and of this version of the library.
 #include <algorithm>
+#include <cstdint>
 #include <cstring>
 #include <limits>
 #include <stdexcept>
@@ -13,39 +14,69 @@
 namespace palpate::scene {
 namespace {
 
-constexpr std::uint64_t kMagic = 0x31687365'6d6c6170;  // "palmesh1"
+constexpr std::uint64_t kMagic = 0x32687365'6d6c6170;  // "palmesh2"
 
+/// Bytes to insert at `position`, so that an array `before` bytes later is aligned.
+std::size_t padding(std::size_t position, std::size_t before) {
+  return (kImageAlignment - (position + before) % kImageAlignment) % kImageAlignment;
+}
+
+/// Collects the pieces of an image. Each array begins at a multiple of kImageAlignment.
 class Writer {
  public:
-  explicit Writer(std::vector<std::uint8_t>& out) : out_(out) {}
-
   template <class T>
   void array(const T* values, std::size_t n) {
     static_assert(std::is_trivially_copyable_v<T>);
     const auto* bytes = reinterpret_cast<const std::uint8_t*>(values);
-    out_.insert(out_.end(), bytes, bytes + n * sizeof(T));
+    head().insert(head().end(), bytes, bytes + n * sizeof(T));
+    size_ += n * sizeof(T);
   }
   template <class T>
   void scalar(const T& value) {
     array(&value, 1);
   }
-  template <class T>
-  void list(const std::vector<T>& values) {
+  template <class List>
+  void list(const List& values) {
+    align(sizeof(std::size_t));
     scalar(values.size());
-    array(values.data(), values.size());
+    refer(values.data(), values.size());
   }
+  /// Prepares for arrays whose sizes are two scalars that follow now.
+  void before_two_sizes() { align(2 * sizeof(std::size_t)); }
   template <class T>
-  void owned(const std::unique_ptr<T[]>& values, std::size_t n) {
-    array(values.get(), n);
+  void shared(const std::shared_ptr<T[]>& values, std::size_t n) {
+    refer(values.get(), n);
   }
+  [[nodiscard]] std::vector<ImagePiece> pieces() && { return std::move(pieces_); }
 
  private:
-  std::vector<std::uint8_t>& out_;
+  /// Bytes of the image's own that follow the array of the last piece.
+  std::vector<std::uint8_t>& head() {
+    if (pieces_.empty() || pieces_.back().array.data() != nullptr) pieces_.emplace_back();
+    return pieces_.back().head;
+  }
+  void align(std::size_t before) {
+    const std::size_t pad = padding(size_, before);
+    head().resize(head().size() + pad);
+    size_ += pad;
+  }
+  template <class T>
+  void refer(const T* values, std::size_t n) {
+    static_assert(std::is_trivially_copyable_v<T> && alignof(T) <= kImageAlignment);
+    if (n == 0) return;
+    head();
+    pieces_.back().array = {reinterpret_cast<const std::uint8_t*>(values), n * sizeof(T)};
+    size_ += n * sizeof(T);
+  }
+
+  std::vector<ImagePiece> pieces_;
+  std::size_t size_ = 0;
 };
 
+/// Reads an image whose first byte is aligned; arrays stay in it.
 class Reader {
  public:
-  explicit Reader(std::span<const std::uint8_t> in) : in_(in) {}
+  explicit Reader(std::span<const std::uint8_t> in) : begin_(in.data()), in_(in) {}
 
   template <class T>
   void array(T* values, std::size_t n) {
@@ -65,18 +96,19 @@ class Reader {
     value = byte == 1;
   }
   template <class T>
-  void list(std::vector<T>& values) {
-    std::size_t n = 0;
-    scalar(n);
-    require_left<T>(n);
-    values.resize(n);
-    array(values.data(), n);
+  void list(Stored<T>& values) {
+    values = Stored<T>::inside(next_list<T>());
   }
   template <class T>
-  void owned(std::unique_ptr<T[]>& values, std::size_t n) {
-    require_left<T>(n);
-    values = std::make_unique_for_overwrite<T[]>(n);
-    array(values.get(), n);
+  void list(std::vector<T>& values) {
+    const std::span<const T> found = next_list<T>();
+    values.assign(found.begin(), found.end());
+  }
+  void before_two_sizes() { align(2 * sizeof(std::size_t)); }
+  template <class T>
+  void shared(std::shared_ptr<T[]>& values, std::size_t n) {
+    const std::span<const T> found = next<T>(n);
+    values = std::shared_ptr<T[]>(std::shared_ptr<void>(), const_cast<T*>(found.data()));  // nothing writes to it
   }
   [[nodiscard]] bool at_end() const { return in_.empty(); }
 
@@ -85,6 +117,28 @@ class Reader {
   void require_left(std::size_t n) const {
     if (n > in_.size() / sizeof(T)) throw std::invalid_argument("mesh: the stored index is truncated");
   }
+  void align(std::size_t before) {
+    const std::size_t pad = padding(static_cast<std::size_t>(in_.data() - begin_), before);
+    require_left<std::uint8_t>(pad);
+    in_ = in_.subspan(pad);
+  }
+  template <class T>
+  std::span<const T> next(std::size_t n) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    require_left<T>(n);
+    const std::span<const T> found(reinterpret_cast<const T*>(in_.data()), n);
+    in_ = in_.subspan(n * sizeof(T));
+    return found;
+  }
+  template <class T>
+  std::span<const T> next_list() {
+    align(sizeof(std::size_t));
+    std::size_t n = 0;
+    scalar(n);
+    return next<T>(n);
+  }
+
+  const std::uint8_t* begin_;
   std::span<const std::uint8_t> in_;
 };
 
@@ -105,11 +159,12 @@ void visit(Archive& archive, Impl& m) {
   archive.list(t.rims);
   archive.list(t.inconsistent_pairs);
   auto& b = m.bvh;
+  archive.before_two_sizes();
   archive.scalar(b.node_count);
   archive.scalar(b.block_count);
-  archive.owned(b.nodes, b.node_count);
-  archive.owned(b.blocks, b.block_count);
-  archive.owned(b.ids, b.block_count * kTrianglesPerBlock);
+  archive.shared(b.nodes, b.node_count);
+  archive.shared(b.blocks, b.block_count);
+  archive.shared(b.ids, b.block_count * kTrianglesPerBlock);
   archive.array(b.centre, 3);
   archive.scalar(b.scale);
   auto& r = m.report;
@@ -184,25 +239,36 @@ bool is_consistent(const Mesh::Impl& m) {
 
 }  // namespace
 
-std::vector<std::uint8_t> Mesh::image() const {
-  std::vector<std::uint8_t> out;
-  out.reserve(impl_->bvh.node_count * sizeof(BvhNode) + impl_->bvh.block_count * sizeof(TriangleBlock) +
-              impl_->triangles.size() * 40);
-  Writer writer(out);
+std::vector<ImagePiece> Mesh::image_pieces() const {
+  Writer writer;
   writer.scalar(kMagic);
   visit(writer, std::as_const(*impl_));
+  return std::move(writer).pieces();
+}
+
+std::vector<std::uint8_t> Mesh::image() const {
+  std::vector<std::uint8_t> out;
+  for (const ImagePiece& piece : image_pieces()) {
+    out.insert(out.end(), piece.head.begin(), piece.head.end());
+    out.insert(out.end(), piece.array.begin(), piece.array.end());
+  }
   return out;
 }
 
 std::shared_ptr<const Mesh> Mesh::from_image(std::span<const std::uint8_t> image) {
   std::shared_ptr<Mesh> mesh(new Mesh);
+  Impl& m = *mesh->impl_;
+  if (reinterpret_cast<std::uintptr_t>(image.data()) % kImageAlignment != 0) {
+    m.image.reset(new Aligned[image.size() / sizeof(Aligned) + 1]);
+    std::copy(image.begin(), image.end(), m.image[0].bytes);
+    image = {m.image[0].bytes, image.size()};
+  }
   Reader reader(image);
   std::uint64_t magic = 0;
   reader.scalar(magic);
   if (magic != kMagic) throw std::invalid_argument("mesh: these bytes are no stored index");
-  visit(reader, *mesh->impl_);
-  if (!reader.at_end() || !is_consistent(*mesh->impl_))
-    throw std::invalid_argument("mesh: the stored index is damaged");
+  visit(reader, m);
+  if (!reader.at_end() || !is_consistent(m)) throw std::invalid_argument("mesh: the stored index is damaged");
   return mesh;
 }
 

@@ -1,10 +1,12 @@
 // Internal data of a mesh, for stages that follow a point on its surface from tick to tick.
 #pragma once
 
-#include <vector>
+#include <cstdint>
+#include <memory>
 
 #include "palpate/scene/bvh.hpp"
 #include "palpate/scene/mesh.hpp"
+#include "palpate/scene/stored.hpp"
 #include "palpate/scene/topology.hpp"
 
 namespace palpate::scene {
@@ -20,14 +22,20 @@ struct SurfacePoint {
   [[nodiscard]] double u() const noexcept { return 1.0 - v - w; }
 };
 
+/// Aligned bytes of an image.
+struct alignas(kImageAlignment) Aligned {
+  std::uint8_t bytes[kImageAlignment];
+};
+
 /// Data of a Mesh.
 struct Mesh::Impl {
-  std::vector<double> vertices;         ///< 3 coordinates per vertex [m]
-  std::vector<std::int32_t> triangles;  ///< 3 vertex indices per triangle
-  Topology topology;                    ///< adjacency and smooth normals
-  Bvh bvh;                              ///< hierarchy of the triangles
-  MeshReport report;                    ///< defects found and repaired
-  double travelled = 0.0;               ///< bound on the way of every vertex since the mesh was built [m]
+  Stored<double> vertices;           ///< 3 coordinates per vertex [m]
+  Stored<std::int32_t> triangles;    ///< 3 vertex indices per triangle
+  Topology topology;                 ///< adjacency and smooth normals
+  Bvh bvh;                           ///< hierarchy of the triangles
+  MeshReport report;                 ///< defects found and repaired
+  std::unique_ptr<Aligned[]> image;  ///< the image that the arrays lie in, if the mesh keeps it itself
+  double travelled = 0.0;            ///< bound on the way of every vertex since the mesh was built [m]
 
   /// Position of the corner at the start of a half-edge [m].
   [[nodiscard]] Vec3 corner(std::int32_t half_edge) const noexcept {

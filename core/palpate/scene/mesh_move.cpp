@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "palpate/scene/mesh_impl.hpp"
 #include "palpate/types/index.hpp"
@@ -15,9 +16,9 @@ Bvh copy_of(const Bvh& from) {
   Bvh to;
   to.node_count = from.node_count;
   to.block_count = from.block_count;
-  to.nodes = std::make_unique<BvhNode[]>(from.node_count);
-  to.blocks = std::make_unique<TriangleBlock[]>(from.block_count);
-  to.ids = std::make_unique<std::int32_t[]>(from.block_count * kTrianglesPerBlock);
+  to.nodes.reset(new BvhNode[from.node_count]);
+  to.blocks.reset(new TriangleBlock[from.block_count]);
+  to.ids.reset(new std::int32_t[from.block_count * kTrianglesPerBlock]);
   std::copy_n(from.nodes.get(), from.node_count, to.nodes.get());
   std::copy_n(from.blocks.get(), from.block_count, to.blocks.get());
   std::copy_n(from.ids.get(), from.block_count * kTrianglesPerBlock, to.ids.get());
@@ -29,7 +30,8 @@ Bvh copy_of(const Bvh& from) {
 /// Normals of all fans of triangles, weighted as in topology.cpp.
 void refresh_normals(Mesh::Impl& m) noexcept {
   Topology& topology = m.topology;
-  std::fill(topology.normals.begin(), topology.normals.end(), 0.0);
+  const std::span<double> normals = topology.normals.own();
+  std::fill(normals.begin(), normals.end(), 0.0);
   const auto triangles = static_cast<std::int32_t>(m.triangles.size() / 3);
   for (std::int32_t t = 0; t < triangles; ++t) {
     const Vec3 a = m.corner(3 * t), b = m.corner(3 * t + 1), c = m.corner(3 * t + 2);
@@ -39,10 +41,10 @@ void refresh_normals(Mesh::Impl& m) noexcept {
     if (!(all > 0.0)) continue;
     const double share[3] = {bc / all, ca / all, ab / all};
     for (std::int32_t k = 0; k < 3; ++k)
-      Eigen::Map<Vec3>(&topology.normals[3 * to_index(topology.normal[to_index(3 * t + k)])]) += share[k] * area;
+      Eigen::Map<Vec3>(&normals[3 * to_index(topology.normal[to_index(3 * t + k)])]) += share[k] * area;
   }
-  for (std::size_t i = 0; i < topology.normals.size(); i += 3) {
-    Eigen::Map<Vec3> n(&topology.normals[i]);
+  for (std::size_t i = 0; i < normals.size(); i += 3) {
+    Eigen::Map<Vec3> n(&normals[i]);
     const double length = n.norm();
     n = length > 0.0 ? Vec3(n / length) : Vec3(Vec3::UnitZ());
   }
@@ -126,7 +128,7 @@ void Mesh::move(std::span<const double> vertices) noexcept {
   for (std::size_t i = 0; i < m.vertices.size(); i += 3)
     farthest2 = std::max(farthest2, (Vec3(&vertices[i]) - Vec3(&m.vertices[i])).squaredNorm());
   m.travelled += std::sqrt(farthest2);
-  std::copy(vertices.begin(), vertices.end(), m.vertices.begin());
+  std::copy(vertices.begin(), vertices.end(), m.vertices.own().begin());
   refresh_normals(m);
   refit(m);
 }

@@ -158,7 +158,7 @@ SurfacePoint onto_edge(const SurfacePoint& s, int corner) {
 SurfacePoint across(const Mesh::Impl& mesh, const SurfacePoint& s, int corner) {
   const std::int32_t he = 3 * s.triangle + (corner + 1) % 3;  // the edge opposite to `corner`
   const std::int32_t twin = mesh.topology.twin[to_index(he)];
-  const std::vector<std::int32_t>& normal = mesh.topology.normal;
+  const Stored<std::int32_t>& normal = mesh.topology.normal;
   if (twin < 0 || normal[to_index(he)] != normal[to_index(next_half_edge(twin))] ||
       normal[to_index(next_half_edge(he))] != normal[to_index(twin)])
     return {};

@@ -22,14 +22,16 @@ class TopologyBuilder {
     smooth_normals();
     bound_height();
     for (Index t = 0; t < count_; t += 3) out_.flat_triangles += area(t).squaredNorm() > 0.0 ? 0 : 1;
+    out_.twin = std::move(twin_);
+    out_.normal = std::move(normal_);
+    out_.normals = std::move(normals_);
+    out_.smooth_vertex = std::move(smooth_vertex_);
     return std::move(out_);
   }
 
  private:
   [[nodiscard]] Vec3 vertex(Index v) const { return Vec3(&vertices_[3 * to_index(v)]); }
-  [[nodiscard]] Vec3 normal(Index corner) const {
-    return Vec3(&out_.normals[3 * to_index(out_.normal[to_index(corner)])]);
-  }
+  [[nodiscard]] Vec3 normal(Index corner) const { return Vec3(&normals_[3 * to_index(normal_[to_index(corner)])]); }
   /// Vertices at the start and at the end of a half-edge.
   [[nodiscard]] Index from(Index he) const { return triangles_[to_index(he)]; }
   [[nodiscard]] Index to(Index he) const { return triangles_[to_index(next_half_edge(he))]; }
@@ -73,13 +75,13 @@ class TopologyBuilder {
   /// Pairs each half-edge a -> b with the half-edge b -> a, which is found among those that leave b.
   void find_twins() {
     const Leaving leaving = group_by_start();
-    out_.twin.assign(to_index(count_), -1);
+    twin_.assign(to_index(count_), -1);
     for (Index he = 0; he < count_; ++he) {
-      if (out_.twin[to_index(he)] >= 0) continue;
+      if (twin_[to_index(he)] >= 0) continue;
       const Parallel along = parallel(leaving, from(he), to(he)), against = parallel(leaving, to(he), from(he));
       if (along.count == 1 && against.count == 1) {
-        out_.twin[to_index(he)] = against.first;
-        out_.twin[to_index(against.first)] = he;
+        twin_[to_index(he)] = against.first;
+        twin_[to_index(against.first)] = he;
       } else {
         report_unpaired(he, along, against);
       }
@@ -98,7 +100,7 @@ class TopologyBuilder {
 
   /// True if the edge of `he` is not a crease.
   [[nodiscard]] bool smooth_across(Index he) const {
-    const Index twin = out_.twin[to_index(he)];
+    const Index twin = twin_[to_index(he)];
     if (twin < 0) return false;
     static const double cos_crease = std::cos(kCreaseAngle);
     const Vec3 n = area(he), m = area(twin);
@@ -117,24 +119,24 @@ class TopologyBuilder {
   void smooth_normals() {
     std::vector<bool> smooth(to_index(count_));
     for (Index he = 0; he < count_; ++he) {
-      const Index twin = out_.twin[to_index(he)];
+      const Index twin = twin_[to_index(he)];
       smooth[to_index(he)] = twin >= 0 && twin < he ? smooth[to_index(twin)] : smooth_across(he);
     }
-    out_.normal.assign(to_index(count_), -1);
-    out_.normals.reserve(vertices_.size());
+    normal_.assign(to_index(count_), -1);
+    normals_.reserve(vertices_.size());
     for (Index start = 0; start < count_; ++start) {
-      if (out_.normal[to_index(start)] >= 0) continue;
-      const auto row = static_cast<Index>(out_.normals.size() / 3);
+      if (normal_[to_index(start)] >= 0) continue;
+      const auto row = static_cast<Index>(normals_.size() / 3);
       Vec3 sum = Vec3::Zero();
       const auto take = [&](Index corner) {
-        out_.normal[to_index(corner)] = row;
+        normal_[to_index(corner)] = row;
         sum += corner_contribution(corner);
       };
       take(start);
       bool around = false;
       for (Index he = start; smooth[to_index(previous_half_edge(he))];) {  // counter-clockwise around the vertex
-        he = out_.twin[to_index(previous_half_edge(he))];
-        if (he == start || out_.normal[to_index(he)] >= 0) {
+        he = twin_[to_index(previous_half_edge(he))];
+        if (he == start || normal_[to_index(he)] >= 0) {
           around = true;
           break;
         }
@@ -142,15 +144,15 @@ class TopologyBuilder {
       }
       for (Index he = start;
            !around && smooth[to_index(he)];) {  // then clockwise, if a crease or boundary ended the first loop
-        he = next_half_edge(out_.twin[to_index(he)]);
-        if (out_.normal[to_index(he)] >= 0) break;
+        he = next_half_edge(twin_[to_index(he)]);
+        if (normal_[to_index(he)] >= 0) break;
         take(he);
       }
       if (!(sum.squaredNorm() > 0.0)) sum = area(start);
       const double length = sum.norm();
       const Vec3 n = length > 0.0 ? Vec3(sum / length) : Vec3::Zero();
-      out_.normals.insert(out_.normals.end(), n.data(), n.data() + 3);
-      out_.smooth_vertex.push_back(around);
+      normals_.insert(normals_.end(), n.data(), n.data() + 3);
+      smooth_vertex_.push_back(around);
     }
   }
 
@@ -165,6 +167,9 @@ class TopologyBuilder {
   std::span<const double> vertices_;
   std::span<const Index> triangles_;
   Index count_;
+  std::vector<Index> twin_, normal_;  // of the topology in the making
+  std::vector<double> normals_;
+  std::vector<std::uint8_t> smooth_vertex_;
   Topology out_;
 };
 

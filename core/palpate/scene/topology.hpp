@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "palpate/scene/stored.hpp"
+
 namespace palpate::scene {
 
 /// Edges with a larger angle between the normals of their triangles are creases: real edges of the object, not facets
@@ -17,10 +19,10 @@ using HalfEdgePair = std::array<std::int32_t, 2>;
 
 /// Topology of m triangles. Half-edge 3t + e runs from corner e to the next corner of triangle t.
 struct Topology {
-  std::vector<std::int32_t> twin;    ///< (3m) half-edge of the adjacent triangle; -1 at boundaries and branching edges
-  std::vector<std::int32_t> normal;  ///< (3m) row of `normals` for each corner; shared between corners without crease
-  std::vector<double> normals;       ///< (3k) outward unit normals
-  std::vector<std::uint8_t> smooth_vertex;  ///< (k) true: all triangles around the vertex share this normal
+  Stored<std::int32_t> twin;    ///< (3m) half-edge of the adjacent triangle; -1 at boundaries and branching edges
+  Stored<std::int32_t> normal;  ///< (3m) row of `normals` for each corner; shared between corners without crease
+  Stored<double> normals;       ///< (3k) outward unit normals
+  Stored<std::uint8_t> smooth_vertex;  ///< (k) true: all triangles around the vertex share this normal
   double height = 0.0;  ///< bound on the distance between the smooth surface and the triangles (smooth.hpp) [m]
   std::size_t branching_edges = 0;               ///< number of edges of three or more triangles
   std::size_t flat_triangles = 0;                ///< number of triangles with three collinear corners
