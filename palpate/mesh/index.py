@@ -18,6 +18,10 @@ CACHED_FROM = 300_000
 """Triangles from which the index is cached: indexing takes over 0.2 s there, and reading a fraction of it."""
 CACHED_SIZE = 10_000_000
 """Size from which a file is found in the cache by its content, so that it is not parsed again [bytes]."""
+KEPT = 4
+"""Number of smaller meshes that this process keeps, since programs build the same scene many times."""
+KEPT_TO = 100_000
+"""Triangles up to which a mesh is kept."""
 _WHOLE = (".stl", ".stla", ".stlb", ".ply", ".off")  # formats without a second file
 
 
@@ -28,15 +32,15 @@ Soup = tuple[npt.NDArray[np.float64], npt.NDArray[np.int32]]
 def build(soup: list[Soup]) -> tuple[_core.Mesh, str]:
     """The core mesh of the vertices and triangles in a list, and its key in the cache; empty for a small mesh.
 
-    A large mesh that the cache holds is read from there. The arrays are taken out of the list: those of a large mesh
-    are freed before it is built, unless somebody else holds them.
+    A large mesh that the cache holds is read from there, and the last small meshes are at hand. The arrays are taken
+    out of the list: those of a large mesh are freed before it is built, unless somebody else holds them.
 
     Raises:
         ValueError: the arrays are no mesh.
     """
     vertices, triangles = soup.pop()
     if len(triangles) < CACHED_FROM:
-        return _core.Mesh(vertices, triangles), ""
+        return _small(vertices, triangles), ""
     key = cache.source_key(_libraries(), *(hashlib.sha256(a.data).hexdigest() for a in (vertices, triangles)))
     found = load(key)
     if found is None:
@@ -45,6 +49,21 @@ def build(soup: list[Soup]) -> tuple[_core.Mesh, str]:
         found = welded.mesh()
         cache.keep_bytes("mesh_index", key, found.image_pieces())
     return found, key
+
+
+_recent: dict[tuple[bytes, bytes], _core.Mesh] = {}  # by the digests of vertices and triangles, the oldest first
+
+
+def _small(vertices: npt.NDArray[np.float64], triangles: npt.NDArray[np.int32]) -> _core.Mesh:
+    """The core mesh of a small mesh; core meshes never change, so scenes may share them."""
+    if len(triangles) > KEPT_TO:
+        return _core.Mesh(vertices, triangles)
+    key = (hashlib.blake2b(vertices.data).digest(), hashlib.blake2b(triangles.data).digest())
+    mesh = _recent.pop(key, None) or _core.Mesh(vertices, triangles)
+    _recent[key] = mesh
+    for oldest in list(_recent)[:-KEPT]:
+        _recent.pop(oldest, None)
+    return mesh
 
 
 def load(key: str) -> _core.Mesh | None:

@@ -93,7 +93,8 @@ def _follower_base(scene: Scene, arm: Arm, surfaces: list[PlacedSurface], path: 
 def _follower_start(scene: Scene, arm: Arm, X_WB: Array, path: HandPlan) -> Array:
     start = scene.arms.follower.start
     if start is not None:
-        return _reach(scene, "follower", arm, X_WB, start.matrix(), arm.home, "arms", "follower", "start")
+        X_BT = np.linalg.inv(X_WB) @ start.matrix()
+        return _reach(scene, "follower", arm, X_WB, X_BT, arm.home, "arms", "follower", "start")
     X_WT = np.eye(4)
     X_WT[:3, 3] = path.positions_W[0]
     q = arm.home
@@ -104,7 +105,7 @@ def _follower_start(scene: Scene, arm: Arm, X_WB: Array, path: HandPlan) -> Arra
         X_WT[:3, :3] = (X_WB @ arm.fk(straight))[:3, :3]
         q, _ = _ik(arm, np.linalg.inv(X_WB) @ X_WT, straight)
     place = ("arms", "follower", "base") if scene.arms.follower.base else ("operator",)
-    return _reach(scene, "follower", arm, X_WB, X_WT, q, *place)
+    return _reach(scene, "follower", arm, X_WB, np.linalg.inv(X_WB) @ X_WT, q, *place)
 
 
 def _leader(
@@ -169,25 +170,26 @@ def _check_path(scene: Scene, arms: Arms, path: HandPlan) -> None:
     rows = rows[np.diff(rows, prepend=-1) > 0]  # np.unique would import numpy.ma
     X_WT, X_LH = arms.X_WB @ arms.follower.fk(arms.q_follower0), arms.leader.fk(arms.q_leader0)
     p0, R_LW, scale = X_WT[:3, 3].copy(), arms.X_WL[:3, :3].T, scene.mapping.scale
-    q_f, q_l, handle0 = arms.q_follower0, arms.q_leader0, X_LH[:3, 3].copy()
+    X_BW, q_f, q_l, handle0 = np.linalg.inv(arms.X_WB), arms.q_follower0, arms.q_leader0, X_LH[:3, 3].copy()
     place = ("operator", "path") if scene.operator.path else ("operator", "palpate")
     for i in rows:
         what = f"the operator's path at {path.times[i]:.3g} s"
         X_WT[:3, 3] = path.positions_W[i]
-        q_f = _reach(scene, "follower", arms.follower, arms.X_WB, X_WT, q_f, *place, what=what)
+        q_f = _reach(scene, "follower", arms.follower, arms.X_WB, X_BW @ X_WT, q_f, *place, what=what)
         if scene.arms.leader.driver is not None:
             continue  # only the person at the device knows where the hand goes
         X_LH[:3, 3] = handle0 + R_LW @ (path.positions_W[i] - p0) / scale
-        q_l = _reach(scene, "leader", arms.leader, arms.X_WL, arms.X_WL @ X_LH, q_l, *place, what=what)
+        q_l = _reach(scene, "leader", arms.leader, arms.X_WL, X_LH, q_l, *place, what=what)
 
 
 def _reach(
-    scene: Scene, side: str, arm: Arm, X_W0: Array, X_W: Array, q0: Array, *place: str, what: str = "its start pose"
+    scene: Scene, side: str, arm: Arm, X_W0: Array, X_0T: Array, q0: Array, *place: str, what: str = "its start pose"
 ) -> Array:
-    q, (far, turned) = _ik(arm, np.linalg.inv(X_W0) @ X_W, q0)
+    """Joint positions whose tip is at X_0T in the arm's base, which stands at X_W0."""
+    q, (far, turned) = _ik(arm, X_0T, q0)
     if far < _TOLERANCE[0] and turned < _TOLERANCE[1]:
         return q
-    p = ", ".join(f"{x:.3f}" for x in X_W[:3, 3])
+    p = ", ".join(f"{x:.3f}" for x in (X_W0 @ X_0T)[:3, 3])
     base = ", ".join(f"{x:.3f}" for x in X_W0[:3, 3])
     raise SceneError(
         f"{side} {arm.name} cannot reach {what}: tip at ({p}) m in W, {1e3 * far:.1f} mm and "

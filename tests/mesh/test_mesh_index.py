@@ -295,3 +295,16 @@ def test_a_known_file_is_not_read_again(cached, tmp_path, monkeypatch):
     path.write_bytes(path.read_bytes()[:-1] + b"\1")
     with pytest.raises(TypeError):
         Mesh.load(path)
+
+
+def test_small_mesh_is_indexed_once_while_it_is_among_the_last():
+    """Equal arrays share the core mesh; another coordinate is another mesh, and the oldest is forgotten."""
+    vertices, triangles = np.eye(3), np.array([[0, 1, 2]], np.int32)
+    first, key = index.build([(vertices, triangles)])
+    assert key == ""
+    assert index.build([(vertices.copy(), triangles.copy())])[0] is first
+    for k in range(index.KEPT):
+        other = index.build([(vertices + k + 1.0, triangles)])[0]
+        assert other is not first
+        assert np.array_equal(other.vertices, vertices + k + 1.0)
+    assert index.build([(vertices, triangles)])[0] is not first
