@@ -2,12 +2,58 @@
 
 import os
 import time
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from palpate import Session
 from palpate.arm import Arm
+from palpate.scene import Scene
 from palpate.verify.bench import ros_stand as bench
+
+
+class Publisher:
+    """Counts messages beside a number of subscribers."""
+
+    def __init__(self, topic):
+        self.topic, self.listeners, self.messages = topic, 0, []
+
+    def get_subscription_count(self):
+        return self.listeners
+
+    def publish(self, message):
+        self.messages.append(message)
+
+
+def test_what_nobody_hears_is_not_made(built):
+    """Frames, joint states and markers are published 30 times a second, each one to those who listen to it."""
+    from builtin_interfaces.msg import Time
+
+    from palpate.ros.around.frames import Frames
+    from palpate.ros.around.markers import Markers
+
+    session, made = Session(Scene.parse("objects: [{name: wall, plane: {}}]\nduration: 0.01")), {}
+    session.run()
+    clock = SimpleNamespace(now=lambda: SimpleNamespace(to_msg=Time))
+    node = SimpleNamespace(
+        create_publisher=lambda kind, topic, qos: made.setdefault(topic, Publisher(topic)), get_clock=lambda: clock
+    )
+    names = SimpleNamespace(leader="MTMR", follower="")
+    seen = SimpleNamespace(rig=session.rig, loop=SimpleNamespace(names=names))
+    frames, markers = Frames(node, seen), Markers(node, seen)
+
+    def new():
+        before = {topic: len(one.messages) for topic, one in made.items()}
+        frames.show(session.latest()), markers.show(session.latest())
+        return {topic for topic, one in made.items() if len(one.messages) > before[topic]}
+
+    assert new() == set()
+    for topic in ("/tf", "~/markers", "~/MTMR/joint_states"):
+        made[topic].listeners = 1
+        assert new() == {topic}
+        made[topic].listeners = 0
+    assert {t.child_frame_id for t in made["/tf"].messages[0].transforms} >= {"MTMR_handle", "virtual_tool"}
 
 
 @pytest.fixture(scope="module")

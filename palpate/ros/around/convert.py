@@ -50,6 +50,11 @@ def transforms(edges: Sequence[tuple[str, str, Array]], stamp: Any) -> list[Any]
     ]
 
 
+def is_heard(publisher: Any) -> bool:
+    """Whether anybody subscribes to a topic: messages that are made 30 times a second cost a tenth of a core."""
+    return bool(publisher.get_subscription_count())
+
+
 def latched() -> Any:
     """Quality of service for messages that late subscribers also receive."""
     from rclpy.qos import DurabilityPolicy, QoSProfile

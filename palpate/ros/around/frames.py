@@ -10,7 +10,7 @@ from palpate.arm import Arm
 from palpate.arrays import Array
 from palpate.arrays.so3 import pose
 from palpate.record.ticks import Ticks
-from palpate.ros.around.convert import WORLD, latched, transforms
+from palpate.ros.around.convert import WORLD, is_heard, latched, transforms
 from palpate.trackers.sending import object_poses
 
 if TYPE_CHECKING:
@@ -63,10 +63,19 @@ class Frames:
             self._static.publish(TFMessage(transforms=transforms(found, stamp)))
 
     def show(self, tick: Ticks) -> None:
-        """Publish all frames and joint states of a tick."""
+        """Publish all frames and joint states of a tick, for those who listen."""
+        stamp = self._node.get_clock().now().to_msg()
+        for name, (arm, _, joints, _) in self._arms.items():
+            q = np.array(tick[joints][: arm.n])
+            if np.isfinite(q).all() and is_heard(self._joints[name]):
+                self._joints[name].publish(_joint_state(arm, q, stamp, name))
+        if is_heard(self._tf):
+            self._publish_tree(tick, stamp)
+
+    def _publish_tree(self, tick: Ticks, stamp: Any) -> None:
+        """Publish all frames that move."""
         from tf2_msgs.msg import TFMessage
 
-        stamp = self._node.get_clock().now().to_msg()
         found = [(WORLD, self._proxy, _translation(tick["p_WP"]))]
         X_WL = self._session.rig.arms.X_WL
         found.append((WORLD, f"{self._leader}_handle", X_WL @ pose(tick["p_LH"], tick["quat_LH"])))
@@ -77,7 +86,6 @@ class Frames:
             if np.isfinite(q).all():
                 links = arm.link_poses(q, float(np.nan_to_num(tick[pinch])))
                 found += [(f"{name}_base", f"{name}/{link}", X) for link, X in links.items()]
-                self._joints[name].publish(_joint_state(arm, q, stamp, name))
         poses = object_poses(self._session.rig, tick)
         if self._draws_objects:
             found += [(WORLD, f"palpate_object_{name}", X_WO) for name, X_WO in poses.items()]

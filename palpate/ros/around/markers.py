@@ -9,7 +9,7 @@ import numpy as np
 from palpate.arrays import Array
 from palpate.arrays.so3 import pose
 from palpate.record.ticks import Ticks
-from palpate.ros.around.convert import WORLD, latched, point, vector
+from palpate.ros.around.convert import WORLD, is_heard, latched, point, vector
 
 if TYPE_CHECKING:
     from palpate.ros.haptics import HapticSession
@@ -37,7 +37,9 @@ class Markers:
         self.draw_objects()
 
     def show(self, tick: Ticks) -> None:
-        """Draw the newest tick."""
+        """Draw the newest tick, for those who listen."""
+        if not is_heard(self._markers):
+            return
         from visualization_msgs.msg import Marker, MarkerArray
 
         X_WL = self._session.rig.arms.X_WL
