@@ -13,19 +13,20 @@ from palpate.errors import OutputError
 
 @contextmanager
 def whole_folder(out: Path) -> Iterator[Path]:
-    """A draft beside a folder, renamed to the folder at the end, and removed after any exception.
+    """A draft beside a folder, renamed to the folder at the end, and removed after any exception; an absolute path,
+    since a library may join a relative one to itself.
 
     Raises:
         OutputError: the folder exists already and holds something, or it cannot be written.
     """
     require_free(out)
-    draft = out.parent / f".{out.name}.part-{os.getpid()}"
+    draft = out.absolute().parent / f".{out.name}.part-{os.getpid()}"
     try:
         draft.mkdir(parents=True)
         yield draft
         draft.rename(out)
     except OSError as error:
-        why = error.strerror or str(error)
+        why = f"{error.filename}: {error.strerror}" if error.filename and error.strerror else str(error)
         mend = "free some space, or choose another place; nothing was left behind"
         raise OutputError("the data set cannot be written", where=str(out), why=why, mend=mend) from error
     finally:

@@ -181,6 +181,17 @@ def test_bag_of_a_real_arm_becomes_a_table(tmp_path):
     assert np.isfinite(found["F_H_L"]).any()
 
 
+@pytest.mark.parametrize("to", ["minari", "csv", "lerobot"])
+def test_a_relative_folder_with_spaces_is_written(make, tmp_path, monkeypatch, to):
+    if to == "minari":
+        pytest.importorskip("minari", reason="minari (extra learning) is not installed")
+    made = make()
+    monkeypatch.chdir(tmp_path)
+    export([made.path.relative_to(tmp_path)], "a data set", to=to)
+    assert any(path.is_file() for path in (tmp_path / "a data set").rglob("*"))
+    assert not list(tmp_path.glob(".*part*"))
+
+
 def test_minari_reads_what_is_exported(make, tmp_path, monkeypatch):
     minari = pytest.importorskip("minari", reason="minari (extra learning) is not installed")
     made = make()
