@@ -16,7 +16,7 @@ from palpate.record.ticks import Ticks
 PARTS = ("pose", "joints", "force", "contact", "goal")
 """Parts of an observation of any scene, in their order."""
 MORE = ("jaw", "bodies")
-"""Parts of an observation of a scene whose jaws are moved."""
+"""Further parts: of a scene whose jaws are moved, and of one with bodies that move."""
 _FAR = 10.0  # largest position [m] and angle [rad]
 _LARGE = 1000.0  # largest force [N] and torque [N m]
 
@@ -30,8 +30,10 @@ def space_of(
     """The space of an observation, for several hands with the values of one after the other.
 
     Raises:
-        PalpateError: a part is unknown.
+        PalpateError: a part is unknown, or there is nothing of it.
     """
+    if "bodies" in parts and bodies == 0:
+        raise PalpateError("observe = bodies: the scene has no body that moves", mend="leave bodies out of observe")
     sizes = {
         "pose": (-_FAR, _FAR, 7), "joints": (-_FAR, _FAR, joints), "force": (-_LARGE, _LARGE, 7),
         "contact": (-_FAR, _LARGE, 5), "goal": (-_FAR, _FAR, 3), "jaw": (-_FAR, _FAR, 1),

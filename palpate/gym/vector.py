@@ -75,9 +75,10 @@ class PalpateVectorEnv(VectorEnv[Observation, NDArray[np.float64], NDArray[Any]]
         self.task.begin(num_envs, substeps / RATE, world)
         if isinstance(self.task, SceneTask):
             self.task.watch(self.instruments)
-        self.parts = (PARTS + MORE * world.pinches) if observe is None else tuple(observe)
         self._joints = world.plain.arms.follower.n
         self._moving = [body.name for body in world.scene.bodies if body.free]
+        further = MORE[: 2 if self._moving else 1] if world.pinches else ()
+        self.parts = PARTS + further if observe is None else tuple(observe)
         self._eye = None if picture is None else Eye(world.rigs, picture)
         self._most = max(1, round(duration * RATE / substeps))
         self.num_envs = num_envs

@@ -95,8 +95,9 @@ def test_slow_policy_does_not_hold_up_the_loop_in_real_time(tmp_path):
 
     began = time.monotonic()
     done = drive(FLOOR, slow, 1.0, record=tmp_path, realtime=True, timeout=0.1)
-    assert 0.9 < time.monotonic() - began < 4.0
-    assert done.actions <= 5
+    took = time.monotonic() - began
+    assert 0.9 < took < 4.0
+    assert done.actions <= took / 0.3 + 1
     assert any("silent" in note for note in done.notes)
     assert len(recorded(done)) == 1000
 

@@ -137,6 +137,7 @@ def test_a_lump_is_hidden_by_the_seed_and_marked_by_the_pinch():
     task, lumps = env._one.task, []
     for seed in (1, 2):
         seen, _ = env.reset(seed=seed)
+        assert "bodies" not in seen
         lumps.append(task._judges[0].p_lump_W)
         np.testing.assert_array_equal(seen["goal"], 0.0)
     assert np.linalg.norm(lumps[0] - lumps[1]) > 1e-3
@@ -153,5 +154,7 @@ def test_what_an_environment_cannot_do_is_named():
         PalpateEnv(scene="bilateral")
     with pytest.raises(PalpateError, match="the pairs right, left"):
         PalpateEnv(scene="two_hands")
+    with pytest.raises(PalpateError, match="no body that moves"):
+        PalpateEnv(scene="palpation_search", observe=["bodies"])
     with pytest.raises(PalpateError, match="no section task"):
         PalpateEnv(scene="palpation", task="scene")
