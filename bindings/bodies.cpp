@@ -185,6 +185,7 @@ void bind_bodies(nb::module_& m) {
         }
       },
       "simulations"_a, "bodies"_a, "Puts the tools of simulations among rigid bodies, in the order of the tools.");
+  m.attr("BODY_VELOCITY_DELAY") = loop::kVelocityDelay;
   m.attr("MAX_BODIES") = loop::kMaxBodies;
 }
 

@@ -3676,6 +3676,8 @@ def join_bodies(cycles: Sequence[DeviceCycle], bodies: Bodies) -> None:
     The same for cycles of devices; the caller of `glide_together` advances the engine.
     """
 
+BODY_VELOCITY_DELAY: float = 2.3333333333333335
+
 MAX_BODIES: int = 48
 
 class WatchOptions:

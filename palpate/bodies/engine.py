@@ -32,7 +32,9 @@ _JAW_STIFFNESS = 0.6  # of a jaw's drive [N m/rad]
 _JAW_DAMPING = 0.003  # [N m s/rad]
 _JAW_WIDTH = 0.0017  # half the width of a jaw's face [m]
 _SOLID = {"solref": "0.01 1", "solimp": "0.95 0.99 0.0005"}  # contact: 10 ms, stiff within half a millimetre
-_ROTATION = (0.5, 0.003)  # coupling against rotation [N m/rad, N m s/rad]
+_STIFFNESS_W = 0.5  # of the coupling against rotation [N m/rad]
+_MORE = 2.0  # damping over what a slow motion asks: enough up to 1.17 rad of delay, tan(1.17) / 1.17 = 2
+_TICKS = 1.5 + _core.BODY_VELOCITY_DELAY  # delay of the loop and of the tool's velocity [ticks]
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,8 @@ class World:
         bodies, section: the sections of the scene.
         tools: the tools, in the order of their loops.
         path: resolves the path of a mesh.
+        lag: time by which the tool follows the hand, and the force the tool, beyond the loop's own delay [s].
+        rate: of the loops [Hz].
         where: where the scene names the bodies, for messages.
 
     Raises:
@@ -96,6 +100,8 @@ class World:
         tools: Sequence[ToolShape],
         path: Callable[[str], Path] = Path,
         where: str = "",
+        lag: float = 0.0,
+        rate: float = 1000.0,
     ) -> None:
         try:
             import mujoco
@@ -115,6 +121,10 @@ class World:
                 mend="change the shape, mass, name or joint of the body that it names",
             ) from None
         self._moving = {one.name: int(self.model.body(one.name).id) for one in self.solids if one.moves}
+        late = _MORE * (lag + _TICKS / rate + section.period)  # a spring that is felt late needs K late of damping
+        self.damping = section.stiffness * late if section.damping is None else section.damping
+        self.damping_w = _STIFFNESS_W * late
+        self._damp()
         self.data: Any = mujoco.MjData(self.model)
         mujoco.mj_forward(self.model, self.data)
         library = next(Path(mujoco.__file__).parent.glob("libmujoco*.so*"), None) or next(
@@ -136,8 +146,8 @@ class World:
         )
         s = self.section
         o.period, o.release = s.period, s.release
-        o.stiffness, o.damping, o.force_max = s.stiffness, s.damping, s.force_max
-        o.stiffness_w, o.damping_w = _ROTATION
+        o.stiffness, o.damping, o.force_max = s.stiffness, self.damping, s.force_max
+        o.stiffness_w, o.damping_w = _STIFFNESS_W, self.damping_w
         o.low, o.high = np.array(s.field[0]), np.array(s.field[1])
         o.tools = [self._tool(k, tool) for k, tool in enumerate(self.tools)]
         o.bodies = [_core.MovingBody(self._free(name), self._spheres(name)) for name in self.moving]
@@ -170,6 +180,14 @@ class World:
         q, v, b = int(joint.qposadr[0]), int(joint.dofadr[0]), int(body.id)
         data = self.data
         return _core.EngineBody(data.qpos[q : q + 7], data.qvel[v : v + 6], data.xfrc_applied[b], np.array(body.ipos))
+
+    def _damp(self) -> None:
+        """The implicit part of the couplings (bodies.hpp, `EngineTool`)."""
+        T, s = self.section.period, self.section
+        for tool in self.tools:
+            v = int(self.model.joint(f"{tool.name}/tool/free").dofadr[0])
+            self.model.dof_damping[v : v + 3] = self.damping + T * s.stiffness
+            self.model.dof_damping[v + 3 : v + 6] = self.damping_w + T * _STIFFNESS_W
 
     def _tool(self, number: int, tool: ToolShape) -> _core.EngineTool:
         data, n = self.data, len(self.moving)

@@ -170,8 +170,8 @@ class EngineSection(Section):
     """step of the engine [s]"""
     stiffness: Annotated[Positive, Field(le=5000.0)] = 300.0
     """stiffness between a tool and its virtual tool [N/m]"""
-    damping: Annotated[NotNegative, Field(le=50.0)] = 2.0
-    """damping between both [N s/m]"""
+    damping: Annotated[NotNegative, Field(le=50.0)] | None = None
+    """damping between both; when left out, as much as keeps the coupling passive (docs/bodies.md) [N s/m]"""
     force_max: Annotated[Positive, Field(le=50.0)] = 5.0
     """largest force of this spring; beyond it the virtual tool yields [N]"""
     grip: Annotated[Positive, Field(le=1.0)] = 0.04

@@ -40,7 +40,10 @@ def world(rigs: Mapping[str, Rig]) -> World | None:
         return None
     where = scene.where("bodies")
     tools = [tool_shape(name or "tool", rig) for name, rig in rigs.items()]
-    return World(scene.bodies, scene.engine, tools, lambda name: scene.path_to(name, where), where)
+    lag = max(lag_of(rig) for rig in rigs.values())
+    return World(
+        scene.bodies, scene.engine, tools, lambda name: scene.path_to(name, where), where, lag, scene.rates.haptic
+    )
 
 
 def solids(scene: Scene) -> list[Solid]:
@@ -51,6 +54,14 @@ def solids(scene: Scene) -> list[Solid]:
     """
     where = scene.where("bodies")
     return shapes.solids(scene.bodies, lambda name: scene.path_to(name, where))
+
+
+def lag_of(rig: Rig) -> float:
+    """Time by which the follower's joints follow their goals, and the force its command [s]."""
+    o = rig.options()
+    servo = 2.0 * np.pi * o.follower.bandwidth
+    follower = 2.0 * o.follower.damping_ratio / servo if servo > 0.0 else 0.0
+    return float(follower + o.loop_delay + 0.5 * o.loop_jitter + o.leader.drive_lag)
 
 
 def tool_shape(name: str, rig: Rig) -> ToolShape:

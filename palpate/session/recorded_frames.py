@@ -94,7 +94,8 @@ def _body_markers(solid: Solid) -> list[Marker]:
     """The shapes of a body: primitives where a viewer has them, else triangles of each colour."""
     frame, found = BODY + solid.name, []
     for color, shapes in by_color(solid.shapes).items():
-        rgba = (*(c / 255.0 for c in color), 1.0)
+        red, green, blue = (c / 255.0 for c in color)
+        rgba = (red, green, blue, 1.0)
         rest = [shape for shape in shapes if shape.kind == "mesh"]
         for shape in shapes:
             found += [Marker(frame, solid.name, kind, rgba, X, scale) for kind, X, scale in _parts(shape)]

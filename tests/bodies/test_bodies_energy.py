@@ -1,4 +1,4 @@
-"""Bodies never give the hand energy: random motions through bodies from 1 g to fixed ones, on different leaders."""
+"""Bodies give the hand no energy: random motions through bodies from 1 g to fixed ones, on different leaders."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from palpate.session import Session
 ALLOWANCE = 5e-4  # of the passivity layer [J]
 
 
-def scene_of(leader, mass, rng):
+def scene_of(leader, mass, rng, **stability):
     block = {"name": "block", "parts": [{"box": [0.02, 0.02, 0.02]}], "pose": {"xyz": [0, 0, 0.01]}}
     floor = {"name": "floor", "fixed": True, "parts": [{"box": [0.2, 0.2, 0.01], "pose": {"xyz": [0, 0, -0.005]}}]}
     block |= {"fixed": True} if mass is None else {"mass": mass}
@@ -26,7 +26,7 @@ def scene_of(leader, mass, rng):
         "bodies": [floor, block],
         "arms": {"leader": leader, "follower": {"model": "psm_prograsp", "base": {"xyz": [0, 0, 0.19]},
                                                 "jaw": {"start": 1.0, "closed": 0, "open": 1.0}}},
-        "mapping": {"scale": 0.5, "align_rate": 0}, "stability": {"friction_share": 0.0},
+        "mapping": {"scale": 0.5, "align_rate": 0}, "stability": {"friction_share": 0.0} | stability,
         "operator": {"path": path, "grip": grip, "hand": "relaxed"},
     })  # fmt: skip
 
@@ -43,6 +43,16 @@ def test_random_motions_through_bodies_give_the_hand_no_energy(leader, mass):
         summary = Session(scene_of(LEADERS[leader], mass, rng), seed=seed).run(2.4)
         assert np.isfinite(summary.peak_force_N)
         assert summary.energy_min_J >= -1.02 * ALLOWANCE
+
+
+@pytest.mark.parametrize("leader", LEADERS)
+@pytest.mark.parametrize("mass", [0.001, 0.05, None])
+def test_the_coupling_alone_gives_the_hand_no_energy(leader, mass):
+    """Without the passivity layer, and without caps, which take in the force late and give it back at once."""
+    for seed in range(3 if leader == "six_axis" else 1):
+        rng = np.random.default_rng([seed, list(LEADERS).index(leader)])
+        scene = scene_of(LEADERS[leader], mass, rng, passivity="off", force_cap=20.0, rate_cap=15000.0)
+        assert Session(scene, seed=seed).run(2.4).energy_min_J >= -ALLOWANCE
 
 
 def test_lockstep_repeats_bit_by_bit():

@@ -94,7 +94,7 @@ def held(pieces, seconds=0.6, jaw=0.0, **section):
 
 
 def test_jaws_lose_a_body_at_the_friction_of_both_fingers(monkeypatch):
-    monkeypatch.setattr(engine, "_ROTATION", (5.0, 0.01))  # the tool keeps its orientation under the pull
+    monkeypatch.setattr(engine, "_STIFFNESS_W", 5.0)  # the tool keeps its orientation under the pull
     plate = {"name": "plate", "mass": 0.01, "friction": 0.1, "touches": False, "pose": {"xyz": (0, 0, 0.0845)},
              "parts": [{"box": (0.003, 0.02, 0.003)}]}  # fmt: skip
     world, core, tool = held(plate)

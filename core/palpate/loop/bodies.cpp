@@ -13,11 +13,10 @@
 namespace palpate::loop {
 namespace {
 
-constexpr double kVelocityFilter = 0.3;  // [-] share of a new velocity of the tool: about 3 ms at 1 kHz
-constexpr double kFastest = 2.0;         // [m/s] a faster tool has jumped, and its velocity is not known
-constexpr int kMostSteps = 20;           // of the engine at once, after which it gives up catching up
-constexpr double kPushes = 20.0;         // [N] largest force of an object of the scene on a body
-constexpr double kHuge = 1e10;           // a larger number of the engine's state is none
+constexpr double kFastest = 2.0;  // [m/s] a faster tool has jumped, and its velocity is not known
+constexpr int kMostSteps = 20;    // of the engine at once, after which it gives up catching up
+constexpr double kPushes = 20.0;  // [N] largest force of an object of the scene on a body
+constexpr double kHuge = 1e10;    // a larger number of the engine's state is none
 
 bool finite(const double* x, std::size_t n) noexcept {
   return std::all_of(x, x + n, [](double v) { return std::abs(v) <= kHuge; });
@@ -135,17 +134,26 @@ void Bodies::step() noexcept {
 // Drives a virtual tool by its coupling. One that is stuck far away, or whose tool jumped, is put back to the tool.
 void Bodies::drive(std::size_t k) noexcept {
   const EngineTool& tool = options_.tools[k];
-  const ToolMotion& to = to_engine_[k].read();
+  ToolMotion to = to_engine_[k].read();
   if (!to.known) return;
+  to.X_WT.p -= due_ * to.V_WT.v;  // of several steps in a tick, each sees the tool at its own end
+  to.X_WT.R = rotation_by(-due_ * to.V_WT.w) * to.X_WT.R;
   const bool away = !((pose_of(tool.body).p - to.X_WT.p).norm() <= options_.release);
   if (!placed_[k] || away) {
     set_pose(tool.body, to.X_WT);
     placed_[k] = true;
   }
-  const VirtualTool at = seen(tool, k);
+  // The engine itself adds -(damping + period stiffness) times the velocity at the end of its step, so here the virtual
+  // tool counts as at rest. The tool is where it is at the end of this step; against the virtual tool at its begin, a
+  // moving one would come to rest one step ahead of it, and this lead would push the hand with K v period.
+  VirtualTool at = seen(tool, k);
+  const Twist V = std::exchange(at.V_WV, Twist{});
   const Wrench F = coupling_wrench(options_, to, at);
   load(tool.body, at.X_WV.R, {-F.f, -F.t});
-  states_.delivered -= options_.period * (F.f.dot(at.V_WV.v) + F.t.dot(at.V_WV.w));
+  const BodiesOptions& o = options_;
+  const Vec3 f = -F.f - (o.damping + o.period * o.stiffness) * V.v;
+  const Vec3 t = -F.t - (o.damping_w + o.period * o.stiffness_w) * V.w;
+  states_.delivered += o.period * (f.dot(V.v) + t.dot(V.w));
   for (std::size_t i = 0; i < 2; ++i) {
     if (tool.jaw[i] != nullptr) *tool.jaw[i] = tool.jaw_ratio[i] * to.jaw;
   }

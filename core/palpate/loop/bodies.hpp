@@ -21,6 +21,8 @@ namespace palpate::loop {
 /// Maximum number of bodies that move, and of tools.
 inline constexpr int kMaxBodies = 48;
 inline constexpr int kMaxBodyTools = 4;
+/// Share of a new velocity of the tool in the filtered one [-], and the delay of this filter [ticks].
+inline constexpr double kVelocityFilter = 0.3, kVelocityDelay = (1.0 - kVelocityFilter) / kVelocityFilter;
 
 /// State of a free body inside the engine, as pointers to its arrays.
 struct EngineBody {
@@ -30,7 +32,9 @@ struct EngineBody {
   Vec3 com = Vec3::Zero();     ///< centre of mass in the body's frame [m]
 };
 
-/// A virtual tool inside the engine: a free body with its origin at T, and a drive for each jaw.
+/// A virtual tool inside the engine: a free body with its origin at T, and a drive for each jaw. The engine damps it by
+/// damping + period stiffness of the coupling, implicitly: this is the part of the coupling that depends on its
+/// velocity, and the part of the spring that depends on its motion during the step.
 struct EngineTool {
   EngineBody body;
   std::array<double*, 2> jaw{};       ///< goals of the jaws' drives [rad]; null: no jaws
