@@ -107,6 +107,7 @@ class World:
             import mujoco
         except ImportError:
             raise MissingExtraError("bodies in a scene", "bodies") from None
+        self.threaded = True  #: False: the owner of the loops advances the engine, also in real time
         self.sections, self.section, self.tools = tuple(bodies), section, tuple(tools)
         self.solids = solids(bodies, path)  #: bodies and links of threads, in the engine's order
         self.shapes = {solid.name: solid.shapes for solid in self.solids}
@@ -157,7 +158,8 @@ class World:
 
     def start(self) -> None:
         """Step the engine in a thread of its own, for loops in real time."""
-        self.core_bodies.start()
+        if self.threaded:
+            self.core_bodies.start()
 
     def stop(self) -> None:
         """End this thread."""

@@ -194,6 +194,7 @@ class Command:
             raise PalpateError(f"{what} has no effect on a scene with a driver", mend="leave it out")
         console = console_for(self.json)
         session = DrivenSession(scene, self.out or Path(scene.record.folder))
+        self.task = task_of(session)
         say(console, f"{session.scene.arms.leader.driver} feels {scene.title}: at most "
             f"{session.scene.stability.force_cap:g} N, {session.rate:g} Hz; Ctrl-C ends it")  # fmt: skip
         with DeviceLine(console, session.nearest) as line, pedals(self.pedals, session.console, True):
@@ -202,7 +203,7 @@ class Command:
         summary = outcome.with_report(summary, outcome.wants_report(scene, viewer=False))
         console.print(summary_table(summary))
         outcome.print_details(console, summary)
-        write_json(self.json, summary)
+        write_json(self.json, with_result(summary, self.task, console))
         ended = replace(summary, interrupted=summary.interrupted and self.duration is not None)
         return outcome.exit_code(ended) or int(failed)
 

@@ -174,6 +174,9 @@ def mapped_rig(scene: Scene, workspace: tuple[float, float, float] | None) -> Ri
     return build(scene.model_copy(update={"mapping": covering}))
 
 
+_LONGEST = 0.02  # time by which bodies move on after a pause [s]
+
+
 class DeviceLoop:
     """The cycle for a device, stepped by its owner, with the interface of a session's `Loop`.
 
@@ -198,18 +201,25 @@ class DeviceLoop:
         replays: bool = False,
         delay: float | None = None,
     ) -> None:
-        held.refuse(scene, "on a device")
         self.rig = rig = mapped_rig(scene, workspace)
         if replays:
             wait_for_bodies(rig.snapshot)
         options = device_options(rig, device_port(scene, resolution, mass, delay))
         self.cycle = _core.DeviceCycle(options, rig.arms.follower, rig.snapshot)
         self.cycle.set_fixtures(rig.fixtures)
+        self.world = held.join({"": rig}, [self.cycle])  #: the rigid bodies of the scene; None: it has none
+        if self.world is not None and replays:
+            self.world.threaded = False
+        self._t: float | None = None  # of the last step, for bodies without a thread [s]
         self.wrench: Array = np.zeros(6)  #: newest wrench on the hand [N, N m]; overwritten by every step
 
     def step(self, t: float, X: Array, V: Array | None, gripper: float, buttons: int) -> _core.DeviceFault:
         """One step; the arrays are C-contiguous float64 (4, 4) and (6,). Writes `wrench`."""
-        return self.cycle.step(t, X, V, gripper, bool(buttons & 1), self.wrench)
+        fault = self.cycle.step(t, X, V, gripper, bool(buttons & 1), self.wrench)
+        if self.world is not None and not self.world.threaded and np.isfinite(t):
+            self.world.core_bodies.advance(min(max(t - (t if self._t is None else self._t), 0.0), _LONGEST))
+            self._t = t
+        return fault
 
     def start(self) -> None:
         """Allocate the queue of ticks."""

@@ -39,6 +39,7 @@ class DeviceSession(LiveSession):
         """Faults by the name of their status bit."""
         scene = loop.rig.scene
         super().__init__(loop.rig, loop, scene.rates.haptic, scene.seed, out, clouds)
+        self.world = loop.world
         self._steps, self._counted_at = 0, time.monotonic()
 
     @property
@@ -100,7 +101,9 @@ class DrivenSession(DeviceSession):
         return self._loop.fault() is not None
 
     def run(self, duration: float | None = None, on_progress: Callable[[State], None] | None = None) -> Summary:
-        """Render the scene for a time, or until the driver fails, Ctrl-C or SIGTERM; then close the record.
+        """Render the scene for a time, or until its task is done, the driver fails, Ctrl-C or SIGTERM.
+
+        The record is then closed.
 
         Args:
             duration: time [s]; no limit when left out.
@@ -114,7 +117,7 @@ class DrivenSession(DeviceSession):
             try:
                 self.start()
                 end = time.monotonic() + (np.inf if duration is None else duration)
-                while time.monotonic() < end and self._loop.fault() is None:
+                while time.monotonic() < end and self._loop.fault() is None and not self._task_over.is_set():
                     if self._interrupted.wait(_CHECK_PERIOD):
                         break
                     if on_progress is not None:

@@ -16,7 +16,7 @@ from palpate.scene.scene import Scene
 from palpate.scene.tool import ToolSphereSection, tool_sphere
 
 
-def join(rigs: Mapping[str, Rig], loops: Sequence[_core.Simulation]) -> World | None:
+def join(rigs: Mapping[str, Rig], loops: Sequence[_core.Simulation] | Sequence[_core.DeviceCycle]) -> World | None:
     """Put the tools of all loops among the bodies of their scene; None for a scene without bodies.
 
     Raises:

@@ -13,7 +13,7 @@ from palpate.bodies.engine import World
 from palpate.errors import SceneError
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
-from palpate.session import PairsSession, Session
+from palpate.session import LiveSession, PairsSession, Session
 from palpate.tasks.hand import EVERY, Hand
 from palpate.tasks.judge import Judge, Seen, TaskResult, judge_of
 from palpate.tasks.scripts import Script, script_of
@@ -43,17 +43,18 @@ class TaskRun:
         task.result.success
 
     Args:
-        session: the session, which does not run yet.
+        session: the session, which does not run yet. On a device nobody acts but the person who holds it.
 
     Raises:
         SceneError: the scene has no task.
     """
 
-    def __init__(self, session: Session | PairsSession) -> None:
+    def __init__(self, session: LiveSession | PairsSession) -> None:
         self._hands: list[Any] = list(session.pairs.values()) if isinstance(session, PairsSession) else [session]
         self.judge = judge_in(self._hands[0].rig)
         assert session.scene.task is not None
         self._session, self.section = session, session.scene.task
+        self._operated = self.section.operator and all(isinstance(one, Session) for one in self._hands)
         self._marks: list[Array] = []
         self._script: Script | None = None
         self._turn = 0
@@ -80,7 +81,7 @@ class TaskRun:
             self._session.finish()
             return
         self._turn += 1
-        if self.section.operator and self._turn % EVERY == 0:
+        if self._operated and self._turn % EVERY == 0:
             self._act(seen)
 
     def look(self, t: float) -> Seen:

@@ -6,7 +6,6 @@ import sys
 
 import pytest
 
-from palpate.devices.loop import DeviceLoop
 from palpate.errors import MissingExtraError, PalpateError
 from palpate.scene import Scene, held
 from palpate.scene.rig import build
@@ -74,10 +73,8 @@ def test_what_the_engine_refuses_names_the_body_and_a_missing_mesh_its_file():
         Session(scene({"parts": [{"mesh": "no.stl"}]}))
 
 
-def test_bodies_are_refused_on_devices_and_across_a_network():
+def test_bodies_are_refused_across_a_network():
     rig = build(scene({}))
-    with pytest.raises(PalpateError, match="bodies are not moved on a device"):
-        DeviceLoop(rig.scene)
     with pytest.raises(PalpateError, match="bodies are not moved across a network"):
         FollowerServer(rig, b"0" * 32, "127.0.0.1", 0, 1000.0, print)
 

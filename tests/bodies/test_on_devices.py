@@ -1,0 +1,59 @@
+"""Rigid bodies on a device: the hand feels them, moves them, and a task is judged."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+pytest.importorskip("mujoco")
+
+import palpate
+from palpate.cli import main
+from palpate.devices import DrivenSession
+from palpate.scene import Scene
+
+BLOCK = 0.02  # [m]
+SCENE = {
+    "objects": [{"name": "table", "plane": {"size": 0.2}, "pose": {"xyz": [0, 0, -0.02]}}],
+    "bodies": [
+        {"name": "floor", "fixed": True, "parts": [{"box": [0.2, 0.2, 0.01], "pose": {"xyz": [0, 0, -0.005]}}]},
+        {"name": "block", "mass": 0.05, "parts": [{"box": [BLOCK] * 3}], "pose": {"xyz": [0, 0, 0.5 * BLOCK]}},
+    ],
+    "arms": {"follower": {"model": "psm_prograsp", "base": {"xyz": [0, 0, 0.19]}, "jaw": {"start": 0.3}}},
+    "mapping": {"scale": 1.0, "align_rate": 0},
+    "operator": {"path": [{"t": 0, "xyz": [0, 0, 0.05]}]},
+}
+
+
+def test_a_loop_of_ones_own_feels_a_block_at_its_place():
+    felt, X = [], np.eye(4)
+    with palpate.Haptics(Scene.model_validate(SCENE), rate=1000, force_cap=3.0) as haptics:
+        for k in range(700):
+            X[2, 3] = 0.2 - 0.00008 * k  # 8 cm/s, 56 mm down
+            felt.append(haptics.step(0.001 * k, X)[2])
+        assert np.abs(felt[60:130]).max() < 0.05, "in the air little is felt, once the virtual tool moves"
+        assert felt[-1] > 0.5, "the block carries"
+        assert haptics.session.world.states()["poses"][0, 2] == pytest.approx(0.5 * BLOCK, abs=1e-3)
+        assert np.array(haptics.session.latest()["p_WT"])[2] < 0.05 - 0.03
+
+
+def test_a_driver_in_real_time_moves_bodies_and_records_them(tmp_path):
+    scene = Scene.model_validate(SCENE).with_driver("simulated")
+    session = DrivenSession(scene, tmp_path)
+    summary = session.run(0.3)
+    assert not session.failed, summary.faults
+    assert session.world.states()["t"] > 0.1
+    assert palpate.Record.open(summary.record).bodies.at(0.2)["block"][2] == pytest.approx(0.5 * BLOCK, abs=1e-3)
+
+
+def test_a_task_on_a_device_is_judged_and_nobody_else_acts(tmp_path):
+    task = {"limit": 0.2, "place": {"bodies": ["block"], "targets": [[0.03, 0, 0.01]]}}
+    file = tmp_path / "block.yaml"
+    file.write_text(Scene.model_validate(SCENE | {"task": task}).with_driver("simulated").to_yaml())
+    out = tmp_path / "result.json"
+    main(["run", str(file), "--headless", "--duration", "2", "--out", str(tmp_path), "--json", str(out)])
+    result = json.loads(out.read_text())
+    assert result["success"] is False
+    assert result["time_s"] == pytest.approx(0.2, abs=0.1)
