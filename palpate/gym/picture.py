@@ -7,18 +7,20 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.bodies.engine import World
 from palpate.export.video.arms import ArmBodies
 from palpate.export.video.drawing import Canvas
-from palpate.export.video.film import TISSUE, endoscope
+from palpate.export.video.film import color_of, endoscope
+from palpate.export.video.solids import SolidBodies
 from palpate.record.ticks import Ticks
 from palpate.scene.rig import Rig
 
 
 class Eye:
-    """The left eye of the endoscope; one that sees the start of the tool if the scene has none.
+    """The left eye of the endoscope; one that sees the start of the tools if the scene has none.
 
     Args:
-        rigs: those of all pairs of the scene; objects are drawn at rest, and rigid bodies not at all.
+        rigs: those of all pairs of the scene; objects are drawn at rest.
         size: height and width of a picture [pixels].
 
     Raises:
@@ -26,18 +28,21 @@ class Eye:
     """
 
     def __init__(self, rigs: Sequence[Rig], size: tuple[int, int]) -> None:
-        rig, arms = rigs[0], rigs[0].arms
-        self._ecm = endoscope(rig.scene, np.asarray(arms.X_WB @ arms.follower.fk(arms.q_follower0))[:3, 3])
+        rig = rigs[0]
+        starts = [one.arms.X_WB @ one.arms.follower.fk(one.arms.q_follower0) for one in rigs]
+        self._ecm = endoscope(rig.scene, np.mean(starts, axis=0)[:3, 3])
         self._canvas = Canvas(size, self._ecm.section.endoscope.width_deg)
         for k, surface in enumerate(rig.surfaces):
             body = surface.body
-            self._canvas.add(body.vertices, body.triangles, TISSUE[k % len(TISSUE)], 0.25, surface.X_WO)
+            self._canvas.add(body.vertices, body.triangles, color_of(rig.scene.objects[k], k), 0.25, surface.X_WO)
+        self._solids = SolidBodies(self._canvas, rig.scene)
         self._arms = [ArmBodies(self._canvas, one.arms.follower, one.arms.X_WB) for one in rigs]
 
-    def pictures(self, ticks: Ticks) -> NDArray[np.uint8]:
-        """Pictures (n, height, width, 3) of ticks (n,), or (n, hands)."""
+    def pictures(self, ticks: Ticks, engines: Sequence[World | None]) -> NDArray[np.uint8]:
+        """Pictures (n, height, width, 3) of ticks (n,), or (n, hands), and of the rigid bodies of each world."""
         found = []
-        for row in ticks.reshape(len(ticks), -1):
+        for row, engine in zip(ticks.reshape(len(ticks), -1), engines, strict=True):
+            self._solids.move({} if engine is None else engine.drawn())
             for arm, tick in zip(self._arms, row, strict=True):
                 arm.move(np.asarray(tick["q_follower"]), float(tick["jaw"]))
             found.append(self._canvas.picture(self._ecm.eye(self._ecm.q0, "left")))

@@ -149,7 +149,7 @@ class PalpateVectorEnv(VectorEnv[Observation, NDArray[np.float64], NDArray[Any]]
         instruments = self.instruments
         ticks = instruments.ticks
         seen = observe(self.parts, self._joints, ticks, instruments.felt, self.task.goals, self._bodies())
-        return seen if self._eye is None else seen | {"picture": self._eye.pictures(ticks)}
+        return seen if self._eye is None else seen | {"picture": self._eye.pictures(ticks, instruments.engines)}
 
     def _bodies(self) -> Array | None:
         """Poses of the bodies that move (n, 7 bodies)."""

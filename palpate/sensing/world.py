@@ -59,7 +59,8 @@ class SeenWorld:
 
     def _object(self, index: int) -> Body:
         body = self._rig.surfaces[index].body
-        return Body(self._rig.scene.objects[index].name, body.vertices, body.triangles, TISSUE[index % len(TISSUE)])
+        section = self._rig.scene.objects[index]
+        return Body(section.name, body.vertices, body.triangles, section.color or TISSUE[index % len(TISSUE)])
 
 
 def _link(name: str, visuals: Iterable[Visual]) -> Body:

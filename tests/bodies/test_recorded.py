@@ -115,9 +115,9 @@ def test_a_film_shows_the_fall(run):
     except PalpateError as error:
         pytest.skip(str(error))
     try:
-        assert {name: len(parts) for name, parts in film._bodies.items()}["peg 1"] == 1
+        assert {name: len(parts) for name, parts in film.solids.bodies.items()}["peg 1"] == 1
         *_, last = film.pictures(episode_of(found, 30))
-        assert film._bodies["peg 1"][0].X_WB[2, 3] < 0.01
+        assert film.solids.bodies["peg 1"][0].X_WB[2, 3] < 0.01
         assert last["left"].shape == (60, 80, 3)
     finally:
         film.close()

@@ -158,3 +158,19 @@ def test_what_an_environment_cannot_do_is_named():
         PalpateEnv(scene="palpation_search", observe=["bodies"])
     with pytest.raises(PalpateError, match="no section task"):
         PalpateEnv(scene="palpation", task="scene")
+
+
+def test_the_picture_shows_the_bodies():
+    """Some pixels change when the ring is taken away, and no others."""
+    try:
+        env = PalpateEnv(scene="ring_on_wire", picture=(96, 128))
+    except PalpateError as error:
+        pytest.skip(f"no picture: {error}")
+    before = env.reset(seed=1)[0]["picture"].astype(int)
+    engine = env.instruments.engines[0]
+    engine.data.qpos[:3] += [0.0, 0.0, 0.5]
+    engine.core_bodies.advance(0.002)
+    after = env._one._observe()["picture"][0].astype(int)
+    assert 0 < (before.min(axis=2) > 150).mean() < 0.9  # the table has the light colour that the scene gives it
+    assert 5 < (np.abs(after - before).max(axis=2) > 30).sum() < 4000
+    env.close()

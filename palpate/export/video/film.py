@@ -11,19 +11,20 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.arrays import Array, so3
-from palpate.bodies.shapes import by_color, triangles
+from palpate.arrays import Array
 from palpate.errors import MissingExtraError
 from palpate.export.demonstration import ArmOfRun, Demonstration
 from palpate.export.episode import Episode
 from palpate.export.video.arms import ArmBodies
 from palpate.export.video.drawing import Body, Canvas, Image
+from palpate.export.video.solids import SolidBodies
 from palpate.mesh.coarse import MOST_TRIANGLES
 from palpate.record.reader import Record
 from palpate.record.snapshots import CAMERA, Track
-from palpate.scene import held, placed_ecm
+from palpate.scene import placed_ecm
 from palpate.scene.ecm import EcmSection
 from palpate.scene.hand import HandPlan
+from palpate.scene.model import ObjectSection
 from palpate.scene.placed_ecm import PlacedEcm
 from palpate.scene.rig import build
 from palpate.scene.scene import Scene
@@ -34,7 +35,7 @@ SIZE = (720, 1280)
 """Height and width of a picture [pixels]."""
 Eye = Literal["left", "right"]
 EYES: tuple[Eye, ...] = ("left", "right")
-TISSUE = ((170, 62, 52), (205, 140, 110), (150, 165, 100), (200, 165, 125))
+_TISSUE = ((170, 62, 52), (205, 140, 110), (150, 165, 100), (200, 165, 125))
 _EVERY = 10  # frames between two that the statistics take
 _COARSE = 8  # pixels between two that they take
 _ENCODER = {"preset": "ultrafast", "crf": "23", "g": "10"}  # a key frame each third of a second: for random access
@@ -75,9 +76,8 @@ class Film:
         self._soft: list[tuple[Body, Array, Track]] = []
         self._moving: list[tuple[Body, Callable[[float], Array]]] = []
         self._add_objects(scene, first)
-        self._bodies: dict[str, list[Body]] = {}
+        self.solids = SolidBodies(self.canvas, scene)
         self._body_track = body_track(first)
-        self._add_bodies(scene)
         self._arms = [self._arm(arm) for arm in run.arms]
 
     @property
@@ -98,9 +98,8 @@ class Film:
                 body.replace(rest + track.at(t))
             for body, pose in self._moving:
                 body.X_WB = pose(t)
-            for name, place in ({} if self._body_track is None else self._body_track.at(t)).items():
-                for body in self._bodies.get(name, ()):
-                    body.X_WB = so3.pose(place[:3], place[3:])
+            if self._body_track is not None:
+                self.solids.move(self._body_track.at(t))
             q = self.ecm.q0 if self._camera is None else self._camera.at(t)
             yield {side: self.canvas.picture(self.ecm.eye(q, side)) for side in EYES}
 
@@ -122,22 +121,12 @@ class Film:
             track = shape_track(record, section.name) if is_soft(felt) else None
             vertices, triangles = rest_shape(felt) or placed.drawable(MOST_TRIANGLES)
             rests = track is None and section.motion is None
-            color = TISSUE[k % len(TISSUE)]
-            body = self.canvas.add(vertices, triangles, color, 0.25, placed.X_WO if rests else None)
+            body = self.canvas.add(vertices, triangles, color_of(section, k), 0.25, placed.X_WO if rests else None)
             body.X_WB = placed.X_WO
             if track is not None:
                 self._soft.append((body, vertices, track))
             if section.motion is not None:
                 self._moving.append((body, felt.pose))
-
-    def _add_bodies(self, scene: Scene) -> None:
-        """Draw the rigid bodies at their start; `pictures` moves them as recorded."""
-        for solid in held.solids(scene):
-            for color, shapes in by_color(solid.shapes).items():
-                vertices, faces, _ = triangles(shapes)
-                body = self.canvas.add(vertices, faces, color, 0.15, None if solid.moves else solid.X_WO)
-                body.X_WB = solid.X_WO
-                self._bodies.setdefault(solid.name, []).append(body)
 
     def _arm(self, one: ArmOfRun) -> ArmBodies:
         assert isinstance(one.ticks, Record)
@@ -198,6 +187,11 @@ class _Writer:
 def _endoscope(scene: Scene, record: Record) -> PlacedEcm:
     """The endoscope of a scene; one that sees the start of the motion if the scene has none."""
     return endoscope(scene, np.array(record.read(["p_WT"], 0, 1)["p_WT"][0]))
+
+
+def color_of(section: ObjectSection, number: int) -> tuple[int, ...]:
+    """Colour of an object in a picture: its own, or one of those of tissue by its number."""
+    return section.color or _TISSUE[number % len(_TISSUE)]
 
 
 def endoscope(scene: Scene, p_W: Array) -> PlacedEcm:
