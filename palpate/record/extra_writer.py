@@ -11,7 +11,7 @@ from palpate.record.extra import RATE, TF, Extra, TransformTemplate
 from palpate.record.mcap_file import McapFile
 from palpate.record.messages import DEFINITIONS
 from palpate.record.snapshots import Snapshot
-from palpate.record.ticks import Ticks
+from palpate.record.ticks import Ticks, as_rows, as_ticks
 
 
 class ExtraWriter:
@@ -19,14 +19,18 @@ class ExtraWriter:
 
     Args:
         extra: what to write.
+        together: number of moments whose frames are computed at once: one takes as long as twenty.
     """
 
-    def __init__(self, extra: Extra) -> None:
+    def __init__(self, extra: Extra, together: int = 1) -> None:
         self._topics = {"/tf": TF, **extra.topics}
-        self._extra = extra
+        self._extra, self._together = extra, together
         self._number: dict[str, int] = {}  # channel by topic
         self._template: TransformTemplate | None = None
+        self._begun = False
         self._due = -np.inf
+        self._waiting: list[Ticks] = []  # ticks whose frames are due
+        self._times: list[NDArray[np.uint64]] = []  # and their times [ns]
         self._snapshots: list[Snapshot] = []
 
     def begin(self, file: McapFile) -> None:
@@ -44,9 +48,12 @@ class ExtraWriter:
     def add(self, file: McapFile, ticks: Ticks, log_time: NDArray[np.uint64]) -> None:
         """Write the frames of some of the ticks (n,), the snapshots up to them, and at first what does not change."""
         messages = []
-        if self._template is None:
+        if not self._begun:
             messages = [(self._number[topic], int(log_time[0]), data) for topic, data in self._extra.first()]
-        messages += self._frames(ticks, log_time)
+            self._begun = True
+        self._wait(ticks, log_time)
+        if sum(map(len, self._waiting)) >= self._together:
+            messages += self._frames()
         due = sum(one.t <= float(ticks["t"][-1]) for one in self._snapshots)
         for one in self._snapshots[:due]:
             messages.append((self._number[one.topic], max(round(1e9 * one.t), int(log_time[0])), one.data))
@@ -55,16 +62,27 @@ class ExtraWriter:
         if messages:
             file.add_messages(messages)
 
-    def _frames(self, ticks: Ticks, log_time: NDArray[np.uint64]) -> list[tuple[int, int, bytes]]:
-        """The messages of /tf at the ticks that are due."""
+    def finish(self, file: McapFile) -> None:
+        """Write the frames that wait."""
+        if self._waiting:
+            file.add_messages(self._frames())
+
+    def _wait(self, ticks: Ticks, log_time: NDArray[np.uint64]) -> None:
+        """Keep the ticks at which frames are due."""
         due = []
         for k, t in enumerate(ticks["t"].tolist()):
             if t >= self._due:
                 due.append(k)
                 self._due = max(self._due + 1.0 / RATE, t)
-        if not due:
-            return []
-        found, times = self._extra.transforms(ticks[due]), log_time[due]
+        if due:
+            self._waiting.append(ticks[due])
+            self._times.append(log_time[due])
+
+    def _frames(self) -> list[tuple[int, int, bytes]]:
+        """The messages of /tf at the ticks that wait."""
+        ticks, times = as_ticks(np.concatenate(list(map(as_rows, self._waiting)))), np.concatenate(self._times)
+        self._waiting, self._times = [], []
+        found = self._extra.transforms(ticks)
         if self._template is None:
             self._template = TransformTemplate(tuple(found))
         data = self._template.messages(np.stack(list(found.values()), axis=1), times)

@@ -1,7 +1,7 @@
 """Writes an MCAP file one chunk at a time.
 
-The record classes are those of the `mcap` library. Its `Writer` takes one message per call, 3 us each. `McapFile` takes
-whole chunks of serialised messages.
+The record classes are those of the `mcap` library, but for chunks. Its `Writer` takes one message per call, 3 us each.
+`McapFile` takes whole chunks of serialised messages.
 Writes are unbuffered: a killed process only loses the chunk that is not yet written.
 """
 
@@ -24,6 +24,15 @@ from numpy.typing import NDArray
 
 MAGIC = b"\x89MCAP0\r\n"
 MESSAGE_HEAD = struct.Struct("<BQHIQQ")  # opcode, length, channel, sequence, log time, publish time
+_KIND = b"zstd"
+# The records that a chunk needs, packed here: the library's classes take longer than the compression. Opcode and length
+# of a record; a chunk up to its data; a message index up to its entries; an entry of a chunk index; its begin and end.
+_RECORD = struct.Struct("<BQ")
+_CHUNK_HEAD = struct.Struct("<BQQQQII4sQ")
+_MESSAGE_INDEX = struct.Struct("<BQHI")
+_OFFSET = struct.Struct("<HQ")
+_CHUNK_INDEX = struct.Struct("<QQQQI")
+_CHUNK_INDEX_END = struct.Struct("<QI4sQQ")
 PIECE = 1 << 20  # [bytes] of the chunks' index that are read back at once
 
 
@@ -122,28 +131,23 @@ class McapFile:
     def _add(self, raw: bytes, start: int, end: int, entries: dict[int, NDArray[np.uint64]]) -> None:
         """Write a chunk; entries: time [ns] and position of each message, (n, 2), by channel."""
         packed = self._zstd.compress(raw)
-        chunk = _bytes(records.Chunk("zstd", packed, end, start, zlib.crc32(raw), len(raw)))
-        index = records.ChunkIndex(
-            chunk_length=len(chunk),
-            chunk_start_offset=self._size,
-            compression="zstd",
-            compressed_size=len(packed),
-            message_end_time=end,
-            message_index_length=0,
-            message_index_offsets={},
-            message_start_time=start,
-            uncompressed_size=len(raw),
+        body = _CHUNK_HEAD.size - 9 + len(packed)
+        head = _CHUNK_HEAD.pack(
+            Opcode.CHUNK, body, start, end, len(raw), zlib.crc32(raw), len(_KIND), _KIND, len(packed)
         )
-        tail = bytearray()
+        parts, at, offsets = [head, packed], self._size + len(head) + len(packed), bytearray()
+        after = at
         for channel, places in entries.items():
-            index.message_index_offsets[channel] = self._size + len(chunk) + len(tail)
-            tail += Opcode.MESSAGE_INDEX.to_bytes(1, "little") + (6 + places.nbytes).to_bytes(8, "little")
-            tail += channel.to_bytes(2, "little") + places.nbytes.to_bytes(4, "little")
-            tail += places.astype("<u8").tobytes()
+            offsets += _OFFSET.pack(channel, at)
+            parts.append(_MESSAGE_INDEX.pack(Opcode.MESSAGE_INDEX, 6 + places.nbytes, channel, places.nbytes))
+            parts.append(places.astype("<u8").tobytes())
+            at += _MESSAGE_INDEX.size + places.nbytes
             self.counts[channel] = self.counts.get(channel, 0) + len(places)
-        index.message_index_length = len(tail)
-        self._write(chunk + tail)
-        self._chunk_indexes.write(_bytes(index))
+        chunk = (start, end, self._size, len(head) + len(packed), len(offsets))
+        index = _CHUNK_INDEX.pack(*chunk) + offsets
+        index += _CHUNK_INDEX_END.pack(at - after, len(_KIND), _KIND, len(packed), len(raw))
+        self._write(b"".join(parts))
+        self._chunk_indexes.write(_RECORD.pack(Opcode.CHUNK_INDEX, len(index)) + index)
         self._start = self._start if self._chunk_count else start
         self._end = max(self._end, end)
         self._chunk_count += 1

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from palpate.arrays import Array
 from palpate.arrays.yaml_loader import Dumper
 from palpate.errors import OutputError
-from palpate.record.extra import Extra
+from palpate.record.extra import RATE, Extra
 from palpate.record.extra_writer import ExtraWriter
 from palpate.record.group_writer import GroupWriter, nanoseconds
 from palpate.record.layout import kept, kind_of
@@ -26,7 +26,9 @@ from palpate.record.snapshots import Snapshot
 from palpate.record.ticks import TICK_DOUBLES, as_rows, as_ticks
 
 CHUNKS_PER_SECOND = 4
-"""Chunks per second of run time; a killed run loses at most one chunk."""
+"""Chunks per second of a run in real time, which loses at most one chunk when it is killed."""
+LOCKSTEP_CHUNKS_PER_SECOND = 2
+"""Chunks per second of simulated time: a lockstep run is faster than real time, and half as many take less time."""
 
 
 class Recorder:
@@ -84,8 +86,9 @@ class Recorder:
         self._groups = [
             GroupWriter(name, found) for name, found in kept(deterministic, tracked, paired, signals, linked).items()
         ]
-        self._extra = None if extra is None else ExtraWriter(extra)
-        self._chunk = max(1, round(rate / CHUNKS_PER_SECOND))
+        self._extra = None if extra is None else ExtraWriter(extra, round(RATE) if deterministic else 1)
+        per_second = LOCKSTEP_CHUNKS_PER_SECOND if deterministic else CHUNKS_PER_SECOND
+        self._chunk = max(1, round(rate / per_second))
         self._pending: list[Array] = []
         self._pending_count = 0
         self._flushed_at = time.monotonic()
@@ -183,6 +186,8 @@ class Recorder:
 
     def _end(self, outcome: dict[str, str]) -> None:
         self._flush(everything=True)
+        if self._extra is not None:
+            self._extra.finish(self._file)
         self._file.add_metadata("outcome", outcome)
         self._file.add_metadata("rosbag2", {"serialized_metadata": self._rosbag2()})
         self.sha256 = self._file.finish()

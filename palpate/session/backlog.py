@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, wait
+from contextlib import contextmanager
 
 import numpy as np
 
@@ -15,6 +17,23 @@ from palpate.record.ticks import Ticks, as_rows, as_ticks
 Keep = Callable[[Ticks, list[Snapshot]], None]
 MOST = 4
 """Blocks that may wait: memory stays bounded where the record is slower than the loop."""
+
+
+_SWITCH = 1e-4  # [s]
+
+
+@contextmanager
+def loop_first() -> Iterator[None]:
+    """Lets the thread of a lockstep loop have the interpreter soon when it comes back from the core.
+
+    The thread that records would keep it for up to 5 ms, in which the loop simulates most of a second.
+    """
+    before = sys.getswitchinterval()
+    sys.setswitchinterval(min(before, _SWITCH))
+    try:
+        yield
+    finally:
+        sys.setswitchinterval(before)
 
 
 class Backlog:

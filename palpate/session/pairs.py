@@ -20,6 +20,7 @@ from palpate.scene import held
 from palpate.scene.scene import Scene
 from palpate.scene.together import build_pairs, capsules
 from palpate.session import tool_exchange
+from palpate.session.backlog import loop_first
 from palpate.session.camera import CameraArm
 from palpate.session.controls import Controls
 from palpate.session.live import DRAIN
@@ -28,7 +29,7 @@ from palpate.session.pair import PairSession
 from palpate.session.pairs_summary import Met, PairsSummary, meeting
 from palpate.session.periodic import every
 from palpate.session.run_folder import keep_scene, new_folder, require_writable
-from palpate.session.session import BATCH
+from palpate.session.session import BATCH, UNWATCHED_BATCH
 from palpate.session.state import State
 from palpate.session.summary import Summary
 from palpate.session.swap import swapped
@@ -350,10 +351,12 @@ class PairsSession:
         for session, one in zip(self.pairs.values(), rows, strict=True):
             session.take(as_ticks(one), behind)
 
+    @loop_first()
     def _run_lockstep(self, n: int, on_progress: Callable[[States], None] | None) -> None:
         for session in self.pairs.values():
             session.require_own_clock()
-        batch = max(1, round(BATCH * self.scene.rates.haptic))
+        watched = on_progress is not None or self.steps_beside
+        batch = max(1, round((BATCH if watched else UNWATCHED_BATCH) * self.scene.rates.haptic))
         stopped = next(iter(self.pairs.values())).stopped
         while n > 0 and not stopped.is_set() and not self._task_over.is_set():
             rows = self._advance(min(batch, n))

@@ -19,6 +19,7 @@ from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.sensing.source import Clouds
 from palpate.session import tool_exchange
+from palpate.session.backlog import loop_first
 from palpate.session.live import DRAIN, LiveSession
 from palpate.session.loop import LockstepLoop, Rows
 from palpate.session.run_folder import require_writable
@@ -27,6 +28,9 @@ from palpate.session.summary import Summary
 from palpate.trackers.tracking import PERIOD
 
 BATCH = 0.1  # simulated time per batch of ticks in lockstep [s]
+UNWATCHED_BATCH = (
+    0.25  # the same if nothing acts between batches: the loop then waits less for the recording thread [s]
+)
 
 
 class Session(LiveSession):
@@ -196,9 +200,11 @@ class Session(LiveSession):
     def _executes(self) -> bool:
         return self.execution is not None and not self.execution.over
 
+    @loop_first()
     def _run_lockstep(self, n: int, on_progress: Callable[[State], None] | None) -> None:
         self._require_own_clock()
-        batch = max(1, round(BATCH * self.rate))
+        watched = on_progress is not None or self.steps_beside
+        batch = max(1, round((BATCH if watched else UNWATCHED_BATCH) * self.rate))
         while n > 0 and not self._interrupted.is_set() and not self._task_over.is_set():
             rows = self._advance(min(batch, n))
             if not len(rows):  # paused: simulated time stops

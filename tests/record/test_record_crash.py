@@ -48,9 +48,10 @@ CHILD = textwrap.dedent(
     while True:
         due = int(1000 * (time.monotonic() - began))
         if due > given:
+            print("begun", due, flush=True)
             recorder.append(ticks_from(given, due - given))
             given = due
-            print(given, flush=True)
+            print("given", given, flush=True)
         time.sleep(0.004)
     """
 )
@@ -66,11 +67,16 @@ def test_killed_at_a_random_moment(tmp_path, moment):
         assert process.stdout.readline() == b"ready\n"
         time.sleep(wait)
         process.send_signal(signal.SIGKILL)
-        given = int(process.stdout.read().split()[-1])
-    record = Record.open(path)
+        said = [line.split() for line in process.stdout.read().decode().splitlines()]
+    begun, given = (max((int(n) for word, n in said if word == kind), default=0) for kind in ("begun", "given"))
+    try:
+        record = Record.open(path)
+    except RecordError:
+        assert given <= 500, "on a busy machine the recorder may get no second before it is killed"
+        return
     assert not record.complete
     assert f"{len(record)} ticks" in record.note
-    assert given - 500 <= len(record) <= given + 500, "all but the last half second"
+    assert given - 500 <= len(record) <= begun, "all but the last half second, and none that was not given"
     require_same(record)
 
 

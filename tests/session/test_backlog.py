@@ -1,5 +1,7 @@
 """Blocks of ticks are taken in order behind the loop; one that fails ends the run, whose record holds those before."""
 
+import sys
+
 import numpy as np
 import pytest
 
@@ -46,6 +48,22 @@ def test_blocks_after_one_that_failed_are_dropped_and_later_ones_taken():
     backlog.add(ticks(50), [])
     backlog.finish()
     assert taken == [*dropped, 50]
+
+
+@pytest.mark.parametrize("scene", ["palpation.yaml", "two_hands.yaml"])
+def test_a_run_that_is_watched_has_the_same_record_and_leaves_the_interpreter_as_it_was(scene, tmp_path):
+    """Batches are shorter where somebody looks on, and the recording thread gives way more often meanwhile."""
+    given, seen, found = Scene.load(models_folder().parent / "scenes" / scene), [], []
+    before = sys.getswitchinterval()
+    for k, look in enumerate((None, lambda _: seen.append(sys.getswitchinterval()))):
+        session = (PairsSession if given.pairs else Session)(given, out=tmp_path / str(k))
+        session.run(0.7, on_progress=look)
+        assert sys.getswitchinterval() == before
+        found.append([path.read_bytes() for path in sorted((tmp_path / str(k)).rglob("record.mcap"))])
+    assert len(seen) == 7
+    assert max(seen) < before
+    assert found[0] == found[1]
+    assert found[0]
 
 
 @pytest.fixture
