@@ -21,7 +21,6 @@
 #include "palpate/loop/driver_thread.hpp"
 #include "palpate/loop/shared_object.hpp"
 #include "timing.hpp"
-#include "together.hpp"
 #include "types.hpp"
 
 namespace nb = nanobind;
@@ -116,6 +115,7 @@ void bind_driver(nb::module_& m) {
       .def("stop", &DriverThread::stop, nb::call_guard<nb::gil_scoped_release>(),
            "Ramps the force to zero and ends the threads, within a second even if the driver hangs.")
       .def("fault", &DriverThread::fault, "Why the loop ended by itself or hangs; empty if neither.")
+      .def_prop_ro("buttons", &DriverThread::buttons, "Buttons of the newest measurement, as `Reading.buttons`.")
       .def_prop_ro("stalls", &DriverThread::stalls, "Number of calls for which the watchdog wrote zero force.")
       .def(
           "timing", [](const DriverThread& self) { return punctuality(self.thread()); },
@@ -178,8 +178,6 @@ void bind_device(nb::module_& m) {
         "straight path of the handle: displacement [m], rotation vector [rad] and pinch angle [rad], from_ (n, 7) to "
         "`to` (n, 7). Each world has equally many of the n cycles, and its entry of `bodies` unless that is empty. "
         "Writes the newest row of each to rows (n, TICK_BYTES/8), and the largest force on its hand to felt (n,) [N].");
-  m.def("join_instruments", &join_instruments<Cycles>, "cycles"_a, "capsules"_a, "stiffness"_a, "damping"_a,
-        "rod"_a = loop::RodOptions(), "The same for cycles of devices, which one thread steps in turns.");
   m.def("join_bodies", &join_bodies, "cycles"_a, "bodies"_a,
         "The same for cycles of devices; the caller of `glide_together` advances the engine.");
 

@@ -5,20 +5,22 @@
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
+#include <nanobind/stl/variant.h>
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
 #include <array>
 #include <memory>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "bindings.hpp"
 #include "convert.hpp"
 #include "doc.hpp"
 #include "front.hpp"
+#include "palpate/loop/device_cycle.hpp"
 #include "timing.hpp"
-#include "together.hpp"
 #include "types.hpp"
 
 namespace nb = nanobind;
@@ -87,6 +89,20 @@ std::vector<Table> run_in_turns(const std::vector<Simulation*>& pairs, std::size
     rows.push_back(to_rows(std::move(one)));
   }
   return rows;
+}
+
+using Instrumented = std::variant<Simulation*, loop::DeviceCycle*>;
+
+/// Puts the instruments of several loops, simulated or of devices, into one world.
+void join_instruments(const std::vector<Instrumented>& loops,
+                      const std::vector<std::vector<loop::ToolCapsule>>& capsules, double stiffness, double damping,
+                      const loop::RodOptions& rod) {
+  if (loops.size() != capsules.size()) throw std::invalid_argument("capsules: give one list for each loop");
+  const auto board = std::make_shared<loop::Board>(static_cast<int>(loops.size()), rod);
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    const auto join = [&](auto* one) { one->join(board, static_cast<int>(i), capsules[i], {stiffness, damping}); };
+    std::visit(join, loops[i]);
+  }
 }
 
 Fields timing(const Simulation& self) {
@@ -292,10 +308,10 @@ void bind_simulation(nb::module_& m) {
   bind_running(m);
   m.attr("MAX_INSTRUMENTS") = loop::kMaxInstruments;
   m.attr("MAX_CAPSULES") = contact::kMaxCapsules;
-  m.def("join_instruments", &join_instruments<std::vector<Simulation*>>, "simulations"_a, "capsules"_a, "stiffness"_a,
-        "damping"_a, "rod"_a = loop::RodOptions(),
-        "Puts the instruments of several simulations into one world, in which they push each other apart with a "
-        "stiffness [N/m] and a damping [N s/m]. capsules: a list for each simulation.");
+  m.def("join_instruments", &join_instruments, "loops"_a, "capsules"_a, "stiffness"_a, "damping"_a,
+        "rod"_a = loop::RodOptions(),
+        "Puts the instruments of several loops into one world, in which they push each other apart with a stiffness "
+        "[N/m] and a damping [N s/m]. capsules: a list for each loop.");
   m.def("run_in_turns", &run_in_turns, "simulations"_a, "n_ticks"_a,
         "Runs several simulations in lockstep, tick by tick, in this thread; returns the rows of each.");
   m.def(

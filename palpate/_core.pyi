@@ -3456,28 +3456,17 @@ MAX_INSTRUMENTS: int = 8
 
 MAX_CAPSULES: int = 8
 
-@overload
 def join_instruments(
-    simulations: Sequence[Simulation],
+    loops: Sequence[Simulation | DeviceCycle],
     capsules: Sequence[Sequence[ToolCapsule]],
     stiffness: float,
     damping: float,
     rod: RodOptions = ...,
 ) -> None:
     """
-    Puts the instruments of several simulations into one world, in which they push each other apart with a stiffness
-    [N/m] and a damping [N s/m]. capsules: a list for each simulation.
+    Puts the instruments of several loops into one world, in which they push each other apart with a stiffness [N/m] and
+    a damping [N s/m]. capsules: a list for each loop.
     """
-
-@overload
-def join_instruments(
-    cycles: Sequence[DeviceCycle],
-    capsules: Sequence[Sequence[ToolCapsule]],
-    stiffness: float,
-    damping: float,
-    rod: RodOptions = ...,
-) -> None:
-    """The same for cycles of devices, which one thread steps in turns."""
 
 def run_in_turns(simulations: Sequence[Simulation], n_ticks: int) -> list[Annotated[NDArray[numpy.float64], "(:, :)"]]:
     """
@@ -4196,6 +4185,10 @@ class DriverThread:
 
     def fault(self) -> str:
         """Why the loop ended by itself or hangs; empty if neither."""
+
+    @property
+    def buttons(self) -> int:
+        """Buttons of the newest measurement, as `Reading.buttons`."""
 
     @property
     def stalls(self) -> int:

@@ -117,7 +117,7 @@ void bind_device(nb::module_& m) {
                 return std::nullopt;
               default:
                 std::copy(state.X_LH.begin(), state.X_LH.end(), X.data());
-                return std::tuple(state.clutch ? 1 : 0, state.gripper);
+                return std::tuple(static_cast<int>(state.buttons), state.gripper);
             }
           },
           "X"_a,

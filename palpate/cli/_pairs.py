@@ -36,6 +36,7 @@ class Options(Protocol):
     port: int
     host: str
     task: Any
+    failed: bool
 
 
 def run_pairs(command: Options, scene: Scene, viewer: bool) -> int:
@@ -44,11 +45,10 @@ def run_pairs(command: Options, scene: Scene, viewer: bool) -> int:
     if command.openigtlink is not None:
         what = "--openigtlink sends the frames of one pair, and the scene has several"
         raise PalpateError(what, where=scene.where("pairs"), mend="leave it out, or run one pair as a scene of its own")
-    for name, one in scene.each_pair().items():
-        if one.arms.leader.driver is not None:
-            what = f"pair {name} is felt on a device, and palpate run simulates the arms of several pairs"
-            mend = "leave the drivers out, or use palpate ros haptics for arms on ROS 2"
-            raise PalpateError(what, where=one.where("arms", "leader", "driver"), mend=mend)
+    driven = [name for name, one in scene.each_pair().items() if one.arms.leader.driver is not None]
+    if driven and command.fast:
+        what = f"--fast has no effect on a scene with a driver: pair {driven[0]} is felt on a device"
+        raise PalpateError(what, mend="leave it out")
     from palpate.console import outcome
 
     if viewer:
@@ -60,35 +60,51 @@ def run_pairs(command: Options, scene: Scene, viewer: bool) -> int:
         summary = live_pairs(begin, run, partial(_report, console, scene, viewer), page, console)
     else:
         session = _session(command, scene, lambda line: None)
-        summary = _report(console, scene, viewer, _run(command, console, session, realtime=command.realtime))
+        realtime = command.realtime or bool(driven)
+        summary = _report(console, scene, viewer, _run(command, console, session, realtime))
     write_json(command.json, with_result(summary, command.task, console))
-    return outcome.exit_code(*summary.pairs.values())
+    return outcome.exit_code(*summary.pairs.values()) or int(command.failed)
 
 
 def _session(command: Options, scene: Scene, say_progress: Callable[[str], None]) -> PairsSession:
     from palpate.certificate.scene import warn_outside
+    from palpate.devices import DrivenPairs
     from palpate.scene import doubts
     from palpate.session import PairsSession
 
     say_progress("reading surfaces, placing arms and planning the paths")
-    session = PairsSession(scene, out=command.out or Path(scene.record.folder), seed=command.seed)
+    driven = any(one.arms.leader.driver is not None for one in scene.each_pair().values())
+    made = DrivenPairs if driven else PairsSession
+    session = made(scene, out=command.out or Path(scene.record.folder), seed=command.seed)
     command.task = task_of(session)
     say_progress("computing the stability certificates")
     for k, rig in enumerate(session.rigs.values()):
         if k == 0:  # the pairs share the objects
             doubts.warn_of_coarse_meshes(rig.scene, rig.surfaces)
-        warn_outside(rig)
+        if rig.scene.arms.leader.driver is None:  # a device has its own certificate: palpate device bench
+            warn_outside(rig)
     return session
 
 
 def _run(command: Options, console: Console, session: PairsSession, realtime: bool) -> PairsSummary:
     from palpate.console.pairs import PairsProgress
 
-    duration = session.scene.duration if command.duration is None else command.duration
+    driven = any(rig.scene.arms.leader.driver is not None for rig in session.rigs.values())
+    usual = None if driven else session.scene.duration  # a scene with a device runs until Ctrl-C
+    duration = usual if command.duration is None else command.duration
     mode = "real time" if realtime else "lockstep, as fast as possible"
     near = {name: pair.nearest for name, pair in session.pairs.items()}
-    with PairsProgress(console, duration, mode, near) as progress, pedals(command.pedals, session.console, realtime):
-        return session.run(duration, realtime=realtime, on_progress=progress)
+
+    def ended() -> dict[str, str | None]:
+        return {name: pair.ended for name, pair in session.pairs.items()}
+
+    with (
+        PairsProgress(console, duration, mode, near, ended) as progress,
+        pedals(command.pedals, session.console, realtime),
+    ):
+        summary = session.run(duration, realtime=realtime, on_progress=progress)
+    command.failed = any(ended().values())
+    return summary
 
 
 def _with_page(summary: PairsSummary) -> PairsSummary:

@@ -46,8 +46,9 @@ class Command:
     """Scene file (YAML), or the name of a shipped scene (palpate scenes lists them)."""
     trust: bool = False
     """Let the driver that the scene names run, although it is not installed: code beside the scene file."""
-    leader: Annotated[str | None, arg(metavar="DRIVER")] = None
-    """Feel the scene on this device instead of its leader: a name of `palpate device list`, e.g. haply."""
+    leader: Annotated[list[str], arg(metavar="[PAIR=]DRIVER")] | None = None
+    """Feel the scene on this device instead of its leader: a name of `palpate device list`, e.g. haply. In a scene with
+    several pairs once for each hand, e.g. --leader right=haply:id=04C3 --leader left=haply:id=04C4."""
     headless: bool = False
     """Run without the viewer even in a terminal; in lockstep unless --realtime is given."""
     duration: Annotated[float | None, arg(metavar="SECONDS")] = None
@@ -92,13 +93,14 @@ class Command:
 
         self._refuse_contradictions()
         self.task: TaskRun | None = None
+        self.failed = False  # a device has ended its run
         console = console_for(self.json)
         viewer = self.serve or (not self.headless and sys.stdout.isatty() and sys.stdin.isatty())
         if viewer:
             require_viewer()
         require_writable(self.json)
         scene = _with_task(Scene.load(self.scene, self.trust), self.seed)
-        if self.leader is not None:
+        if self.leader:
             scene = self._with_leader(scene)
         if self.plan is not None and (scene.pairs or scene.arms.leader.driver is not None):
             what = "a scene with several pairs" if scene.pairs else "a scene with a driver"
@@ -122,15 +124,26 @@ class Command:
         return outcome.exit_code(summary)
 
     def _with_leader(self, scene: Scene) -> Scene:
-        """The scene with the driver of --leader.
+        """The scene with the drivers of --leader.
 
         Raises:
-            PalpateError: the scene has pairs, or there is no such driver.
+            PalpateError: a pair is missing or unknown, or there is no such driver.
         """
-
-        if scene.pairs:
-            raise PalpateError("--leader has no effect on a scene with several pairs", mend="leave it out")
-        return scene.with_driver(str(self.leader))
+        assert self.leader is not None
+        if not scene.pairs:
+            if len(self.leader) > 1:
+                what = f"--leader is given {len(self.leader)} times, and the scene has one hand"
+                raise PalpateError(what, mend="give one, or a scene with a section pairs")
+            return scene.with_driver(self.leader[0])
+        for text in self.leader:
+            pair, _, driver = text.partition("=")
+            if pair not in scene.pairs or not driver:
+                what, names = f"--leader {text} names no pair of the scene", ", ".join(scene.pairs)
+                raise PalpateError(
+                    what, mend=f"write PAIR=DRIVER with one of {names}, e.g. {next(iter(scene.pairs))}=haply"
+                )
+            scene = scene.with_driver(driver, pair)
+        return scene
 
     def _session(self, scene: Scene, say: Callable[[str], None] = lambda line: None) -> Session:
         from palpate.certificate.scene import warn_outside

@@ -38,11 +38,11 @@ class RunLine(LiveLine):
 
     Args:
         console: output.
-        duration: time of the run [s].
+        duration: time of the run [s]; None: until Ctrl-C.
         mode: words for the mode, such as "real time".
     """
 
-    def __init__(self, console: Console, duration: float, mode: str) -> None:
+    def __init__(self, console: Console, duration: float | None, mode: str) -> None:
         super().__init__(console)
         self._duration, self._mode = duration, mode
         self._start: float | None = None
@@ -58,9 +58,10 @@ class RunLine(LiveLine):
         if self._start is None:
             self._start = t
         done = t - self._start
-        line = Text.assemble((f"{done:6.1f} / {self._duration:g} s", "bold"), *words, (f"  {self._mode}", "dim"))
+        end = "" if self._duration is None else f" / {self._duration:g}"
+        line = Text.assemble((f"{done:6.1f}{end} s", "bold"), *words, (f"  {self._mode}", "dim"))
         if self._live is not None:
             self._live.update(line)
-        elif done >= self._printed * self._duration / _LINES:
+        elif self._duration is not None and done >= self._printed * self._duration / _LINES:
             self._printed += 1
             self._console.print(line, soft_wrap=True)

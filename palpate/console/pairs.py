@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.table import Table
 
 from palpate.console.live_line import RunLine
+from palpate.console.output import say
 from palpate.record.ticks import Ticks
 from palpate.report.summary import rows
 from palpate.session.pairs import States
@@ -20,16 +21,26 @@ class PairsProgress(RunLine):
     Args:
         console, duration, mode: as those of `RunLine`.
         near: says for each pair what is nearest to a tool that touches nothing (`LiveSession.nearest`).
+        ended: says for each pair why it ended by itself, None if it did not; each is printed once.
     """
 
     def __init__(
-        self, console: Console, duration: float, mode: str, near: Mapping[str, Callable[[Ticks], str]]
+        self,
+        console: Console,
+        duration: float | None,
+        mode: str,
+        near: Mapping[str, Callable[[Ticks], str]],
+        ended: Callable[[], Mapping[str, str | None]] = dict,
     ) -> None:
         super().__init__(console, duration, mode)
-        self._near = near
+        self._near, self._ended, self._said = near, ended, set[str]()
 
     def __call__(self, states: States) -> None:
         """Show the newest states."""
+        for name, why in self._ended().items():
+            if why is not None and name not in self._said:
+                self._said.add(name)
+                say(self._console, f"{name}: {why}; the others go on", "ended:", "red")
         words: list[str | tuple[str, str]] = []
         for name, state in states.items():
             words += [(f"  {name} ", "dim"), f"{state.phase or 'run':<8} "]

@@ -16,6 +16,7 @@ from palpate.devices.driver import Driver, Facts, as_reading, facts
 from palpate.devices.loop import DeviceLoop, device_scene
 from palpate.errors import DeviceError, PalpateError, PalpateWarning
 from palpate.record.ticks import Timing
+from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
 
 STALL = 0.012
@@ -27,6 +28,24 @@ _RAMP = 0.1  # longest ramp-down at the end [s]
 _SWITCH = 0.0005  # longest wait for the interpreter while another thread of Python computes [s]
 _ZERO = np.zeros(6)
 _POSES = (_core.DeviceFault.not_rigid, _core.DeviceFault.left_handed)
+
+
+def driven_scene(scene: Scene, known: Facts) -> Scene:
+    """The scene at the rate of a driver, with its caps and its gripper."""
+    cap = min(known.force_max or scene.stability.force_cap, scene.stability.force_cap)
+    return _with_gripper(device_scene(scene, known.name, known.rate, cap, known.moment_max), known)
+
+
+def _with_gripper(scene: Scene, known: Facts) -> Scene:
+    """The scene with a gripper torque that the driver can give."""
+    leader, most = scene.arms.leader, known.gripper_max
+    if leader.gripper.torque > most == 0.0:
+        what = f"the gripper of {known.name} has no motor: its fingers do not feel the jaws"
+        where = scene.where("arms", "leader", "gripper", "torque")
+        warnings.warn(PalpateWarning(what, where=where, mend="leave gripper.torque out"), stacklevel=4)
+    gripper = leader.gripper.model_copy(update={"torque": min(leader.gripper.torque, most)})
+    arms = scene.arms.model_copy(update={"leader": leader.model_copy(update={"gripper": gripper})})
+    return scene.model_copy(update={"arms": arms})
 
 
 class DrivenLoop(DeviceLoop):
@@ -41,18 +60,17 @@ class DrivenLoop(DeviceLoop):
         scene: scene to render; its rate becomes that of the driver, and its force cap at most that of the driver.
         driver: the driver, not yet open.
         name: name of the driver for messages.
+        rig: the rig of `driven_scene`, if it is built already.
 
     Raises:
         DeviceError: the facts of the driver are invalid. SceneError, MeshError: the scene cannot run.
     """
 
-    def __init__(self, scene: Scene, driver: Driver, name: str) -> None:
+    def __init__(self, scene: Scene, driver: Driver, name: str, rig: Rig | None = None) -> None:
         self.facts: Facts = facts(driver, name)
-        cap = self.facts.force_max or scene.stability.force_cap
-        cap = min(cap, scene.stability.force_cap)
-        scene = device_scene(scene, name, self.facts.rate, cap, self.facts.moment_max)
-        scene = self._with_gripper(scene)
-        super().__init__(scene, self.facts.resolution, self.facts.mass, self.facts.workspace, delay=self.facts.delay)
+        known = self.facts
+        scene = driven_scene(scene, known) if rig is None else rig.scene
+        super().__init__(scene, known.resolution, known.mass, known.workspace, delay=known.delay, rig=rig)
         self.driver = driver
         self.stalls = 0  #: how often the watchdog wrote zero force
         self._lateness: list[float] = []
@@ -131,17 +149,6 @@ class DrivenLoop(DeviceLoop):
             "scheduler": f"{self._scheduler}; lateness p50 {shares['p50']:.0f} us, p99 {shares['p99']:.0f} us, "
             f"at most {shares['max']:.0f} us",
         }
-
-    def _with_gripper(self, scene: Scene) -> Scene:
-        """The scene with a gripper torque that the driver can give."""
-        leader, most = scene.arms.leader, self.facts.gripper_max
-        if leader.gripper.torque > most == 0.0:
-            what = f"the gripper of {self.facts.name} has no motor: its fingers do not feel the jaws"
-            where = scene.where("arms", "leader", "gripper", "torque")
-            warnings.warn(PalpateWarning(what, where=where, mend="leave gripper.torque out"), stacklevel=4)
-        gripper = leader.gripper.model_copy(update={"torque": min(leader.gripper.torque, most)})
-        arms = scene.arms.model_copy(update={"leader": leader.model_copy(update={"gripper": gripper})})
-        return scene.model_copy(update={"arms": arms})
 
     # -- the thread of the driver ------------------------------------------------------------------------------------
 

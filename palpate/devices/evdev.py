@@ -18,6 +18,7 @@ from typing import ClassVar
 import numpy as np
 
 from palpate.arrays import Array
+from palpate.devices.buttons import CAMERA, CLUTCH, COAG
 from palpate.devices.driver import Driver, Reading
 from palpate.errors import DeviceError
 
@@ -92,6 +93,10 @@ class EventDevice(Driver):
         """Velocity (3,) of the handle by the present deflections [m/s]."""
         return np.zeros(3)
 
+    def _set(self, bit: int, down: bool) -> None:
+        """Press or release a button of `palpate.devices.buttons`."""
+        self._buttons = self._buttons | bit if down else self._buttons & ~bit
+
     def _events(self) -> Iterator[tuple[int, int, int]]:
         with suppress(BlockingIOError):
             while data := os.read(self._file, 64 * EVENT.size):
@@ -103,32 +108,34 @@ class EventDevice(Driver):
 class Mouse(EventDevice):
     """A mouse (``mouse``): it moves left, right, away and near; its wheel moves up and down; it renders no force.
 
-    The left button closes the gripper, the right button is the clutch.
+    The left button closes the gripper, the right button is the clutch, the middle button the camera pedal.
     """
 
     handler = "mouse"
     _COUNT, _NOTCH = 1e-4, 1e-3  # m per count of the motion and per notch of the wheel
+    _BUTTONS: ClassVar = {0x111: CLUTCH, 0x112: CAMERA}
 
     def take(self, kind: int, code: int, value: int) -> None:
-        """Counts of motion and wheel, and two buttons."""
+        """Counts of motion and wheel, and three buttons."""
         if kind == _REL and code in (0, 1, 8):
             axis, step = {0: (0, self._COUNT), 1: (1, -self._COUNT), 8: (2, self._NOTCH)}[code]
             self._p[axis] += step * value
         elif kind == KEY and code == 0x110:
             self._gripper = 0.0 if value else OPENING
-        elif kind == KEY and code == 0x111:
-            self._buttons = int(value != 0)
+        elif kind == KEY and code in self._BUTTONS:
+            self._set(self._BUTTONS[code], value != 0)
 
 
 class Gamepad(EventDevice):
     """A gamepad (``gamepad``): its sticks set the velocity, at most 50 mm/s; it renders no force.
 
     The left stick moves left, right, away and near; the right stick moves up and down; the right trigger closes the
-    gripper; the left shoulder button is the clutch.
+    gripper; the left shoulder button is the clutch, the right one the camera pedal, the lower button coagulation.
     """
 
     handler = "js"
     SPEED, DEAD = 0.05, 0.12  # m/s at full deflection; deflection that counts as none
+    _BUTTONS: ClassVar = {0x136: CLUTCH, 0x137: CAMERA, 0x130: COAG}
     _AXES: ClassVar = {0: (0, 1.0), 1: (1, -1.0), 4: (2, -1.0)}  # code: axis of the base, sign
 
     def __init__(self, path: str = "") -> None:
@@ -137,7 +144,7 @@ class Gamepad(EventDevice):
         self._ranges: dict[int, tuple[int, int]] = {}
 
     def take(self, kind: int, code: int, value: int) -> None:
-        """Deflections of sticks and trigger, and the shoulder button."""
+        """Deflections of sticks and trigger, and three buttons."""
         if kind == _ABS and code in self._AXES:
             axis, sign = self._AXES[code]
             low, high = self._range(code)
@@ -147,8 +154,8 @@ class Gamepad(EventDevice):
         elif kind == _ABS and code == 5:
             low, high = self._range(code, (0, 255))
             self._gripper = OPENING * float(np.clip(1.0 - (value - low) / (high - low), 0.0, 1.0))
-        elif kind == KEY and code == 0x136:
-            self._buttons = int(value != 0)
+        elif kind == KEY and code in self._BUTTONS:
+            self._set(self._BUTTONS[code], value != 0)
 
     def velocity(self) -> Array:
         """Velocity (3,) by the sticks [m/s]."""

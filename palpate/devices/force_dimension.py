@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from palpate.arrays import Array
+from palpate.devices.buttons import TABLE, bits
 from palpate.devices.driver import Driver, Reading
 from palpate.errors import DeviceError
 
@@ -23,7 +24,9 @@ _MEND = "pip install forcedimension-core, and install the SDK of Force Dimension
 class ForceDimension(Driver):
     """A device of Force Dimension, or a Falcon (``force-dimension``), by the vendor's SDK.
 
-    Its base has x towards the user, y to the right and z up. Button 0 is the clutch. The SDK compensates the weight.
+    ``force-dimension:SERIAL`` opens the one with that serial number, for two of them at one computer. The base has x
+    towards the user, y to the right and z up. Buttons 0, 1 and 2 are clutch, camera pedal and coagulation. The SDK
+    compensates the weight.
     """
 
     rate = 1000.0
@@ -31,7 +34,11 @@ class ForceDimension(Driver):
     moment_max = 0.1
     workspace = (0.10, 0.10, 0.10)
 
-    def __init__(self) -> None:
+    def __init__(self, serial: str = "") -> None:
+        if serial and not serial.isdigit():
+            what = f"{serial!r} is no serial number of a device of Force Dimension"
+            raise DeviceError(what, mend="write force-dimension:NUMBER, as the vendor's program `HapticDesk` shows it")
+        self._serial = serial
         self._dhd: Any = None
         self._id = -1
         self._p, self._R = [0.0] * 3, [[0.0] * 3 for _ in range(3)]
@@ -44,15 +51,16 @@ class ForceDimension(Driver):
         return "" if find_spec("forcedimension_core") else "the Python package forcedimension-core and the vendor's SDK"
 
     def open(self) -> None:
-        """Open the first device and switch its forces on."""
+        """Open the first device, or that with the serial number, and switch its forces on."""
         try:
             self._dhd = import_module("forcedimension_core.dhd")
         except Exception as error:  # the binding raises its own errors if the SDK is missing
             raise DeviceError("the binding of Force Dimension cannot be loaded", why=str(error), mend=_MEND) from None
-        self._id = self._dhd.open()
+        self._id = self._dhd.openSerial(int(self._serial)) if self._serial else self._dhd.open()
         if self._id < 0:
             mend = "check power and cable, and the udev rules of the SDK; calibrate the device by its own program first"
-            raise DeviceError("no device of Force Dimension opens", why=str(self._dhd.errorGetLastStr()), mend=mend)
+            what = f"no device of Force Dimension opens{f' with the number {self._serial}' if self._serial else ''}"
+            raise DeviceError(what, why=str(self._dhd.errorGetLastStr()), mend=mend)
         self._wrist, self._gripper = bool(self._dhd.hasWrist(self._id)), bool(self._dhd.hasGripper(self._id))
         self._check(self._dhd.setGravityCompensation(True, self._id))
         self._check(self._dhd.enableForce(True, self._id))
@@ -68,7 +76,8 @@ class ForceDimension(Driver):
         X[:3, 3] = self._p
         if self._gripper:
             self._check(self._dhd.getGripperAngleRad(self._angle, self._id))
-        return Reading(X, None, abs(self._angle.value), int(self._dhd.getButton(0, self._id) > 0))
+        pressed = {name: self._dhd.getButton(int(name), self._id) > 0 for name in TABLE["force-dimension"]}
+        return Reading(X, None, abs(self._angle.value), bits(pressed, "force-dimension"))
 
     def write(self, wrench: Array) -> None:
         """Command force and moment."""

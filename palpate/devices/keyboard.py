@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from palpate.arrays import Array
+from palpate.devices.buttons import PEDALS
 from palpate.devices.driver import Reading
 from palpate.devices.evdev import KEY, OPENING, EventDevice
 from palpate.errors import DeviceError
@@ -30,10 +31,12 @@ _MOVES = {"left": (0, -1), "right": (0, 1), "away": (1, 1), "near": (1, -1), "up
 _TEXT = {
     b"\x1b[D": "left", b"\x1b[C": "right", b"\x1b[A": "away", b"\x1b[B": "near", b"\x1b[5~": "up", b"\x1b[6~": "down",
     b"a": "left", b"d": "right", b"w": "away", b"s": "near", b"e": "up", b"q": "down", b" ": "gripper", b"c": "clutch",
+    b"v": "camera", b"x": "coag",
 }  # fmt: skip
 _CODES = {
     105: "left", 106: "right", 103: "away", 108: "near", 104: "up", 109: "down",
     30: "left", 32: "right", 17: "away", 31: "near", 18: "up", 16: "down", 57: "gripper", 46: "clutch",
+    47: "camera", 45: "coag",
 }  # fmt: skip  # linux/input-event-codes.h
 _TOKEN = re.compile(rb"\x1b\[(?:[A-Z]|[0-9]+~)|.", re.DOTALL)  # a key of the terminal
 _UNFINISHED = re.compile(rb"\x1b(?:\[[0-9]{0,3})?$")  # whose rest has not arrived yet
@@ -43,7 +46,8 @@ class Keyboard(EventDevice):
     """A keyboard (``keyboard``): each press moves by 1 mm, held keys go on; it renders no force.
 
     Arrows or W A S D move left, right, away and near; Page Up and Page Down, or E and Q, move up and down. The space
-    bar closes and opens the gripper, C presses and releases the clutch. Capital letters in the terminal move by 0.2 mm.
+    bar closes and opens the gripper; C, V and X press and release clutch, camera pedal and coagulation. Capital letters
+    in the terminal move by 0.2 mm.
     """
 
     handler = "kbd"
@@ -101,8 +105,8 @@ class Keyboard(EventDevice):
     def _press(self, key: str, step: float) -> None:
         if key == "gripper":
             self._gripper = OPENING - self._gripper
-        elif key == "clutch":
-            self._buttons ^= 1
+        elif key in PEDALS:
+            self._buttons ^= PEDALS[key]
         else:
             axis, sign = _MOVES[key]
             self._target[axis] += sign * step

@@ -15,6 +15,7 @@ from palpate.scene.port import Port, apply
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.scene.soft import wait_for_bodies
+from palpate.scene.surface import Bodies
 from palpate.session.loop import Rows
 
 STALE_AFTER = 0.02
@@ -147,12 +148,13 @@ def device_options(rig: Rig, port: Port) -> _core.CrtkOptions:
     return cycle
 
 
-def mapped_rig(scene: Scene, workspace: tuple[float, float, float] | None) -> Rig:
+def mapped_rig(scene: Scene, workspace: tuple[float, float, float] | None, bodies: Bodies | None = None) -> Rig:
     """The rig of a scene whose mapping knows the workspace of the device.
 
     Args:
         scene: a scene from `device_scene`.
         workspace: lengths along the axes of the device's base [m]; those of the scene take precedence.
+        bodies: surfaces that several scenes share.
 
     Raises:
         SceneError, MeshError: the scene cannot run; its mapping needs a workspace, or a scale above 5 to cover the
@@ -163,7 +165,7 @@ def mapped_rig(scene: Scene, workspace: tuple[float, float, float] | None) -> Ri
         what = f"mapping law {mapping.law} needs the workspace of the device"
         mend = f"write mapping: {{law: {mapping.law}, workspace: [0.16, 0.16, 0.11]}}, in m"
         raise SceneError(what, where=scene.where("mapping"), mend=mend)
-    rig = build(scene.model_copy(update={"mapping": mapping}))
+    rig = build(scene.model_copy(update={"mapping": mapping}), bodies)
     if mapping.law != "scaled" or "scale" in mapping.model_fields_set:
         return rig
     corners = np.array([surface.bounds for surface in rig.surfaces])
@@ -171,7 +173,7 @@ def mapped_rig(scene: Scene, workspace: tuple[float, float, float] | None) -> Ri
     if covering.scale > MOST_SCALE:
         what = f"mapping law scaled: the objects need {covering.scale:.3g} times the workspace, at most {MOST_SCALE:g}"
         raise SceneError(what, where=scene.where("mapping"), mend="use rate or drift, or give mapping.scale")
-    return build(scene.model_copy(update={"mapping": covering}))
+    return build(scene.model_copy(update={"mapping": covering}), bodies)
 
 
 _LONGEST = 0.02  # time by which bodies move on after a pause [s]
@@ -187,6 +189,7 @@ class DeviceLoop:
         workspace: lengths of the device's workspace along the axes of its base [m]; None: those of the scene.
         replays: whether its owner may step it faster than real time: it then waits for the threads of soft bodies.
         delay: time from the measurement to the force on the hand; None: not stated [s].
+        rig: the rig of the scene, from `mapped_rig`, if it is built already.
 
     Raises:
         SceneError, MeshError: the scene cannot run, or its mapping needs a workspace.
@@ -200,21 +203,25 @@ class DeviceLoop:
         workspace: tuple[float, float, float] | None = None,
         replays: bool = False,
         delay: float | None = None,
+        rig: Rig | None = None,
     ) -> None:
-        self.rig = rig = mapped_rig(scene, workspace)
+        own = rig is None  # with others, the session joins the tools of all
+        self.rig = rig = mapped_rig(scene, workspace) if rig is None else rig
         if replays:
             wait_for_bodies(rig.snapshot)
         options = device_options(rig, device_port(scene, resolution, mass, delay))
         self.cycle = _core.DeviceCycle(options, rig.arms.follower, rig.snapshot)
         self.cycle.set_fixtures(rig.fixtures)
-        self.world = held.join({"": rig}, [self.cycle])  #: the rigid bodies of the scene; None: it has none
+        self.world = held.join({"": rig}, [self.cycle]) if own else None  #: the rigid bodies of the scene
         if self.world is not None and replays:
             self.world.threaded = False
         self._t: float | None = None  # of the last step, for bodies without a thread [s]
         self.wrench: Array = np.zeros(6)  #: newest wrench on the hand [N, N m]; overwritten by every step
+        self._buttons = 0
 
     def step(self, t: float, X: Array, V: Array | None, gripper: float, buttons: int) -> _core.DeviceFault:
         """One step; the arrays are C-contiguous float64 (4, 4) and (6,). Writes `wrench`."""
+        self._buttons = buttons
         fault = self.cycle.step(t, X, V, gripper, bool(buttons & 1), self.wrench)
         if self.world is not None and not self.world.threaded and np.isfinite(t):
             self.world.core_bodies.advance(min(max(t - (t if self._t is None else self._t), 0.0), _LONGEST))
@@ -228,6 +235,11 @@ class DeviceLoop:
     def stop(self) -> None:
         """End the thread of the collision queries, if the contact method has one."""
         self.cycle.stop()
+
+    @property
+    def buttons(self) -> int:
+        """Buttons of the newest reading, as `Reading.buttons`."""
+        return self._buttons
 
     def drain(self) -> Rows:
         """The rows since the last call."""

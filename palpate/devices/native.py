@@ -9,6 +9,7 @@ from palpate.devices.loop import DeviceLoop, device_scene
 from palpate.devices.trust import require_trust
 from palpate.errors import DeviceError
 from palpate.record.ticks import Timing
+from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
 
 
@@ -41,6 +42,17 @@ def load_driver(name: str, folder: Path, *, trust: bool = False) -> _core.Driver
         raise DeviceError(f"driver {name} cannot be used", why=str(error), mend=mend) from None
 
 
+def size_of(driver: _core.Driver) -> tuple[float, float, float] | None:
+    """Lengths of a driver's workspace [m]; None if it states none."""
+    return driver.workspace if min(driver.workspace) > 0.0 else None
+
+
+def native_scene(scene: Scene, name: str, driver: _core.Driver) -> Scene:
+    """The scene at the rate of a driver of the core, with its caps."""
+    cap = min(driver.force_max or scene.stability.force_cap, scene.stability.force_cap)
+    return device_scene(scene, name, driver.rate, cap, driver.moment_max)
+
+
 class NativeLoop(DeviceLoop):
     """Reads a driver of the core, steps the cycle and writes the wrench, without the interpreter.
 
@@ -52,18 +64,15 @@ class NativeLoop(DeviceLoop):
         scene: scene to render; its rate becomes that of the driver, and its force cap at most that of the driver.
         name: name of the driver for messages.
         driver: the opened device.
+        rig: the rig of `native_scene`, if it is built already.
 
     Raises:
         SceneError, MeshError: the scene cannot run.
     """
 
-    def __init__(self, scene: Scene, name: str, driver: _core.Driver) -> None:
+    def __init__(self, scene: Scene, name: str, driver: _core.Driver, rig: Rig | None = None) -> None:
         self.driver, self._name = driver, name
-        cap = self.driver.force_max or scene.stability.force_cap
-        size = self.driver.workspace
-        cap = min(cap, scene.stability.force_cap)
-        scene = device_scene(scene, name, self.driver.rate, cap, self.driver.moment_max)
-        super().__init__(scene, workspace=size if min(size) > 0.0 else None)
+        super().__init__(native_scene(scene, name, driver), workspace=size_of(driver), rig=rig)
         self._thread = _core.DriverThread(self.driver, self.cycle)
 
     def start(self) -> None:
@@ -75,6 +84,11 @@ class NativeLoop(DeviceLoop):
         """Ramp the force to zero and end the thread; a thread that hangs in the driver is left behind."""
         self._thread.stop()
         super().stop()
+
+    @property
+    def buttons(self) -> int:
+        """Buttons of the newest reading, as `Reading.buttons`."""
+        return self._thread.buttons
 
     def fault(self) -> str | None:
         """Why the loop ended by itself, or that the driver hangs."""

@@ -6,8 +6,8 @@
  *
  * HDAPI calls a servo callback at 1 kHz. It copies the state out and the force in, under a lock that it never waits
  * for, and commands zero force if the newest force is older than 20 ms. HDAPI has millimetres and column-major
- * matrices; x is right, y up, z towards the user. Button 1 is the clutch. Judged with a stand-in of HDAPI, not with a
- * device. */
+ * matrices; x is right, y up, z towards the user. Button 1 is the clutch, 2 closes the gripper, 3 and 4 are the pedals
+ * camera and coagulation. Judged with a stand-in of HDAPI, not with a device. */
 #include <HD/hd.h>
 #include <pthread.h>
 #include <stdio.h>
@@ -18,6 +18,7 @@
 #include "driver.h"
 
 #define SILENT 0.02 /* age after which a force or a state is not used [s] */
+#define OPENING 0.5 /* angle of the gripper while its button is released [rad] */
 
 typedef struct device {
   HHD id;
@@ -40,7 +41,10 @@ static void convert(const double transform[16], int buttons, palpate_driver_stat
   for (int row = 0; row < 4; ++row)
     for (int column = 0; column < 4; ++column)
       s->X_LH[4 * row + column] = transform[4 * column + row] * (column == 3 && row < 3 ? 1e-3 : 1.0);
-  s->buttons = (buttons & HD_DEVICE_BUTTON_1) != 0;
+  if (buttons & HD_DEVICE_BUTTON_1) s->buttons |= PALPATE_BUTTON_CLUTCH;
+  if (buttons & HD_DEVICE_BUTTON_3) s->buttons |= PALPATE_BUTTON_CAMERA;
+  if (buttons & HD_DEVICE_BUTTON_4) s->buttons |= PALPATE_BUTTON_COAG;
+  s->gripper = (buttons & HD_DEVICE_BUTTON_2) ? 0.0 : OPENING;
 }
 
 static HDCallbackCode HDCALLBACK servo(void* data) {

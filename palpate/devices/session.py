@@ -10,13 +10,12 @@ from pathlib import Path
 import numpy as np
 
 from palpate import stop_signals
+from palpate.devices.buttons import press
 from palpate.devices.driven import DrivenLoop
 from palpate.devices.driver import Driver
-from palpate.devices.haply.driver import Haply
+from palpate.devices.leader import leader_of
 from palpate.devices.loop import WORDS, DeviceLoop
-from palpate.devices.native import NativeLoop, is_native, load_driver
-from palpate.devices.open import open_driver
-from palpate.errors import DeviceError
+from palpate.devices.native import NativeLoop
 from palpate.record.ticks import Ticks
 from palpate.scene.scene import Scene
 from palpate.sensing.source import Clouds
@@ -38,6 +37,7 @@ class DeviceSession(LiveSession):
         self.seen = self._seen.seen
         """Faults by the name of their status bit."""
         scene = loop.rig.scene
+        self._pressed = 0  # buttons that the console knows
         super().__init__(loop.rig, loop, scene.rates.haptic, scene.seed, out, clouds)
         self.world = loop.world
         self._steps, self._counted_at = 0, time.monotonic()
@@ -61,8 +61,26 @@ class DeviceSession(LiveSession):
         self._seen.take(ticks)
         super()._take(ticks, realtime)
 
+    def _drain(self) -> None:
+        super()._drain()
+        loop, source = self._loop, self.scene.arms.leader.driver or "device"
+        if isinstance(loop, DeviceLoop):
+            self._pressed = press(self.console, self._pressed, 0 if loop.fault() else loop.buttons, source)
+
     def _faults(self) -> list[str]:
-        return [*super()._faults(), *self._seen.words()]
+        named = self._loop.named if isinstance(self._loop, DrivenLoop) else set()
+        notices = self._loop.notices() if isinstance(self._loop, NativeLoop) else []
+        return [
+            *super()._faults(),
+            *self._seen.words(),
+            *notices,
+            *(f"driver: {WORDS[fault][0]}; mend: {WORDS[fault][1]}" for fault in named),
+        ]
+
+    @property
+    def failed(self) -> bool:
+        """True if the driver failed, which ended the run."""
+        return self._loop.fault() is not None
 
 
 class DrivenSession(DeviceSession):
@@ -84,21 +102,7 @@ class DrivenSession(DeviceSession):
     def __init__(self, scene: Scene, out: str | os.PathLike[str] | None = None, driver: Driver | None = None) -> None:
         if out is not None:
             require_writable(Path(out))
-        super().__init__(_driven_loop(scene, driver), out)
-
-    def _faults(self) -> list[str]:
-        named = self._loop.named if isinstance(self._loop, DrivenLoop) else set()
-        notices = self._loop.notices() if isinstance(self._loop, NativeLoop) else []
-        return [
-            *super()._faults(),
-            *notices,
-            *(f"driver: {WORDS[fault][0]}; mend: {WORDS[fault][1]}" for fault in named),
-        ]
-
-    @property
-    def failed(self) -> bool:
-        """True if the driver failed, which ended the run."""
-        return self._loop.fault() is not None
+        super().__init__(leader_of(scene, driver).loop(None), out)
 
     def run(self, duration: float | None = None, on_progress: Callable[[State], None] | None = None) -> Summary:
         """Render the scene for a time, or until its task is done, the driver fails, Ctrl-C or SIGTERM.
@@ -126,19 +130,3 @@ class DrivenSession(DeviceSession):
                 self.close(interrupted=True)
                 raise
             return self.close(interrupted=self._interrupted.is_set())
-
-
-def _driven_loop(scene: Scene, driver: Driver | None) -> DeviceLoop:
-    if driver is not None:
-        cls = type(driver)
-        return DrivenLoop(scene, driver, scene.arms.leader.driver or f"{cls.__module__}:{cls.__name__}")
-    name, folder = scene.arms.leader.driver, Path(scene.file).parent
-    if name is None:
-        what = "the scene names no driver"
-        raise DeviceError(what, where=scene.where("arms", "leader"), mend="add driver: MODULE:CLASS")
-    if is_native(name):
-        return NativeLoop(scene, name, load_driver(name, folder, trust=scene.trusted))
-    found = open_driver(name, folder, trust=scene.trusted)
-    if isinstance(found, Haply):
-        return NativeLoop(scene, name, found.native())
-    return DrivenLoop(scene, found, name)

@@ -194,14 +194,22 @@ class Scene(Section):
             raise explain.scene_error(error, Scene, self._file or f"pair {name}", lines) from None
         return made.with_origin(self._file, lines, self._trusted)
 
-    def with_driver(self, name: str) -> Scene:
+    def with_driver(self, name: str, pair: str | None = None) -> Scene:
         """The scene on a device: with this driver in place of its leader.
+
+        Args:
+            name: the driver.
+            pair: the pair whose hand feels on it, which turns it by the axes of the world; None: a scene without pairs.
 
         Raises:
             SceneError: there is no such driver, or the scene cannot run on a device.
         """
         data = self.model_dump(mode="json", exclude_unset=True)
-        data.setdefault("arms", {}).setdefault("leader", {})["driver"] = name
+        section = data if pair is None else data["pairs"][pair]
+        leader = section.setdefault("arms", {}).setdefault("leader", {})
+        leader["driver"] = name
+        if pair is not None and leader.get("base"):  # the place of the simulated arm; its axes are not the device's
+            leader["base"].pop("rpy_deg", None)
         try:
             made = Scene.validated(data, {"folder": Path(self._file).parent})
         except ValidationError as error:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from itertools import combinations
 
@@ -23,12 +23,18 @@ _SAME = 0.005  # distance below which two bases of followers are the same place 
 _LEADERS = 0.05  # smallest distance between the bases of two leaders [m]
 
 
-def build_pairs(scene: Scene, bodies: Bodies | None = None, until: float | None = None) -> Rigs:
+def build_pairs(
+    scene: Scene,
+    bodies: Bodies | None = None,
+    until: float | None = None,
+    made_by: Mapping[str, Callable[[Scene, Bodies], Rig]] | None = None,
+) -> Rigs:
     """Set up every pair of a scene; surfaces, snapshot of the objects and soft bodies are shared.
 
     Args:
         scene: a scene with the section `pairs`.
         bodies, until: as for `rig.build`.
+        made_by: what builds the rig of a pair from its scene, for pairs that are felt on a device.
 
     Raises:
         SceneError, MeshError, SurfaceError: a pair is invalid, or two pairs have arms in the same place.
@@ -36,7 +42,8 @@ def build_pairs(scene: Scene, bodies: Bodies | None = None, until: float | None 
     shared: Bodies = {} if bodies is None else bodies
     rigs: Rigs = {}
     for name, one in scene.each_pair().items():
-        rig = build(one, shared, until)
+        make = (made_by or {}).get(name)
+        rig = build(one, shared, until) if make is None else make(one, shared)
         first = next(iter(rigs.values()), replace(rig, snapshot=soft.shared(rig.snapshot)))
         rigs[name] = replace(rig, snapshot=first.snapshot, surfaces=first.surfaces)
     check_apart(scene, rigs)
@@ -66,11 +73,17 @@ def check_apart(scene: Scene, rigs: Mapping[str, Rig]) -> None:
             ("leader", a.arms.X_WL, b.arms.X_WL, _LEADERS),
         ):
             apart = float(np.linalg.norm(X_a[:3, 3] - X_b[:3, 3]))
-            if apart < least:
+            if apart < least and not (side == "leader" and (_stands_anywhere(a) or _stands_anywhere(b))):
                 _refuse(scene, one, other, side, f"their bases are {1e3 * apart:.1f} mm apart")
         gap = gap_at_start(a, b)
         if scene.instruments.stiffness > 0.0 and gap < 0.0:
             _refuse(scene, one, other, "follower", f"their instruments overlap by {-1e3 * gap:.1f} mm at the start")
+
+
+def _stands_anywhere(rig: Rig) -> bool:
+    """True for a leader that is a device whose place nobody states."""
+    leader = rig.scene.arms.leader
+    return leader.driver is not None and leader.base is None and leader.frame == "world"
 
 
 def _refuse(scene: Scene, one: str, other: str, side: str, why: str) -> None:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 
 from palpate.session.camera import CameraArm
 from palpate.session.console import Console, Hand
-from palpate.session.pair import PairSession
+from palpate.session.pair import Paired
 from palpate.session.periodic import every
 from palpate.trackers.tracking import PERIOD
 
@@ -22,13 +22,13 @@ class OperatorSeat:
 
     def __init__(self, exchange: Callable[[], None]) -> None:
         self._hands: list[Hand] = []
-        self._pairs: tuple[PairSession, ...] = ()
+        self._pairs: tuple[Paired, ...] = ()
         self.console = Console(self._hands, exchange)
         self.camera: CameraArm | None = None
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
 
-    def take(self, pairs: Sequence[PairSession]) -> None:
+    def take(self, pairs: Sequence[Paired]) -> None:
         """Take these pairs instead of the present ones; a camera that has moved stays where it is."""
         self._pairs = tuple(pairs)
         self._hands[:] = [weakref.proxy(pair) for pair in pairs]

@@ -1,4 +1,4 @@
-"""The session of one of several pairs."""
+"""The sessions of several pairs in one run: what they have in common, and those of simulated arms."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from palpate.record.snapshots import Snapshot
 from palpate.record.ticks import Ticks
 from palpate.scene.rig import Rig
 from palpate.session.camera import CameraArm
+from palpate.session.live import LiveSession
 from palpate.session.pairs_summary import Met
 from palpate.session.session import Session
 
@@ -21,8 +22,8 @@ from palpate.session.session import Session
 class Run(Protocol):
     """The run to which the pairs belong."""
 
-    def new_met(self) -> Met:
-        """An empty account of meetings."""
+    def new_met(self, rate: float) -> Met:
+        """An empty account of meetings, for ticks at a rate [Hz]."""
         ...
 
     def run_folder(self) -> Path:
@@ -44,22 +45,25 @@ class Run(Protocol):
         ...
 
 
-class PairSession(Session):
-    """The session of one pair. Its record lies in a folder with the pair's name, in the folder of the run."""
+class Paired(LiveSession):
+    """One of several pairs. Its record lies in a folder with the pair's name, in the folder of the run."""
 
     paired = True
 
-    def __init__(self, name: str, rig: Rig, seed: int, out: Path | None, run: Run) -> None:
+    def _enter(self, name: str, run: Run, rate: float) -> None:
+        """Become the pair `name` of a run; before the constructor of the session. `rate`: ticks per second [Hz]."""
         self.name, self._run = name, run
-        self.met = run.new_met()  #: how the pair met the others since its record began
-        super().__init__(rig.scene, out, seed, rig=rig)
+        self.met = run.new_met(rate)  #: how the pair met the others since its record began
 
-    def _simulation(self, rig: Rig, seed: int) -> _core.Simulation:
-        options = rig.options(seed)
-        shared = _core.RealTimeOptions()  # loops that share the cores neither spin nor claim one
-        shared.allow_affinity, shared.spin_us = False, 0.0
-        options.realtime = shared
-        return rig.simulation(options=options)
+    @property
+    def joined(self) -> _core.Simulation | _core.DeviceCycle:
+        """What meets the instruments of the other pairs."""
+        raise NotImplementedError
+
+    @property
+    def ended(self) -> str | None:
+        """Why the loop of the pair ended by itself; None if it did not."""
+        return self._loop.fault()
 
     def _own_camera(self) -> CameraArm | None:
         return None  # the pairs of a run have one camera, which all hands steer
@@ -95,10 +99,6 @@ class PairSession(Session):
         super()._keep(ticks, snapshots)
         self.met.add(ticks)
 
-    def require_own_clock(self) -> None:
-        """Refuse a lockstep run with a tracker that sends poses in real time."""
-        self._require_own_clock()
-
     def _body_places(self) -> Mapping[str, Array]:
         return {} if self._run.world is None else self._run.world.drawn()
 
@@ -109,3 +109,27 @@ class PairSession(Session):
         folder = self._run.run_folder() / self.name
         folder.mkdir()
         return folder
+
+
+class PairSession(Paired, Session):
+    """The session of one pair of simulated arms."""
+
+    def __init__(self, name: str, rig: Rig, seed: int, out: Path | None, run: Run) -> None:
+        self._enter(name, run, rig.scene.rates.haptic)
+        super().__init__(rig.scene, out, seed, rig=rig)
+
+    @property
+    def joined(self) -> _core.Simulation:
+        """The simulation."""
+        return self.simulation
+
+    def _simulation(self, rig: Rig, seed: int) -> _core.Simulation:
+        options = rig.options(seed)
+        shared = _core.RealTimeOptions()  # loops that share the cores neither spin nor claim one
+        shared.allow_affinity, shared.spin_us = False, 0.0
+        options.realtime = shared
+        return rig.simulation(options=options)
+
+    def require_own_clock(self) -> None:
+        """Refuse a lockstep run with a tracker that sends poses in real time."""
+        self._require_own_clock()

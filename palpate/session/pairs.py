@@ -17,15 +17,16 @@ from palpate import _core, stop_signals
 from palpate.errors import PalpateError, SceneError, StateError
 from palpate.record.ticks import Ticks, as_ticks
 from palpate.scene import held
+from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
-from palpate.scene.together import build_pairs, capsules
+from palpate.scene.together import Rigs, build_pairs, capsules
 from palpate.session import tool_exchange
 from palpate.session.backlog import loop_first
 from palpate.session.camera import CameraArm
 from palpate.session.controls import Controls
 from palpate.session.live import DRAIN
 from palpate.session.operator_seat import OperatorSeat
-from palpate.session.pair import PairSession
+from palpate.session.pair import Paired, PairSession
 from palpate.session.pairs_summary import Met, PairsSummary, meeting
 from palpate.session.periodic import every
 from palpate.session.run_folder import keep_scene, new_folder, require_writable
@@ -72,7 +73,7 @@ class PairsSession:
         if self._out is not None:
             require_writable(self._out)
         self.folder: Path | None = None  #: folder of the newest run
-        self.rigs = build_pairs(scene)
+        self.rigs = self._build(scene)
         self._seat = OperatorSeat(self._exchange)
         self.console = self._seat.console  #: pedals, presence, locks and scale for the hands of all pairs
         self._sit()
@@ -86,16 +87,23 @@ class PairsSession:
         """End `run` before its duration is over, since its task is done; the run does not count as interrupted."""
         self._task_over.set()
 
+    def _build(self, scene: Scene) -> Rigs:
+        """The rigs of all pairs of a scene."""
+        return build_pairs(scene)
+
+    def _pair(self, name: str, rig: Rig, seed: int) -> Paired:
+        """The session of a pair."""
+        return PairSession(name, rig, seed, self._out, self)
+
     def _sit(self) -> None:
         """Make the sessions of all pairs."""
         self._pairs = {
-            name: PairSession(name, rig, (self.seed + i) % 2**64, self._out, self)
-            for i, (name, rig) in enumerate(self.rigs.items())
+            name: self._pair(name, rig, (self.seed + i) % 2**64) for i, (name, rig) in enumerate(self.rigs.items())
         }
         self._join()
 
     @property
-    def pairs(self) -> Mapping[str, PairSession]:
+    def pairs(self) -> Mapping[str, Paired]:
         """Session of each pair by name; `remove` takes one out."""
         return MappingProxyType(self._pairs)
 
@@ -118,11 +126,12 @@ class PairsSession:
 
     def _join(self) -> None:
         """Put the instruments of all pairs into one world, and all hands at one console."""
-        self._loops = [session.simulation for session in self._pairs.values()]
+        joined = [session.joined for session in self._pairs.values()]
+        self._loops = [one for one in joined if isinstance(one, _core.Simulation)]  #: of the simulated pairs
         law = self.scene.instruments
         rod = _core.RodOptions() if self.scene.graspable is None else self.scene.graspable.core()
         tools = [capsules(rig) for rig in self.rigs.values()]
-        _core.join_instruments(self._loops, tools, law.stiffness, law.damping, rod)
+        _core.join_instruments(joined, tools, law.stiffness, law.damping, rod)
         self.world = held.join(self.rigs, self._loops)  #: the rigid bodies of the scene; None: it has none
         self._seat.take(list(self._pairs.values()))
 
@@ -186,13 +195,12 @@ class PairsSession:
         on_progress: Callable[[States], None] | None = None,
     ) -> PairsSummary:
         """Run all pairs for a duration, then close the records; as `Session.run`, with the states of all pairs."""
-        rate = self.scene.rates.haptic
-        n = max(1, round((self.scene.duration if duration is None else duration) * rate))
+        seconds = self.scene.duration if duration is None else duration
         self._require_idle()
         stopped = next(iter(self.pairs.values())).stopped
         with stop_signals.deferred(stopped):
             try:
-                (self._run_realtime if realtime else self._run_lockstep)(n, on_progress)
+                (self._run_realtime if realtime else self._run_lockstep)(seconds, on_progress)
             except BaseException:
                 self.close(interrupted=True)  # the records are complete after any exception
                 raise
@@ -204,8 +212,12 @@ class PairsSession:
             session.prepare()
         if self.world is not None:
             self.world.start()
-        for session in self.pairs.values():
-            session.start()
+        try:
+            for session in self.pairs.values():
+                session.start()
+        except BaseException:  # a device that cannot be opened: the others end with zero force
+            self.stop()
+            raise
         self._seat.start()
         self._stop_steps.clear()
         if not self._steppers:
@@ -245,7 +257,7 @@ class PairsSession:
                 closing.callback(close, name)
         met = meeting([session.met for session in self.pairs.values()])
         for session in self.pairs.values():
-            session.met = self.new_met()
+            session.met = self.new_met(session.rate)
         return PairsSummary.of(found, met, None if folder is None else str(folder))
 
     # -- observation -----------------------------------------------------------------------------------------------
@@ -305,9 +317,9 @@ class PairsSession:
 
     # -- inside ----------------------------------------------------------------------------------------------------
 
-    def new_met(self) -> Met:
-        """An empty account of meetings."""
-        return Met(self.scene.rates.haptic, self.scene.instruments.handle_distance)
+    def new_met(self, rate: float) -> Met:
+        """An empty account of meetings, for ticks at a rate [Hz]."""
+        return Met(rate, self.scene.instruments.handle_distance)
 
     def run_folder(self) -> Path:
         """Folder of the present run, made when the first pair begins to record."""
@@ -352,9 +364,11 @@ class PairsSession:
             session.take(as_ticks(one), behind)
 
     @loop_first()
-    def _run_lockstep(self, n: int, on_progress: Callable[[States], None] | None) -> None:
+    def _run_lockstep(self, seconds: float, on_progress: Callable[[States], None] | None) -> None:
+        n = max(1, round(seconds * self.scene.rates.haptic))
         for session in self.pairs.values():
-            session.require_own_clock()
+            if isinstance(session, PairSession):
+                session.require_own_clock()
         watched = on_progress is not None or self.steps_beside
         batch = max(1, round((BATCH if watched else UNWATCHED_BATCH) * self.scene.rates.haptic))
         stopped = next(iter(self.pairs.values())).stopped
@@ -368,17 +382,18 @@ class PairsSession:
             if on_progress is not None:
                 on_progress(self.states)
 
-    def _run_realtime(self, n: int, on_progress: Callable[[States], None] | None) -> None:
-        goals = {name: session.taken + n for name, session in self.pairs.items()}
+    def _run_realtime(self, seconds: float, on_progress: Callable[[States], None] | None) -> None:
+        goals = {name: session.taken + max(1.0, seconds * session.rate) for name, session in self.pairs.items()}
         stopped = next(iter(self.pairs.values())).stopped
         self.start()
         latest = None
         try:
             while not stopped.is_set() and not self._task_over.is_set():
-                late = [name for name, session in self.pairs.items() if session.taken < goals[name]]
+                going = [name for name, session in self.pairs.items() if session.ended is None]
+                late = [name for name in going if self.pairs[name].taken < goals[name]]
                 if not late or (latest is not None and time.monotonic() > latest):
                     break
-                if len(late) < len(goals) and latest is None:
+                if len(late) < len(going) and latest is None:
                     latest = time.monotonic() + _GRACE  # a pair that stalls does not keep the others running
                 time.sleep(2 * DRAIN)
                 if on_progress is not None:

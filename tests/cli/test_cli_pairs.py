@@ -67,7 +67,9 @@ def test_pedals_press_those_of_all_pairs(scene, tmp_path, capsys):
     os.close(writer)
 
 
-def test_a_pair_with_a_driver_is_refused_before_anything_runs(scene, capsys):
+def test_a_pair_that_a_loop_of_its_own_drives_is_refused_before_anything_runs(scene, capsys):
     scene.write_text(TWO.replace("leader: {model: mtm_left,", "leader: {driver: loop, model: mtm_left,"))
     assert main(["run", str(scene), "--headless"]) == 2
+    assert "pair left: this scene is driven by a loop of your own" in capsys.readouterr().err
+    assert main(["run", str(scene), "--headless", "--fast"]) == 2
     assert "pair left is felt on a device" in capsys.readouterr().err

@@ -137,7 +137,7 @@ def test_a_device_that_would_give_wrong_forces_is_refused_with_words(like, chang
 
 
 def test_a_service_that_does_not_keep_a_setting_is_refused(service, monkeypatch):
-    monkeypatch.setattr(service, "_set", lambda key, value: True)
+    monkeypatch.setattr(service, "_set", lambda device, key, value: True)
     with pytest.raises(DeviceError, match=r"gravity compensation is .* after it was set to"):
         DrivenSession(on(service, gravity=0.3))
 
@@ -152,12 +152,15 @@ def test_no_service_is_told_with_the_mend():
 
 
 def silence(session, service, fault, value=0.02):
-    """Press, let the fault begin; time [s] until the rendered force, as recorded, and that on the motors are zero."""
+    """Press, let the fault begin; time [s] until the rendered force, as recorded, and that on the motors are zero.
+
+    A service that hangs takes no force: nobody waits for its motors.
+    """
     press(session, service)
     begin = time.monotonic()
     service.fail(fault, value)
     rendered = motors = None
-    while (rendered is None or motors is None) and time.monotonic() - begin < 1.0:
+    while (rendered is None or (motors is None and fault != "hang")) and time.monotonic() - begin < 1.0:
         if rendered is None and session.state.force == 0.0:
             rendered = time.monotonic() - begin
         if motors is None and not service.force().any():
@@ -212,8 +215,12 @@ def test_a_hanging_service_gives_zero_force_at_once_and_ends_the_session_after_a
 def test_a_short_hang_is_survived_and_the_force_returns(service):
     with DrivenSession(on(service)) as session:
         session.start()
-        silence(session, service, "hang")
+        rendered, _ = silence(session, service, "hang")
+        assert rendered < 0.5, "well before the second after which the session ends"
         service.mend("hang")
+        end = time.monotonic() + 2.0
+        while service.force().any():
+            assert time.monotonic() < end, "the zero that was sent meanwhile is the next message that the service reads"
         press(session, service)
         assert session._loop.fault() is None
         session.close()

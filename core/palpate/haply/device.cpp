@@ -57,7 +57,10 @@ Device::~Device() { Device::write({}); }
 Reading Device::read(loop::DeviceState& state) noexcept {
   take_events();
   if (failure_ != none) return Reading::failed;
-  if (exchanges_ == 0 && unanswered_ == 0) Device::write({});  // the first message
+  if (exchanges_ == 0 && unanswered_ == 0) {  // the first message: the session may begin long after the connection
+    valid_ = loop::now_ns();
+    Device::write({});
+  }
   const Reading found = take_answer(state);
   if (found == Reading::failed) return found;
   const bool dropped = std::exchange(dropped_, false) || locked_;
@@ -121,6 +124,7 @@ Reading Device::judge(const Measured& found, loop::DeviceState& state) noexcept 
   state.V_LH.reset();
   if (options_.grip.empty()) state.V_LH = {found.v[0], found.v[1], found.v[2], 0.0, 0.0, 0.0};
   state.clutch = found.a;
+  state.buttons = (found.a ? PALPATE_BUTTON_CLUTCH : 0u) | (found.c ? PALPATE_BUTTON_COAG : 0u);
   state.gripper = found.b ? 0.0 : kOpen;
   return found.calibrated && found.ready ? Reading::measured : Reading::missing;
 }

@@ -72,6 +72,7 @@ void read_grip(const json::value* grip, Measured& out) noexcept {
   out.oriented = numbers(member(state, "orientation"), out.q);
   out.a = flag(member(buttons, "a"), flag(member(state, "button"), false));
   out.b = flag(member(buttons, "b"), false);
+  out.c = flag(member(buttons, "c"), false);
   out.awake = flag(member(member(grip, "status"), "awake"), true);
   number(member(state, "battery_level"), out.battery);
 }

@@ -15,7 +15,7 @@ namespace palpate::haply {
 struct Measured {
   std::array<double, 3> p{}, v{};               ///< position and velocity in the device's base [m, m/s]
   std::array<double, 4> q{0.0, 0.0, 0.0, 1.0};  ///< orientation of the grip in that base: x, y, z, w
-  bool a = false, b = false;                    ///< buttons of the grip
+  bool a = false, b = false, c = false;         ///< buttons of the grip
   bool calibrated = true, ready = true;         ///< status of the device
   bool oriented = false, awake = true;          ///< the grip is in the answer; it does not sleep
   double battery = 1.0;                         ///< charge of the grip, 0 to 1 [-]

@@ -34,6 +34,7 @@ struct DeviceState {
   std::optional<std::array<double, 6>> V_LH = std::nullopt;  ///< its velocity, if measured [m/s, rad/s]
   double gripper = 0.0;                                      ///< pinch angle, 0 = closed [rad]
   bool clutch = false;                                       ///< the clutch button is pressed
+  std::uint32_t buttons = 0;                                 ///< bits of PALPATE_BUTTON_... in driver.h
 };
 
 /// A straight path of the handle in the device's base, from one to another.

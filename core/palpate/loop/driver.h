@@ -33,12 +33,17 @@ typedef struct palpate_driver_info {
   double workspace[3]; /* lengths of the workspace along the base axes [m] */
 } palpate_driver_info;
 
+/* Buttons of the handle. The clutch acts on this hand at once; the others are pedals of the console. */
+#define PALPATE_BUTTON_CLUTCH 1u /* the hand moves and the tool stays */
+#define PALPATE_BUTTON_CAMERA 2u /* the hand moves the endoscope */
+#define PALPATE_BUTTON_COAG 4u   /* coagulation, which is reported to programs */
+
 /* One measurement, filled in by read. */
 typedef struct palpate_driver_state {
   double X_LH[16]; /* pose of the handle H in the base L, row by row; the last row is 0 0 0 1 [m] */
   double V_LH[6];  /* velocity of the handle: linear [m/s], angular [rad/s]; used only if has_velocity is 1 */
   int32_t has_velocity;
-  uint32_t buttons; /* bit 0: clutch, the hand moves and the tool stays */
+  uint32_t buttons; /* bits of PALPATE_BUTTON_... */
   double gripper;   /* pinch angle, 0: closed [rad] */
 } palpate_driver_state;
 

@@ -25,6 +25,7 @@ struct DriverThread::Shared {
   std::atomic<int> call{none}, failed{none};
   std::atomic<std::int64_t> entered{0};  // time at which the present call began [ns]
   std::atomic<std::uint64_t> stalls{0};
+  std::atomic<std::uint32_t> buttons{0};
   RealTimeThread thread;
 
   void enter(Call now) noexcept {
@@ -53,6 +54,7 @@ struct DriverThread::Shared {
     state.t = 1e-9 * static_cast<double>(now_ns());
     enter(none);
     if (read == Reading::failed) return fail(reading);
+    if (read == Reading::measured) buttons.store(state.buttons, std::memory_order_relaxed);
     // After a stall the watchdog has commanded zero: the cycle is told, so that the force returns by a ramp.
     const bool stalled = silenced.exchange(false) || read == Reading::missing;
     const Wrench& F = stalled ? cycle->report_failure() : cycle->step(state);
@@ -106,6 +108,7 @@ void DriverThread::stop() noexcept {
 }
 
 const RealTimeThread& DriverThread::thread() const noexcept { return shared_->thread; }
+std::uint32_t DriverThread::buttons() const noexcept { return shared_->buttons.load(std::memory_order_relaxed); }
 std::uint64_t DriverThread::stalls() const noexcept { return shared_->stalls.load(std::memory_order_relaxed); }
 
 std::string DriverThread::fault() const {

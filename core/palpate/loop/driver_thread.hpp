@@ -33,6 +33,8 @@ class DriverThread {
   [[nodiscard]] const RealTimeThread& thread() const noexcept;
   /// Why the loop ended by itself, or that the driver hangs; empty if neither.
   [[nodiscard]] std::string fault() const;
+  /// Buttons of the newest measurement, as DeviceState::buttons.
+  [[nodiscard]] std::uint32_t buttons() const noexcept;
   /// Number of calls for which the watchdog wrote zero force.
   [[nodiscard]] std::uint64_t stalls() const noexcept;
 

@@ -75,7 +75,8 @@ Reading SharedObject::read(DeviceState& state) noexcept {
     state.V_LH.reset();
   }
   state.gripper = s.gripper;
-  state.clutch = (s.buttons & 1u) != 0;
+  state.buttons = s.buttons;
+  state.clutch = (s.buttons & PALPATE_BUTTON_CLUTCH) != 0;
   return Reading::measured;
 }
 

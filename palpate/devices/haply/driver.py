@@ -68,6 +68,13 @@ class Haply(Driver):
         at = Address()
         return "" if at.answers() else f"Haply's Inverse Service (nothing listens on {at})"
 
+    @property
+    def hardware(self) -> tuple[str, ...]:
+        """The device and its grip, by their ids; after `native`."""
+        assert self.found is not None
+        grip = (f"the grip {self.found.grip} of Haply",) if self.found.grip else ()
+        return (f"the Haply device {self.found.id}", *grip)
+
     def native(self) -> _haply.Device:
         """The opened device, for a thread of the core.
 

@@ -11,10 +11,8 @@ import json
 import threading
 import time
 from collections import deque
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
-
-import numpy as np
 
 from palpate import _core
 from palpate.arrays import Array
@@ -23,22 +21,19 @@ from palpate.devices.haply.messages import (
     Config,
     Grip,
     Json,
-    State,
     by_id,
     device_entry,
     event,
     force_of,
     grip_entry,
 )
+from palpate.devices.haply.stand_device import MIDDLE, StandDevice
 from palpate.devices.haply.wire import Connection, Port
-from palpate.devices.simulated import SimulatedDevice, Truth
 from palpate.errors import DeviceError
 
+__all__ = ["FAULTS", "MIDDLE", "Fault", "Options", "StandIn"]
+
 PORT, EVENTS = 10001, 10020
-MIDDLE = np.array([0.0, -0.12, 0.15])
-"""Middle of the workspace in the axes of the base: x right, y away from the user, z up [m]."""
-STROKE, PERIOD = 0.13, 8.0
-"""The simulated hand moves down and up by this length [m] in this time [s]."""
 FAULTS = {
     "late": "each answer comes VALUE seconds late (0.02)",
     "hang": "the service reads and answers nothing",
@@ -57,7 +52,6 @@ _SAFETY = {
     "ebrake": ("ebrake_triggered", "error", "emergency brake engaged"),
     "stall": ("stall_detected", "warning", "motor stall detected"),
 }
-_LOG = 200_000  # forces that are kept
 _TRIES = 10  # to find two free ports
 
 
@@ -71,23 +65,28 @@ class Fault:
     """Time after the start of the service [s]."""
     length: float = float("inf")
     """How long it lasts [s]."""
+    device: str = ""
+    """Id of the only device that it concerns; empty: all of them."""
 
     @classmethod
     def parse(cls, text: str) -> Fault:
-        """``hang``, ``late=0.02``, ``hang@5`` (from 5 s on), ``sleep@5+2`` (for 2 s).
+        """``hang``, ``late=0.02``, ``hang@5`` (from 5 s on), ``sleep@5+2`` (for 2 s), ``unplug:04C3`` (one device).
 
         Raises:
             DeviceError: there is no such fault, or a number cannot be read.
         """
         head, _, when = text.partition("@")
         name, _, value = head.partition("=")
+        name, _, device = name.partition(":")
         start, _, length = when.partition("+")
         if name not in FAULTS:
             raise DeviceError(f"there is no fault {name!r}", mend=f"one of {', '.join(FAULTS)}, e.g. hang@5+2")
         try:
-            return cls(name, float(value or 0.02), float(start or 0.0), float(length or "inf"))
+            return cls(name, float(value or 0.02), float(start or 0.0), float(length or "inf"), device)
         except ValueError:
-            raise DeviceError(f"fault {text!r} cannot be read", mend="write NAME[=VALUE][@SECONDS[+SECONDS]]") from None
+            raise DeviceError(
+                f"fault {text!r} cannot be read", mend="write NAME[:DEVICE][=VALUE][@SECONDS[+SECONDS]]"
+            ) from None
 
 
 @dataclass
@@ -97,6 +96,8 @@ class Options:
     dialect: str = "3.5"
     """Version of the service: 3.0, 3.1, 3.4 or 3.5."""
     id: str = "04C3"
+    more: tuple[str, ...] = ()
+    """Ids of further devices, for the other hand in turns, each with a grip of its own."""
     minverse: bool = False
     handedness: str = "right"
     held: bool = True
@@ -127,22 +128,50 @@ class StandIn:
             raise DeviceError(what, mend=f"one of {', '.join(DIALECTS)}: the versions that differ")
         self.port = port
         self.events_port = 0
-        self.config = Config(handedness=self.options.handedness)
-        self.grip = self.options.grip
-        self.log: deque[tuple[float, Array]] = deque(maxlen=_LOG)
-        """Each commanded force (3,) [N] with its time on the monotonic clock."""
+        self.devices = self._made()  #: the devices by their ids
         self.received: deque[bytes] = deque(maxlen=1000)  #: newest messages of clients
         self.exchanges = 0  #: number of answers so far
         self.ignored: set[str] = set()  #: keys of commands that this version does not know
-        self._device = SimulatedDevice("" if self.options.held else "free", Truth(mass=self.options.mass, delay=0))
-        self._device.stroke, self._device.period = STROKE, PERIOD
-        self._force, self._commanded, self._moved = np.zeros(3), 0.0, 0.0
-        self._idle = True  # the last message commanded no force
         self._sessions, self._lock = 0, threading.RLock()
+        self._led_by: dict[str, int] = {}  # session that commands each device
         self._faults = {fault.name: fault for fault in self.options.faults}
         self._active: set[str] = set()
+        self._only: dict[str, str] = {}  # id of the only device that a past fault concerned
         self._began, self._running = 0.0, False
         self._ports: list[Port] = []
+
+    def _made(self) -> dict[str, StandDevice]:
+        o, found = self.options, {}
+        for i, id in enumerate((o.id, *o.more)):
+            grip = o.grip if o.grip is None or i == 0 else replace(o.grip, id=str(int(o.grip.id) + i))
+            other = {"left": "right", "right": "left"}[o.handedness]
+            hand = o.handedness if i % 2 == 0 else other
+            found[id] = StandDevice(id, grip, hand, o.held, o.mass, o.idle_after)
+        return found
+
+    @property
+    def first(self) -> StandDevice:
+        """The first device."""
+        return self.devices[self.options.id]
+
+    @property
+    def config(self) -> Config:
+        """Settings of the first device."""
+        return self.first.config
+
+    @property
+    def log(self) -> deque[tuple[float, Array]]:
+        """Each force (3,) [N] commanded to the first device, with its time on the monotonic clock."""
+        return self.first.log
+
+    @property
+    def grip(self) -> Grip | None:
+        """The grip on the first device."""
+        return self.first.grip
+
+    @grip.setter
+    def grip(self, value: Grip | None) -> None:
+        self.first.grip = value
 
     def __enter__(self) -> StandIn:
         """Start."""
@@ -159,7 +188,9 @@ class StandIn:
         Raises:
             DeviceError: a port is taken.
         """
-        self._began = self._moved = time.monotonic()
+        self._began = time.monotonic()
+        for device in self.devices.values():
+            device.start()
         self._running = True
         for attempt in range(_TRIES if self.port == 0 else 1):
             try:
@@ -184,10 +215,10 @@ class StandIn:
 
     # -- what a script or a test does ----------------------------------------------------------------------------------
 
-    def fail(self, name: str, value: float = 0.02, seconds: float = float("inf")) -> None:
-        """Let a fault of `FAULTS` begin now."""
+    def fail(self, name: str, value: float = 0.02, seconds: float = float("inf"), device: str = "") -> None:
+        """Let a fault of `FAULTS` begin now, of one device or, with an empty id, of all."""
         with self._lock:
-            self._faults[name] = Fault(name, value, time.monotonic() - self._began, seconds)
+            self._faults[name] = Fault(name, value, time.monotonic() - self._began, seconds, device)
         self._script_step()
 
     def mend(self, name: str) -> None:
@@ -196,19 +227,18 @@ class StandIn:
             self._faults.pop(name, None)
         self._script_step()
 
-    def force(self, t: float | None = None) -> Array:
-        """Force (3,) on the motors at a time on the monotonic clock, now when left out [N]."""
-        t = time.monotonic() if t is None else t
+    def force(self, t: float | None = None, id: str = "") -> Array:
+        """Force (3,) on the motors of a device, the first when left out, at a time on the monotonic clock [N]."""
         with self._lock:
-            last = next(((at, F) for at, F in reversed(self.log) if at <= t), None)
-            if last is None or t - last[0] > self.options.idle_after or self.fails("ebrake"):
-                return np.zeros(3)
-            return last[1].copy()
+            device = self.devices[id or self.options.id]
+            return device.force(time.monotonic() if t is None else t, self.fails("ebrake", device.id))
 
-    def fails(self, name: str) -> bool:
-        """True while a fault lasts."""
+    def fails(self, name: str, device: str = "") -> bool:
+        """True while a fault lasts, of the service or of a device."""
         fault = self._faults.get(name)
-        return fault is not None and 0.0 <= time.monotonic() - self._began - fault.start < fault.length
+        if fault is None or (device and fault.device not in ("", device)):
+            return False
+        return 0.0 <= time.monotonic() - self._began - fault.start < fault.length
 
     def say(self, found: Json) -> None:
         """Send an event to all who listen on the port of the events."""
@@ -225,6 +255,14 @@ class StandIn:
         with self._lock:
             self._sessions += 1
             session = self._sessions
+        try:
+            self._exchange(connection, session)
+        finally:
+            with self._lock:
+                self._led_by = {id: leader for id, leader in self._led_by.items() if leader != session}
+
+    def _exchange(self, connection: Connection, session: int) -> None:
+        """Send the inventory, then one answer for each message."""
         deprecated = False
         connection.send(json.dumps(self._message(session, full=True)))
         while self._running and connection.open:
@@ -233,7 +271,7 @@ class StandIn:
                     return
                 with self._lock:
                     self.received.append(text)
-                    full, old = self._take(text)
+                    full, old = self._take(text, session)
                     answer = json.dumps(self._message(session, full))
                 if old and not deprecated:
                     deprecated = True
@@ -269,8 +307,8 @@ class StandIn:
 
     # -- commands ------------------------------------------------------------------------------------------------------
 
-    def _take(self, text: bytes) -> tuple[bool, bool]:
-        """Carry out a message; returns whether the full state is wanted, and whether its form is deprecated."""
+    def _take(self, text: bytes, session_id: int) -> tuple[bool, bool]:
+        """Carry out a message of a session; whether the full state is wanted, and whether its form is deprecated."""
         try:
             message = json.loads(text)
         except ValueError:
@@ -280,48 +318,34 @@ class StandIn:
             return False, False
         session = message.get("session")
         full = isinstance(session, dict) and "force_render_full_state" in session
-        force: Array | None = None
+        forces: dict[str, Array | None] = dict.fromkeys(self.devices)
         old = False
         for entry in _entries(message.get("inverse3")):
-            if entry.get("device_id") != self.options.id:
+            device = self.devices.get(str(entry.get("device_id")))
+            if device is None:
                 continue
-            self._configure(entry.get("configure"))
+            self._configure(device, entry.get("configure"))
             commands = entry.get("commands")
             for name, command in commands.items() if isinstance(commands, dict) else ():
                 if name == "set_cursor_force" and isinstance(command, dict):
                     found, old, reason = force_of(command, self.options.dialect)
                     if reason:
                         self._invalid("set_cursor_force", reason, "")
-                    force = found
+                    forces[device.id] = found
                 elif name != "probe_position":
                     self.ignored.add(name)
-        self._move(force)
+        for id, force in forces.items():  # a device that a session does not command belongs to the one that does
+            if force is not None or self._led_by.get(id, session_id) == session_id:
+                self._led_by[id] = session_id
+                self.devices[id].command(force, self.fails("ebrake", id))
         return full, old
 
-    def _configure(self, given: Any) -> None:
+    def _configure(self, device: StandDevice, given: Any) -> None:
         """One-shot settings in a message, as service 3.5 takes them; unknown ones are ignored in silence."""
         if not isinstance(given, dict) or self.options.dialect != "3.5":
             return
         for name, value in given.items():
-            self._set(f"filters/{name}" if name in ("damping", "force_gate") else name, value)
-
-    def _move(self, force: Array | None) -> None:
-        """Let the last force act until now, and command a new one; None: the message commands no force."""
-        self._catch_up()
-        now = time.monotonic()
-        self._idle = force is None
-        self._force, self._commanded = np.zeros(3) if force is None else force, now
-        self.log.append((now, self._force))
-
-    def _catch_up(self) -> None:
-        now = time.monotonic()
-        ends = min(now, self._commanded + self.options.idle_after)
-        idle = self.fails("ebrake")
-        if ends > self._moved:
-            self._device.advance(np.zeros(3) if idle else self._force, ends - self._moved)
-        if now > max(ends, self._moved):
-            self._device.advance(np.zeros(3), min(now - max(ends, self._moved), 1.0))
-        self._moved = now
+            self._set(device, f"filters/{name}" if name in ("damping", "force_gate") else name, value)
 
     def _invalid(self, name: str, reason: str, context: str) -> None:
         self.say(event("invalid-value", "warning", reason, "input", field=name, reason=reason, context=context))
@@ -331,14 +355,14 @@ class StandIn:
     def _message(self, session: int, full: bool) -> Json:
         """The state of all devices; with their configuration in the inventory and when it was asked for."""
         with self._lock:
-            self._catch_up()
+            present = [device for device in self.devices.values() if not self.fails("unplug", device.id)]
             lists: Json = {
-                "inverse3": [] if self.fails("unplug") else [self._device_entry(full)],
+                "inverse3": [self._device_entry(device, full) for device in present],
                 "verse_grip": [], "wireless_verse_grip": [], "custom_verse_grip": [],
             }  # fmt: skip
-            for kind in self._grip_lists():
-                assert self.grip is not None
-                lists[kind].append(grip_entry(self.grip, kind, full, self.options.dialect))
+            for grip in [device.grip for device in self.devices.values() if device.grip is not None]:
+                for kind in self._lists_of(grip):
+                    lists[kind].append(grip_entry(grip, kind, full, self.options.dialect))
         if self.options.dialect == "3.0":
             lists = {kind: by_id(entries) for kind, entries in lists.items()}
         out: Json = {"session_id": session, **lists}
@@ -346,24 +370,16 @@ class StandIn:
             out["session"] = {"session_id": session, "config": {"profile": {"name": "default"}}}
         return out
 
-    def _grip_lists(self) -> list[str]:
-        if self.grip is None:
-            return []
-        doubled = self.grip.doubled or self.fails("duplicate")
-        return ["wireless_verse_grip", "custom_verse_grip"] if doubled else [self.grip.kind]
+    def _lists_of(self, grip: Grip) -> list[str]:
+        doubled = grip.doubled or self.fails("duplicate")
+        return ["wireless_verse_grip", "custom_verse_grip"] if doubled else [grip.kind]
 
-    def _device_entry(self, full: bool) -> Json:
-        p, v = MIDDLE + self._device.position, self._device.velocity
-        p[2] += 0.5 * STROKE if self.options.held else 0.0  # the hand moves down from the start
-        wrong = self.fails("uncalibrated")
-        if wrong:
-            p, v = p * [-1.0, 1.0, 1.0], v * [-1.0, 1.0, 1.0]
-        silent = time.monotonic() - self._commanded > self.options.idle_after
-        commanded = not (self._idle or silent or self.fails("ebrake"))
-        force = self._force if commanded else np.zeros(3)
-        state = State(p, v, force, "position" if commanded else "idle", not wrong, not self.fails("ebrake"), commanded)
-        config = self.config if full else None
-        return device_entry(self.options.id, self.options.minverse, config, state, self.options.dialect)
+    def _device_entry(self, device: StandDevice, full: bool) -> Json:
+        braked = self.fails("ebrake", device.id)
+        device.catch_up(braked)
+        state = device.state(braked, self.fails("uncalibrated", device.id))
+        config = device.config if full else None
+        return device_entry(device.id, self.options.minverse, config, state, self.options.dialect)
 
     # -- HTTP ----------------------------------------------------------------------------------------------------------
 
@@ -376,8 +392,8 @@ class StandIn:
             return 200, self._version()
         if method == "GET" and parts == ["devices"]:
             return 200, self._message(0, full=True)
-        if len(parts) >= 4 and parts[1] == self.options.id and parts[2] == "config":
-            return self._setting(method, "/".join(parts[3:]), body)
+        if len(parts) >= 4 and parts[1] in self.devices and parts[2] == "config":
+            return self._setting(self.devices[parts[1]], method, "/".join(parts[3:]), body)
         return 404, {"ok": False, "error": f"{method} {path} is not known"}
 
     def _version(self) -> Json:
@@ -388,42 +404,43 @@ class StandIn:
             "project_version": f"{number}.0.0",
         }  # fmt: skip
 
-    def _setting(self, method: str, key: str, body: Any) -> tuple[int, Any]:
+    def _setting(self, device: StandDevice, method: str, key: str, body: Any) -> tuple[int, Any]:
         with self._lock:
-            if self._get(key) is None:
+            if self._get(device, key) is None:
                 return 404, {"ok": False, "error": f"there is no setting {key}"}
-            if method in ("POST", "PATCH") and not self._set(key, body):
+            if method in ("POST", "PATCH") and not self._set(device, key, body):
                 return 400, {"ok": False, "error": f"{body!r} is no value of {key}"}
             if method == "DELETE":
-                self._set(key, _setting_of(Config(), key))
-            return 200, {"ok": True, "data": self._get(key)}
+                self._set(device, key, _setting_of(Config(), key))
+            return 200, {"ok": True, "data": self._get(device, key)}
 
-    def _get(self, key: str) -> Any:
+    def _get(self, device: StandDevice, key: str) -> Any:
         if self.options.dialect != "3.5" and key not in ("gravity_compensation", "handedness", "basis"):
             return None
-        return _setting_of(self.config, key)
+        return _setting_of(device.config, key)
 
-    def _set(self, key: str, value: Any) -> bool:
+    def _set(self, device: StandDevice, key: str, value: Any) -> bool:
         """Change a setting; False if the value is of another kind."""
-        now = _setting_of(self.config, key)
+        config = device.config
+        now = _setting_of(config, key)
         if now is None or type(now) is not type(value):
             return False
         if isinstance(now, dict):
             value = {**now, **value}
         if key == "gravity_compensation":
-            self.config.gravity = value
+            config.gravity = value
         elif key == "handedness" and value in ("left", "right"):
-            self.config.handedness = value
+            config.handedness = value
         elif key == "basis":
-            self.config.basis = str(value["permutation"])
+            config.basis = str(value["permutation"])
         elif key == "preset":
-            self.config.preset = str(value["preset"])
+            config.preset = str(value["preset"])
         elif key == "filters/damping":
-            self.config.damping = float(value["scalar"])
+            config.damping = float(value["scalar"])
         elif key == "filters/force_gate":
-            self.config.force_gate = float(value["gain"])
+            config.force_gate = float(value["gain"])
         elif key == "mount":
-            self.config.mount = value
+            config.mount = value
         else:
             return False
         return True
@@ -440,40 +457,47 @@ class StandIn:
         with self._lock:
             now = {name for name in list(self._faults) if self.fails(name)}
             began, ended, self._active = now - self._active, self._active - now, now
-        for name in sorted(began):
-            self._begin(name)
-        for name in sorted(ended):
-            self._end(name)
-
-    def _begin(self, name: str) -> None:
-        family = {"device_family": "inverse", "device_id": self.options.id}
-        if name == "disconnect":
+            concerned = {name: self._concerned(name) for name in began | ended}
+        if "disconnect" in began:
             for port in self._ports:
                 for connection in list(port.connections):
                     connection.drop()
-        elif name == "unplug":
+        for names, act in ((began, self._begin), (ended, self._end)):
+            for name in sorted(names):
+                for device in concerned[name]:
+                    act(name, device)
+
+    def _concerned(self, name: str) -> list[StandDevice]:
+        """The devices that a fault concerns, or has concerned."""
+        only = self._faults[name].device if name in self._faults else self._only.get(name, "")
+        self._only[name] = only
+        return [device for id, device in self.devices.items() if only in ("", id)]
+
+    def _begin(self, name: str, device: StandDevice) -> None:
+        family, grip = {"device_family": "inverse", "device_id": device.id}, device.grip
+        if name == "unplug":
             self.say(event("device-disconnected", "warning", "device lost", **family))
         elif name in _SAFETY:
             kind, level, words = _SAFETY[name]
             self.say(event("device-safety-triggered", level, words, **family, safety_type=kind))
-        elif name in ("sleep", "battery") and self.grip is not None:
-            family = {"device_family": self.grip.kind, "device_id": self.grip.id}
+        elif name in ("sleep", "battery") and grip is not None:
+            family = {"device_family": grip.kind, "device_id": grip.id}
             if name == "sleep":
-                self.grip.awake = False
+                grip.awake = False
                 self.say(event("device-sleep", "info", "grip asleep", **family))
             else:
-                self.grip.battery = 0.05
+                grip.battery = 0.05
                 self.say(event("device-battery-low", "warning", "battery at 5 %", **family))
 
-    def _end(self, name: str) -> None:
-        family = {"device_family": "inverse", "device_id": self.options.id}
+    def _end(self, name: str, device: StandDevice) -> None:
+        family = {"device_family": "inverse", "device_id": device.id}
         if name == "unplug":
             self.say(event("device-connected", "info", "device found", **family))
         elif name == "ebrake":
             words = "emergency brake released"
             self.say(event("device-safety-triggered", "notice", words, **family, safety_type="ebrake_released"))
-        elif name == "sleep" and self.grip is not None:
-            self.grip.awake = True
+        elif name == "sleep" and device.grip is not None:
+            device.grip.awake = True
 
 
 def _no_http(method: str, path: str, body: Any) -> tuple[int, Any]:

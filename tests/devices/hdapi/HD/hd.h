@@ -25,6 +25,9 @@ typedef HDCallbackCode (*HDSchedulerCallback)(void*);
 #define HD_NOMINAL_MAX_FORCE 0x2603
 #define HD_FORCE_OUTPUT 0x4000
 #define HD_DEVICE_BUTTON_1 1
+#define HD_DEVICE_BUTTON_2 2
+#define HD_DEVICE_BUTTON_3 4
+#define HD_DEVICE_BUTTON_4 8
 HHD hdInitDevice(HDstring name);
 void hdMakeCurrentDevice(HHD id);
 void hdDisableDevice(HHD id);
