@@ -69,7 +69,7 @@ class PartSection(Section):
     wire: WireSection | None = None
     """a wire through points"""
     mesh: str | None = None
-    """mesh file, relative to the scene's folder; the engine touches its convex hull"""
+    """mesh file, relative to the scene's folder; the engine touches the convex hull of each piece that is not joined"""
     unit: Literal["mm", "cm", "m", "in"] | None = None
     """unit of the mesh file; when left out, as for an object of the scene"""
     pose: Pose = Field(default_factory=Pose)

@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from palpate.arrays import Array
 from palpate.bodies.sections import BodySection, PartSection
 
+_MOST_PIECES = 64  # of a mesh, for example of one that was divided into convex pieces
 THREAD = (70, 70, 160)
 """Colour of threads."""
 
@@ -126,7 +128,27 @@ def _of_part(part: PartSection, color: tuple[int, int, int], path: Callable[[str
     from palpate.mesh import Mesh
 
     mesh = Mesh.load(path(str(part.mesh)), part.unit)
-    return [Primitive("mesh", (), X, color, np.asarray(mesh.vertices), np.asarray(mesh.triangles))]
+    return [Primitive("mesh", (), X, color, *piece) for piece in _pieces(mesh.vertices, mesh.triangles)]
+
+
+def _pieces(vertices: Array, faces: NDArray[Any]) -> list[tuple[Array, NDArray[Any]]]:
+    """The pieces of a mesh that are not joined, each with its own hull; the whole mesh if some are flat or too many."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    edges = np.concatenate([faces[:, :2], faces[:, 1:]])
+    graph = coo_matrix((np.ones(len(edges)), (edges[:, 0], edges[:, 1])), shape=(len(vertices),) * 2)
+    count, label = connected_components(graph, directed=False)
+    if not 1 < count <= _MOST_PIECES:
+        return [(np.asarray(vertices), np.asarray(faces))]
+    found = []
+    for k in range(count):
+        corners, index = np.unique(faces[label[faces[:, 0]] == k], return_inverse=True)
+        points = np.asarray(vertices)[corners]
+        if len(points) < 4 or np.linalg.matrix_rank(points - points[0], tol=1e-6) < 3:
+            return [(np.asarray(vertices), np.asarray(faces))]
+        found.append((points, index.reshape(-1, 3)))
+    return found
 
 
 def _capsules(points: Array, radius: float, X: Array, color: tuple[int, int, int]) -> list[Primitive]:

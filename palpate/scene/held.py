@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -24,7 +25,8 @@ def join(rigs: Mapping[str, Rig], loops: Sequence[_core.Simulation] | Sequence[_
     """
     made = world(rigs)
     if made is not None:
-        _core.join_bodies(list(loops), made.core(next(iter(rigs.values())).snapshot))
+        joined: list[Any] = list(loops)
+        _core.join_bodies(joined, made.core(next(iter(rigs.values())).snapshot))
     return made
 
 

@@ -18,8 +18,8 @@ from palpate.bodies.sections import check as check_bodies
 from palpate.errors import ArmError, SceneError, ValueAtError, format_place
 from palpate.frames import FrameSection
 from palpate.guidance.lists import FixtureList, with_unique_names
+from palpate.scene import exercises, presets, shipped, text
 from palpate.scene import pairs as pairs_module
-from palpate.scene import presets, shipped, text
 from palpate.scene.ecm import EcmSection
 from palpate.scene.force import ForceSection
 from palpate.scene.graspable import GraspableSection
@@ -160,6 +160,8 @@ class Scene(Section):
             SceneError: as for ``load``.
         """
         data, lines = text.parse(source, name)
+        if exercises.is_exercise(data):
+            data, lines = exercises.values(data, name), {}
         try:
             scene = cls.validated(data, {"folder": Path(name).parent})
         except ValidationError as error:

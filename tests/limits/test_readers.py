@@ -82,6 +82,12 @@ def urdf(path):
     palpate.Arm.load(model)
 
 
+def exercise(path):
+    file = path.parent / "exercise.yaml"
+    file.write_text(f"scene: {{name: a, objects: [{{name: b, asset: {path.name}}}]}}\n")
+    palpate.Scene.load(file)
+
+
 def press(path):
     from palpate.identify import press_recording
 
@@ -142,6 +148,7 @@ NONE = lambda: ()  # noqa: E731
 READERS = [
     # module whose limits are judged, reader, name of the file, hostile files of its format
     ("scene/text.py", scene, "scene.yaml", YAML),
+    ("scene/exercises.py", exercise, "body.urdf", hostile.urdf_files),
     ("arm/arm.py", of("arm", "Arm.load"), "arm.yaml", YAML),
     ("arm/arm.py", urdf, "arm.urdf", hostile.urdf_files),
     ("arm/gravity_model.py", of("arm.gravity_model", "GravityModel.load"), "gravity.yaml", YAML),
