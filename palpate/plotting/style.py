@@ -13,6 +13,7 @@ from typing import Any
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -100,7 +101,9 @@ def png(draw: Callable[[Canvas], Figure], file: Path) -> None:
 
     stream = BytesIO()
     with matplotlib.rc_context(_RC):
-        draw(CANVASES[-1]).savefig(stream, format="png", dpi=110)
+        figure = draw(CANVASES[-1])
+        figure.dpi = 110
+        FigureCanvasAgg(figure).print_png(stream)  # type: ignore[no-untyped-call] # draws once, savefig twice
     try:
         Image.open(stream).convert("RGB").quantize(128, dither=Image.Dither.NONE).save(file, optimize=True)
     except OSError as error:

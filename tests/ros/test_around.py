@@ -49,10 +49,14 @@ def test_what_nobody_hears_is_not_made(built):
         return {topic for topic, one in made.items() if len(one.messages) > before[topic]}
 
     assert new() == set()
-    for topic in ("/tf", "~/markers", "~/MTMR/joint_states"):
+    for topic in ("/tf", "~/markers", "~/MTMR/joint_states", "~/objects"):
         made[topic].listeners = 1
         assert new() == {topic}
         made[topic].listeners = 0
+    made["~/objects"].listeners = 1
+    assert new() == set(), "objects are drawn once, and again when the scene is another"
+    markers.draw_objects()
+    assert new() == {"~/objects"}
     assert {t.child_frame_id for t in made["/tf"].messages[0].transforms} >= {"MTMR_handle", "virtual_tool"}
 
 

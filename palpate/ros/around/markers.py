@@ -34,10 +34,13 @@ class Markers:
         self._node, self._session = node, session
         self._markers = node.create_publisher(MarkerArray, "~/markers", 10)
         self._objects = node.create_publisher(MarkerArray, "~/objects", latched())
-        self.draw_objects()
+        self._objects_are_old = True
 
     def show(self, tick: Ticks) -> None:
-        """Draw the newest tick, for those who listen."""
+        """Draw the newest tick, and objects that are new, for those who listen."""
+        if self._objects_are_old and is_heard(self._objects):
+            self._objects_are_old = False
+            self._publish_objects()
         if not is_heard(self._markers):
             return
         from visualization_msgs.msg import Marker, MarkerArray
@@ -62,7 +65,11 @@ class Markers:
         self._markers.publish(MarkerArray(markers=[*drawn, contacts]))
 
     def draw_objects(self) -> None:
-        """Draw the scene's objects again; each marker follows the frame of its object."""
+        """Draw the scene's objects again, as soon as somebody listens."""
+        self._objects_are_old = True
+
+    def _publish_objects(self) -> None:
+        """Draw the scene's objects; each marker follows the frame of its object."""
         from visualization_msgs.msg import Marker, MarkerArray
 
         drawn = [Marker(action=Marker.DELETEALL)]
