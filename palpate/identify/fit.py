@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import wraps
+from functools import cached_property, wraps
 from typing import ParamSpec, TypeVar
 
 import numpy as np
@@ -50,23 +50,50 @@ def bayes(columns: Array, tau: Array, noise: Array, use: Mask) -> Solution:
         noise: (n,) standard deviation per joint [N m].
         use: (k, n) mask of the torques to fit.
     """
-    factor, v, _ = _normal(columns, tau, noise, use)
+    factor, v, _ = _normal(*_divided(columns, tau, noise, use))
     inverse = linalg.solve_triangular(factor, np.eye(len(factor)), lower=True)
     return Solution(np.asarray(inverse.T @ v, dtype=float), np.asarray(inverse.T @ inverse, dtype=float))
 
 
-def evidence(columns: Array, tau: Array, noise: Array, use: Mask) -> float:
-    """Log marginal likelihood of the torques, up to a constant; arguments as in `bayes`."""
-    factor, v, squares = _normal(columns, tau, noise, use)
-    logs = np.log(np.diag(factor)).sum() + (use * np.log(noise)).sum()
-    return float(0.5 * (v @ v - squares) - logs)
+class Evidence:
+    """Log marginal likelihood of the torques, up to a constant, and its derivatives; arguments as in `bayes`."""
+
+    def __init__(self, columns: Array, tau: Array, noise: Array, use: Mask) -> None:
+        self._W, self._y = _divided(columns, tau, noise, use)
+        self._L, self._v, squares = _normal(self._W, self._y)
+        self._use = use
+        logs = np.log(np.diag(self._L)).sum() + (use * np.log(noise)).sum()
+        self.value = float(0.5 * (self._v @ self._v - squares) - logs)
+
+    @cached_property
+    def _x(self) -> Array:
+        return np.asarray(linalg.solve_triangular(self._L, self._v, lower=True, trans="T", check_finite=False))
+
+    @cached_property
+    def _variances(self) -> Array:
+        """Diagonal of (W^T W + 1)^-1."""
+        inverse = linalg.solve_triangular(self._L, np.eye(len(self._L)), lower=True, check_finite=False)
+        return np.asarray((inverse**2).sum(axis=0))
+
+    def by_size(self, place: slice) -> float:
+        """Derivative with respect to the logarithm of a factor of some columns."""
+        return float((self._x[place] ** 2 - 1.0 + self._variances[place]).sum())
+
+    def by_noise(self) -> Array:
+        """Derivatives (n,) with respect to the logarithm of the noise of each joint."""
+        spread = linalg.solve_triangular(self._L, self._W.T, lower=True, check_finite=False)
+        squares = (self._y - self._W @ self._x) ** 2 + (spread**2).sum(axis=0)
+        return np.asarray(squares.reshape(self._use.shape).sum(axis=0) - self._use.sum(axis=0))
 
 
-def _normal(columns: Array, tau: Array, noise: Array, use: Mask) -> tuple[Array, Array, float]:
-    """L, L^-1 W^T y and y^T y, where L L^T = W^T W + 1; W: columns, y: torques, both divided by the noise."""
+def _divided(columns: Array, tau: Array, noise: Array, use: Mask) -> tuple[Array, Array]:
+    """Columns W (k n, p) and torques y (k n,), both divided by the noise; zero where they are not used."""
     weight = np.where(use, 1.0 / noise, 0.0)
-    W = (columns * weight[:, :, None]).reshape(-1, columns.shape[2])
-    y = (tau * weight).ravel()
+    return (columns * weight[:, :, None]).reshape(-1, columns.shape[2]), (tau * weight).ravel()
+
+
+def _normal(W: Array, y: Array) -> tuple[Array, Array, float]:
+    """L, L^-1 W^T y and y^T y, where L L^T = W^T W + 1."""
     A = W.T @ W
     A[np.diag_indices_from(A)] += 1.0
     factor = linalg.cholesky(A, lower=True, overwrite_a=True, check_finite=False)
@@ -97,14 +124,18 @@ def least_squares(columns: Array, tau: Array, use: Mask) -> tuple[Solution, Arra
     return Solution(np.asarray(x, dtype=float), np.asarray(spread @ spread.T, dtype=float)), np.sqrt(variance)
 
 
-def most_likely(objective: Callable[[Array], float], start: Array, least: Array, steps: int) -> Array:
-    """Values >= `least` that maximise `objective`, with a log-normal prior (a factor e) around `start`."""
+def most_likely(objective: Callable[[Array], tuple[float, Array]], start: Array, least: Array, steps: int) -> Array:
+    """Values >= `least` that maximise `objective`, with a log-normal prior (a factor e) around `start`.
+
+    objective: gives a value, and its derivatives with respect to the logarithms of its arguments.
+    """
     centre = np.log(np.maximum(start, least))
 
-    def cost(theta: Array) -> float:
-        return 0.5 * float(((theta - centre) ** 2).sum()) - objective(np.exp(theta))
+    def cost(theta: Array) -> tuple[float, Array]:
+        value, slope = objective(np.exp(theta))
+        return 0.5 * float(((theta - centre) ** 2).sum()) - value, theta - centre - slope
 
     bounds = [(float(np.log(low)), None) for low in least]
     options = {"maxiter": steps, "ftol": 1e-7}
-    found = optimize.minimize(cost, centre, method="L-BFGS-B", bounds=bounds, options=options)
+    found = optimize.minimize(cost, centre, jac=True, method="L-BFGS-B", bounds=bounds, options=options)
     return np.asarray(np.exp(found.x))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ Mask = NDArray[np.bool_]
 
 _TUNED_ON = 200  # poses used to tune the hyperparameters; the parameters are fitted to all poses
 _STEPS = 12  # iterations of that tuning; the first fit, which finds outliers, takes a third of them
+_DIFFERENCE = 1e-6  # step of the logarithm of a length, whose derivative is a difference
 _FAR = 5.0  # residual of an outlier, in robust standard deviations
 _IMPOSSIBLE = 3.0  # torques above this multiple of a drive's limit are recording errors
 _START = Hyper((0.03, 0.03, 0.03), ((0.7, 0.5, 1.2), (1.2,), (2.0, 1.2)), (0.015, 0.03, 0.025, 0.01, 0.005, 0.004, 1.0))
@@ -122,16 +124,31 @@ def _tuned(poses: Static, arm: Arm, form: str, use: Mask, steps: int) -> Hyper:
     q, tau, use = poses.q[rows], poses.tau[rows], use[rows]
     direction = directions(poses, drives(poses.q, arm))[rows]
     joints: Mask = np.asarray(use.any(axis=0))
+    design = forms.FORMS[form](arm, q, joints, _START)
+    start_columns = np.ascontiguousarray(forms.columns(design, q, direction, arm)[:, joints])
+    ends = np.cumsum([block.shape[1] for block in design.blocks])[-len(forms.BUNDLES) - 1 :]
+    places = [slice(int(a), int(b)) for a, b in pairwise(ends)]  # of the columns of each bundle
 
-    @lru_cache(maxsize=4)  # the columns do not depend on the noise
-    def columns(size: tuple[float, ...], length: tuple[tuple[float, ...], ...]) -> Array:
-        design = forms.FORMS[form](arm, q, joints, replace(_START, size=size, length=length))
-        return np.ascontiguousarray(forms.columns(design, q, direction, arm)[:, joints])
+    @lru_cache(maxsize=4 * len(places))
+    def unit(bundle: int, length: tuple[float, ...]) -> Array:
+        return forms.field_columns(arm, q, bundle, length)[:, joints]
 
-    def objective(values: Array) -> float:
-        hyper = _hyper(values, joints)
-        noise = np.array(hyper.noise)[joints]
-        return fit.evidence(columns(hyper.size, hyper.length), tau[:, joints], noise, use[:, joints])
+    def evidence(hyper: Hyper) -> fit.Evidence:
+        columns = start_columns.copy()
+        for bundle, place in enumerate(places):
+            columns[:, :, place] = hyper.size[bundle] * unit(bundle, hyper.length[bundle])
+        return fit.Evidence(columns, tau[:, joints], np.array(hyper.noise)[joints], use[:, joints])
+
+    def objective(values: Array) -> tuple[float, Array]:
+        """Log marginal likelihood, and its derivatives with respect to the logarithms of the values."""
+        here = evidence(_hyper(values, joints))
+        sizes = [here.by_size(place) for place in places]
+        lengths = []
+        for k in range(len(places), len(values) - int(joints.sum())):
+            moved = values.copy()
+            moved[k] *= np.exp(_DIFFERENCE)
+            lengths.append((evidence(_hyper(moved, joints)).value - here.value) / _DIFFERENCE)
+        return here.value, np.concatenate([sizes, lengths, here.by_noise()])
 
     start = np.concatenate([_START.size, *_START.length, np.array(_START.noise)[joints]])
     # Lower bounds: torques are not measured more finely than 0.1 mN m, and no field varies over less than the largest

@@ -102,18 +102,30 @@ def dvrk_form(arm: Arm, q: Array, measured: Mask, hyper: Hyper | None) -> Design
 def potential(arm: Arm, q: Array, measured: Mask, hyper: Hyper | None) -> Design:
     """Masses, springs, and a field per bundle of cables; `hyper` gives the prior of the fields."""
     assert hyper is not None
-    fields = []
+    fields: list[_core.Field] = []
     scales = np.diag(np.tile([_MASS, _MOMENT, _MOMENT, _MOMENT], arm.n))
     blocks = [scales @ _of_measured(measured, 4), _SPRING * _of_measured(measured, 2)]
     for joints, size, length in zip(BUNDLES, hyper.size, hyper.length, strict=True):
-        z, scale = centres(q[:, joints]), np.array(length)
-        fields.append(_core.Field(list(joints), z, scale))
-        distance = (z[:, None] - z[None]) / scale
-        K = np.exp(-0.5 * (distance**2).sum(axis=2)) + 1e-6 * np.eye(len(z))
-        # The weights have the covariance size^2 l^2 K^-1.
-        block = size * scale.min() * np.linalg.inv(np.linalg.cholesky(K)).T
-        blocks.append(block)
+        field, block = _field(q, joints, length)
+        fields.append(field)
+        blocks.append(size * block)
     return Design(_core.GravityTerms(degree=1, fields=fields), tuple(blocks), 1, True, True)
+
+
+def _field(q: Array, joints: tuple[int, ...], length: tuple[float, ...]) -> tuple[_core.Field, Array]:
+    """The field of a bundle of cables, and its block of `into` for a field of the size 1 N m."""
+    z, scale = centres(q[:, joints]), np.array(length)
+    distance = (z[:, None] - z[None]) / scale
+    K = np.exp(-0.5 * (distance**2).sum(axis=2)) + 1e-6 * np.eye(len(z))
+    # The weights have the covariance size^2 l^2 K^-1.
+    return _core.Field(list(joints), z, scale), scale.min() * np.linalg.inv(np.linalg.cholesky(K)).T
+
+
+def field_columns(arm: Arm, q: Array, bundle: int, length: tuple[float, ...]) -> Array:
+    """Columns (k, n, c) of the field of one bundle of cables, of the size 1 N m."""
+    field, block = _field(q, BUNDLES[bundle], length)
+    every = arm.gravity_columns(_core.GravityTerms(fields=[field]), q)
+    return np.asarray(every[:, :, -len(block) :].reshape(-1, len(block)) @ block).reshape(*q.shape, -1)
 
 
 FORMS: dict[str, Callable[[Arm, Array, Mask, Hyper | None], Design]] = {

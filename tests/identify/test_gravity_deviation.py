@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import synthetic_arm
+from scipy.stats import multivariate_normal
 
 from palpate.arrays.intervals import proportion
 from palpate.identify import fit, fit_gravity, scores
@@ -61,3 +62,26 @@ def test_noise_of_each_joint_is_unbiased():
         found.append(np.square(fit.least_squares(C, noise * rng.normal(size=(40, 3)), np.ones((40, 3), bool))[1]))
     error = np.std(found, axis=0) / np.sqrt(300)
     assert (np.abs(np.mean(found, axis=0) - noise**2) < 4.0 * error).all()
+
+
+def test_evidence_is_that_of_a_normal_distribution_and_its_slopes_are_those_of_differences():
+    """Torques with the covariance C C^T + noise^2, some of which are not used."""
+    rng = np.random.default_rng(5)
+    C, tau, use = rng.normal(size=(12, 3, 8)), rng.normal(size=(12, 3)), rng.random((12, 3)) < 0.8
+    place = slice(2, 5)
+
+    def evidence(log_size, log_noise):
+        columns = C.copy()
+        columns[:, :, place] *= np.exp(log_size)
+        noise = np.exp(np.asarray(log_noise))
+        covariance = columns[use] @ columns[use].T + np.diag(np.broadcast_to(noise, tau.shape)[use] ** 2)
+        return fit.Evidence(columns, tau, noise, use), multivariate_normal.logpdf(tau[use], cov=covariance)
+
+    at = np.array([0.3, -0.5, 0.1, 0.4])
+    here, logpdf = evidence(at[0], at[1:])
+    other, other_logpdf = evidence(-0.2, (0.2, -0.1, 0.6))
+    assert other.value - here.value == pytest.approx(other_logpdf - logpdf, rel=1e-9)
+    steps = 1e-5 * np.eye(4)
+    pairs = [[evidence((at + s * step)[0], (at + s * step)[1:])[0].value for s in (1, -1)] for step in steps]
+    slopes = np.array([(a - b) / 2e-5 for a, b in pairs])
+    np.testing.assert_allclose([here.by_size(place), *here.by_noise()], slopes, rtol=1e-6)
