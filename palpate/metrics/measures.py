@@ -29,6 +29,7 @@ _SIGNALS = (
     "guidance_gap",
     "guidance_fixture",
     "holding",
+    "F_held_W",
 )
 _FORCES = (
     *("touches", "contact_s", "mean_force_N", "peak_force_N", "peak_50ms_N", "above_threshold_s", "impulse_Ns"),
@@ -188,11 +189,13 @@ class _Edges:
 
 
 def true_force(ticks: Ticks) -> Array:
-    """Magnitude (n,) of the true force on the instrument [N]: of simulated tissue, else of the rendered contact."""
-    touch = np.nan_to_num(np.linalg.norm(ticks["F_touch_W"], axis=1))
-    rendered = np.nan_to_num(np.linalg.norm(ticks["F_T_W"], axis=1))
-    found: Array = np.where(touch > 0.0, touch, rendered)
-    return found
+    """Magnitude (n,) of the true force on the instrument [N].
+
+    It is that of simulated tissue, else of the rendered contact, and of what the instrument holds or pushes.
+    """
+    touch, rendered, held = (np.nan_to_num(ticks[name]) for name in ("F_touch_W", "F_T_W", "F_held_W"))
+    surface = np.where(np.any(touch != 0.0, axis=1, keepdims=True), touch, rendered)
+    return np.asarray(np.linalg.norm(surface + held, axis=1))
 
 
 def _smoothness(tool: Array, rate: float) -> dict[str, float]:

@@ -173,7 +173,7 @@ class RecordedLoop:
                     every=self.scene.record.step(self.rate),
                     signals=self.scene.record.signals,
                     tracked=bool(self.scene.trackers),
-                    paired=self.paired,
+                    paired=self.paired or bool(self.scene.bodies),  # bodies are held, too
                     linked=self.linked,
                     extra=RecordedFrames(self.rig) if self.scene.record.frames else None,
                 )

@@ -156,3 +156,14 @@ def test_meshes_of_bodies_are_found_again_from_the_record(tmp_path):
     session.run(0.05)
     (solid,) = stage_of_record(Record.open(session.record)).solids
     assert len(solid.shapes[0].vertices) >= 8
+
+
+def test_the_force_score_of_a_record_sees_what_the_tool_presses(tmp_path):
+    from palpate import metrics
+
+    press = {"path": [{"t": 0, "xyz": [0, 0, 0.06]}, {"t": 0.5, "xyz": [0, 0, 0.01]}, {"t": 0.8, "xyz": [0, 0, 0.01]}]}
+    session = Session(Scene.model_validate(SCENE | {"operator": press}), out=tmp_path, seed=1)
+    found = metrics.summary(session.run(0.8).record)
+    assert found["contact_s"] > 0.1
+    assert 0.3 < found["peak_force_N"] < 10.0
+    assert np.isfinite(found["force_sensitivity"])
