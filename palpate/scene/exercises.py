@@ -151,7 +151,8 @@ def _shape(collision: Xml.Element, file: Path, where: str) -> dict[str, Any]:
 
 def _color(visual: Xml.Element, link: Xml.Element) -> list[int] | None:
     """Colour of a drawn shape, 0 to 255; None if the link does not state it."""
-    name = (visual.find("material") if visual.find("material") is not None else Xml.Element("none")).get("name", "")
+    own = visual.find("material")
+    name = "" if own is None else own.get("name", "")
     for material in [*visual.findall("material"), *link.findall("visual/material")]:
         color = material.find("color")
         if color is not None and material.get("name", "") == name:
