@@ -100,9 +100,18 @@ class Places(MutableSequence[Place]):
         kept = Places(place for i, place in enumerate(self) if i not in range(len(self))[k])
         self._numbers, self._kinds = kept._numbers, kept._kinds
 
+    def __iter__(self) -> Iterator[Place]:
+        """All chunks."""
+        columns = [self._numbers[k::5] for k in range(5)]  # by steps: an hour has 20,000
+        return map(Place, *columns, list(self._kinds))
+
     def insert(self, index: int, value: Place) -> None:
         """Insert a chunk; only at the end."""
         assert index >= len(self._kinds)
+        self.append(value)
+
+    def append(self, value: Place) -> None:
+        """Append a chunk."""
         self._numbers.extend(value[:5])
         self._kinds.append(self._known.setdefault(value.channels, value.channels))
 

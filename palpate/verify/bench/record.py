@@ -75,8 +75,21 @@ record["F_H_L"], record["q"]
 read, at = time.process_time(), time.perf_counter()
 record["F_T_W"]
 took, waited = time.process_time() - read, time.perf_counter() - at
+jumps = []
+try:
+    from palpate.viewer.gauges import HISTORY, POINTS, WINDOW
+    from palpate.viewer.played import Played
+except ImportError:
+    Played = None
+if Played is not None:
+    played = Played(record)
+    for k in range(50):  # moments all over the record, in no order: each is far from the one before
+        left = time.process_time()
+        number = played.number(played.span[0] + (0.618034 * (k + 1) % 1.0) * record.duration)
+        played.tick(number), played.window(HISTORY, number, WINDOW, POINTS)
+        jumps.append(time.process_time() - left)
 print(json.dumps({"open_s": opened - began, "column_s": took, "column_wall_s": waited, "ticks": len(record),
-                  "duration_s": record.duration}))
+                  "duration_s": record.duration, "jump_s": max(jumps, default=None)}))
 """
 
 
@@ -96,6 +109,7 @@ class Figures(TypedDict):
     open_s: float
     column_s: float
     column_wall_s: float
+    jump_s: float | None
 
 
 def run(
@@ -140,6 +154,7 @@ def run(
         open_s=read["open_s"],
         column_s=read["column_s"],
         column_wall_s=read["column_wall_s"],
+        jump_s=read["jump_s"],
     )
 
 
@@ -160,6 +175,10 @@ def table(figures: Figures) -> Table:
             f"computing time to read F_T_W, by two threads in {f['column_wall_s']:.2f} s",
         ),
     ]
+    if f["jump_s"] is not None:
+        rows.append(
+            ("jump", f"{f['jump_s']:.3f} s", "longest computing time of a replay to read what it shows elsewhere")
+        )
     found = Table(title=f"a record of {f['hours']:g} h", title_justify="left", box=None, show_header=False)
     for _ in range(3):
         found.add_column("")

@@ -48,6 +48,18 @@ def pictures(found: Result) -> list[str]:
     ]  # fmt: skip
 
 
+def growing(found: Result) -> list[str]:
+    rows = []
+    for one in found["axes"]:
+        for key, values in one["figures"].items():
+            name, _, unit = key.rpartition("_")
+            if not name.endswith("p99"):  # of a machine with other work
+                figures = ", ".join(f"{value:.3g}" for value in values)
+                words = f"{name.replace('_', ' ')} [{unit.replace('mb', 'MB')}]"
+                rows.append(f"| `{one['axis']}` | {words} | {figures} | {one['exponents'][key]:.2f} |")
+    return rows
+
+
 def grid(found: Result) -> list[str]:
     x, y, z = found["nodes"]
     near, box = (tuple(found[f"error_{where}_{what}_m"] for what in ("p99", "max")) for where in ("near", "box"))
@@ -63,5 +75,6 @@ TIES = [
     Tie("ros2-network.md", "ros_discovery", (discovery,)),
     Tie("ros2-real-arm.md", "ros_faults", (freed,)),
     Tie("viewer.md", "viewer", (pictures,)),
+    Tie("growth.md", "growth", (growing,)),
     Tie("guidance.md", "grid", (grid,)),
 ]
