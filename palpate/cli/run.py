@@ -111,7 +111,7 @@ class Command:
 
             return run_pairs(self, scene, viewer)
         if scene.arms.leader.driver is not None:
-            return self._run_device(scene)
+            return self._run_device(scene, viewer)
         if viewer:
             page = open_page(scene.title, self.port, console, self.host)
             run = partial(self._run, console=console, realtime=not self.fast)
@@ -194,31 +194,40 @@ class Command:
             say(console, session.execution.words())
         return summary
 
-    def _run_device(self, scene: Scene) -> int:
+    def _run_device(self, scene: Scene, viewer: bool) -> int:
         """Render the scene on the device of its driver until the duration or Ctrl-C ends it; returns the exit code."""
         from palpate.console import outcome
         from palpate.console.device import DeviceLine
         from palpate.console.output import console_for, say, write_json
+        from palpate.console.view import live, open_page
         from palpate.devices import DrivenSession
-        from palpate.report.summary import summary_table
 
         if self.fast or self.seed is not None:
             what = "--fast" if self.fast else "--seed"
             raise PalpateError(f"{what} has no effect on a scene with a driver", mend="leave it out")
         console = console_for(self.json)
-        session = DrivenSession(scene, self.out or Path(scene.record.folder))
-        self.task = task_of(session)
-        say(console, f"{session.scene.arms.leader.driver} feels {scene.title}: at most "
-            f"{session.scene.stability.force_cap:g} N, {session.rate:g} Hz; Ctrl-C ends it")  # fmt: skip
-        with DeviceLine(console, session.nearest) as line, pedals(self.pedals, session.console, True):
-            summary = session.run(self.duration, on_progress=line)
-        failed = session.failed
-        summary = outcome.with_report(summary, outcome.wants_report(scene, viewer=False))
-        console.print(summary_table(summary))
-        outcome.print_details(console, summary)
+
+        def begin() -> DrivenSession:
+            session = DrivenSession(scene, self.out or Path(scene.record.folder))
+            self.task = task_of(session)
+            say(console, f"{session.scene.arms.leader.driver} feels {scene.title}: at most "
+                f"{session.scene.stability.force_cap:g} N, {session.rate:g} Hz; Ctrl-C ends it")  # fmt: skip
+            return session
+
+        def run(session: DrivenSession) -> Summary:
+            with DeviceLine(console, session.nearest) as line, pedals(self.pedals, session.console, True):
+                summary = session.run(self.duration, on_progress=line)
+            self.failed = session.failed
+            return summary
+
+        report = partial(_report, console, outcome.wants_report(scene, viewer))
+        if viewer:
+            summary = live(begin, run, report, open_page(scene.title, self.port, console, self.host), console)
+        else:
+            summary = report(run(begin()))
         write_json(self.json, with_result(summary, self.task, console))
         ended = replace(summary, interrupted=summary.interrupted and self.duration is not None)
-        return outcome.exit_code(ended) or int(failed)
+        return outcome.exit_code(ended) or int(self.failed)
 
     def _is_remote(self, scene: Scene) -> bool:
         return self.remote is not None or (scene.remote is not None and scene.remote.together)

@@ -19,6 +19,7 @@ from palpate.errors import MissingExtraError, PortError
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from palpate.devices import DrivenSession
     from palpate.record.reader import Record
     from palpate.record.ticks import Ticks
     from palpate.session import PairsSession, Session
@@ -31,7 +32,8 @@ if TYPE_CHECKING:
     from palpate.viewer.stage import Stage
 
 _TRIES = 20
-_S = TypeVar("_S", "Session", "PairsSession")
+_S = TypeVar("_S", "Session", "DrivenSession", "PairsSession")
+_L = TypeVar("_L", "Session", "DrivenSession")
 _T = TypeVar("_T", "Summary", "PairsSummary")
 
 
@@ -90,8 +92,8 @@ def open_page(title: str, port: int, console: Console, host: str = HOST) -> Open
 
 
 def live(
-    begin: Callable[[], Session],
-    run: Callable[[Session], Summary],
+    begin: Callable[[], _L],
+    run: Callable[[_L], Summary],
     report: Callable[[Summary], Summary],
     page: Opening,
     console: Console,
@@ -110,11 +112,11 @@ def live(
     """
     from palpate.viewer import LiveViewer, stage_of
 
-    def show(session: Session) -> tuple[LiveViewer, RunButtons]:
+    def show(session: _L) -> tuple[LiveViewer, RunButtons]:
         shown = LiveViewer(session, stage_of(session.rig), server=page.server, runner=session)
         return shown, shown.control_panel.run
 
-    def close(session: Session) -> Summary:
+    def close(session: _L) -> Summary:
         return session.close()
 
     return _run_shown(begin, show, run, close, report, page, console)
@@ -188,7 +190,10 @@ def _run_shown(
 
 
 def _wait(
-    session: Session | PairsSession, shown: LiveViewer | PairsViewer, buttons: RunButtons, console: Console
+    session: Session | DrivenSession | PairsSession,
+    shown: LiveViewer | PairsViewer,
+    buttons: RunButtons,
+    console: Console,
 ) -> None:
     """Wait until the viewer is stopped; a record that ends at its limit is told, and its box unticked."""
 

@@ -19,6 +19,7 @@ TABLE: Final[dict[str, dict[str, str]]] = {
     "openhaptics.so": {"1": "clutch", "2": "gripper", "3": "camera", "4": "coag"},
     "mouse": {"right": "clutch", "left": "gripper", "middle": "camera"},
     "keyboard": {"C": "clutch", "space": "gripper", "V": "camera", "X": "coag"},
+    "webxr": {"squeeze": "clutch", "trigger": "gripper", "upper": "camera", "lower": "coag"},
     "gamepad": {"left shoulder": "clutch", "right trigger": "gripper", "right shoulder": "camera", "lower": "coag"},
 }
 """What each button of a driver does: a pedal, or `gripper` for one that closes the jaws."""
@@ -26,7 +27,7 @@ TABLE: Final[dict[str, dict[str, str]]] = {
 
 def bits(pressed: dict[str, bool], driver: str) -> int:
     """Bits of the buttons of a driver that are pressed, by the names of `TABLE`."""
-    return sum(PEDALS.get(TABLE[driver][name], 0) for name, down in pressed.items() if down)
+    return sum(PEDALS.get(TABLE[driver].get(name, ""), 0) for name, down in pressed.items() if down)
 
 
 def press(console: Console, before: int, now: int, source: str) -> int:

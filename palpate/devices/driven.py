@@ -6,7 +6,6 @@ import sys
 import threading
 import time
 import warnings
-from typing import Any
 
 import numpy as np
 
@@ -67,11 +66,12 @@ class DrivenLoop(DeviceLoop):
     """
 
     def __init__(self, scene: Scene, driver: Driver, name: str, rig: Rig | None = None) -> None:
-        self.facts: Facts = facts(driver, name)
-        known = self.facts
+        self.facts = known = facts(driver, name)
         scene = driven_scene(scene, known) if rig is None else rig.scene
         super().__init__(scene, known.resolution, known.mass, known.workspace, delay=known.delay, rig=rig)
         self.driver = driver
+        if isinstance(driver, Driver):
+            driver.force_cap = self.rig.scene.stability.force_cap
         self.stalls = 0  #: how often the watchdog wrote zero force
         self._lateness: list[float] = []
         self.named: set[_core.DeviceFault] = set()  #: faults that the status does not tell apart
@@ -190,7 +190,7 @@ class DrivenLoop(DeviceLoop):
             self.cycle.report_failure(self.wrench)
         else:
             X = np.ascontiguousarray(reading.X, dtype=np.float64)
-            V = None if reading.V is None else _twist(reading.V)
+            V = None if reading.V is None else np.ascontiguousarray(reading.V, dtype=np.float64)
             fault = self.step(t, X, V, float(reading.gripper), int(reading.buttons))
             if fault in _POSES:
                 self.named.add(fault)
@@ -244,7 +244,3 @@ class DrivenLoop(DeviceLoop):
     def _end(self, what: str) -> None:
         if self._ended is None:
             self._ended = f"driver {self.facts.name}: {what}; the force was set to zero"
-
-
-def _twist(V: Any) -> Array:
-    return np.ascontiguousarray(V, dtype=np.float64)

@@ -60,6 +60,9 @@ class Driver:
     delay: float | None = None
     """Time from a measurement to the force on the hand, which `palpate device bench` measures; None: unknown [s]."""
 
+    force_cap: float = 0.0
+    """Force cap of the scene, which Palpate sets before ``open``: for devices that show the force otherwise [N]."""
+
     @classmethod
     def missing(cls) -> str:
         """What this machine lacks for the device, in words; empty if nothing is known to be missing."""

@@ -52,8 +52,17 @@ def leader_of(scene: Scene, driver: Driver | None = None) -> Leader:
         return _in_core(scene, load_driver(name, folder, trust=scene.trusted), name, (name,))
     found = open_driver(name, folder, trust=scene.trusted)
     if isinstance(found, Haply):
-        return _in_core(scene, found.native(), name, found.hardware)
+        device = found.native()
+        return _in_core(_around_first_pose(scene, device), device, name, found.hardware)
     return _in_python(scene, found, name)
+
+
+def _around_first_pose(scene: Scene, driver: _core.Driver) -> Scene:
+    """The scene with the workspace of a device whose centre is not the origin of its base: its first pose counts."""
+    if scene.mapping.workspace is not None:
+        return scene
+    mapping = scene.mapping.model_copy(update={"workspace": size_of(driver)})
+    return scene.model_copy(update={"mapping": mapping})
 
 
 def _in_core(scene: Scene, driver: _core.Driver, name: str, hardware: tuple[str, ...]) -> Leader:

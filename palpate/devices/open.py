@@ -25,6 +25,7 @@ SHIPPED = {
     "keyboard": "palpate.devices.keyboard:Keyboard",
     "gamepad": "palpate.devices.evdev:Gamepad",
     "haply": "palpate.devices.haply.driver:Haply",
+    "webxr": "palpate.devices.webxr:WebXR",
     "force-dimension": "palpate.devices.force_dimension:ForceDimension",
 }
 """Drivers that ship with Palpate, by their names in a scene."""

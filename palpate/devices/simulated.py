@@ -16,6 +16,7 @@ from palpate.arrays import Array
 from palpate.devices.driver import Driver, Reading
 from palpate.hands import PRESETS
 
+GRAVITY = 9.81  # [m/s^2]
 _SUBSTEPS = 4  # of the simulated motion in each period
 _LONGEST = 0.05  # simulated time in one reading at most [s]
 
@@ -38,6 +39,8 @@ class Truth:
     """Periods from a command to its force, in quarters [-]."""
     stiffness: float = 0.0
     """Restoring force towards the middle, as of a spring or a cable [N/m]."""
+    force_gain: float = 1.0
+    """Force on the handle over the commanded force [-]."""
     seed: int = 0
     """Seed of the noise."""
 
@@ -50,6 +53,7 @@ class SimulatedDevice(Driver):
     """
 
     rate, force_max, workspace = 1000.0, 12.0, (0.16, 0.16, 0.11)
+    name_of_driver = "simulated"
 
     def __init__(self, argument: str = "", truth: Truth | None = None) -> None:
         self.truth = truth or Truth()
@@ -59,6 +63,8 @@ class SimulatedDevice(Driver):
         self.hand = PRESETS["light"]
         self.held = argument != "free"
         self.lockstep = False  #: True: each reading takes one period
+        self.load = 0.0  #: mass of a weight that hangs on the handle [kg]
+        self.attached = 0.0  #: stiffness of a spring along z between the handle and where it is at the start [N/m]
         self.stroke, self.period = 0.03, 4.0  #: motion of the hand, down and up [m], in this time [s]
         self._rng = np.random.default_rng(self.truth.seed)
         self._p, self._v = np.zeros(3), np.zeros(3)
@@ -122,17 +128,19 @@ class SimulatedDevice(Driver):
         Positions follow the mean of the old and the new velocity: exact for a constant force, without a lead of half a
         step.
         """
-        m, damping, stiffness, friction = self.truth.mass, self.truth.damping, 0.0, self.truth.friction
+        m, damping, stiffness, friction = self.truth.mass + self.load, self.truth.damping, 0.0, self.truth.friction
         if self.held:
             m, damping, stiffness = m + self.hand.mass, damping + self.hand.damping, self.hand.stiffness
         share = 1.0 / (1.0 + dt / m * (damping + dt * stiffness))
-        p, v, force = self._p.tolist(), self._v.tolist(), F.tolist()
-        spring, turn = self.truth.stiffness, 2.0 * math.pi / self.period
+        p, v, force = self._p.tolist(), self._v.tolist(), (self.truth.force_gain * F).tolist()
+        force[2] -= self.load * GRAVITY
+        springs = (self.truth.stiffness, self.truth.stiffness, self.truth.stiffness + self.attached)
+        turn = 2.0 * math.pi / self.period
         for _ in range(steps):
             self._t += dt
             aim = (0.0, 0.0, 0.5 * self.stroke * (math.cos(turn * self._t) - 1.0))
             for i in range(3):
-                u = share * (v[i] + dt / m * (force[i] - spring * p[i] - stiffness * (p[i] - aim[i])))
+                u = share * (v[i] + dt / m * (force[i] - springs[i] * p[i] - stiffness * (p[i] - aim[i])))
                 before, v[i] = v[i], math.copysign(max(abs(u) - dt / m * friction, 0.0), u)
                 p[i] += 0.5 * dt * (before + v[i])
         self._p, self._v = np.array(p), np.array(v)

@@ -34,7 +34,13 @@ class Trace:
         return np.asarray(self.X[:, :3, 3])
 
 
-def rounds(driver: Driver, facts: Facts, seconds: float, force: Callable[[float, Array], Array] | None = None) -> Trace:
+def rounds(
+    driver: Driver,
+    facts: Facts,
+    seconds: float,
+    force: Callable[[float, Array], Array] | None = None,
+    most: float = PUSH,
+) -> Trace:
     """Read and write at the driver's rate; ends with zero force, also after an error.
 
     Args:
@@ -42,7 +48,8 @@ def rounds(driver: Driver, facts: Facts, seconds: float, force: Callable[[float,
         facts: its facts.
         seconds: duration [s].
         force: the force (3,) [N] at a time [s] from the start and displacement (3,) [m]; none when left out. It is cut
-            to `PUSH`. A displacement beyond a quarter of the workspace ends the measurement.
+            to `most`. A displacement beyond a quarter of the workspace ends the measurement.
+        most: largest force along each axis [N].
 
     Raises:
         DeviceError: the driver failed, or returned something that is no pose.
@@ -61,7 +68,7 @@ def rounds(driver: Driver, facts: Facts, seconds: float, force: Callable[[float,
                 return Trace(t[: k + 1], X[: k + 1], F[: k + 1], stopped=True)
             if force is not None:
                 wrench = np.zeros(6)
-                wrench[:3] = F[k] = np.minimum(np.maximum(force(t[k], moved), -PUSH), PUSH)
+                wrench[:3] = F[k] = np.minimum(np.maximum(force(t[k], moved), -most), most)
                 driver.write(wrench)
             if not lockstep:
                 due = max(due + 1.0 / facts.rate, time.monotonic() - _CATCH_UP)

@@ -30,8 +30,8 @@ ArmName = Annotated[
     WithJsonSchema({"anyOf": [{"enum": list(NAMES)}, {"type": "string", "pattern": r"\.ya?ml$"}]}),
 ]
 #: Drivers that ship with Palpate; text after a colon is their argument. `loop`: a program that calls palpate.Haptics.
-DRIVERS = ("loop", "simulated", "shared-memory", "mouse", "keyboard", "gamepad", "haply", "force-dimension")
-FORCELESS = ("mouse", "keyboard", "gamepad")
+DRIVERS = ("loop", "simulated", "shared-memory", "mouse", "keyboard", "gamepad", "webxr", "haply", "force-dimension")
+FORCELESS = ("mouse", "keyboard", "gamepad", "webxr")
 """Drivers of devices that cannot give a force."""
 _CLASS = re.compile(r"(?:[A-Za-z_][\w.]*|.+\.py):[A-Za-z_][\w.]*")
 
@@ -89,7 +89,7 @@ class LeaderSection(Section):
     other than base and frame then have no effect"""
     pseudo_haptic: bool | None = None
     """true: the viewer draws the tool on the surface while the hand goes in, and the force as a halo; for devices
-    without force; when left out, true for the drivers keyboard, mouse and gamepad"""
+    without force; when left out, true for the drivers keyboard, mouse, gamepad and webxr"""
     base: Pose | None = None
     """X_WL: pose of the arm's base in `frame`; automatic when left out, for a device with the axes of W"""
     frame: str = "world"

@@ -24,6 +24,7 @@ BALL = 0.016
 BALL_PIXELS = 64.0
 """Smallest width of the ball on the screen [pixels]."""
 HAND = (245, 150, 30)
+_TEXT = '<div style="padding:0 10px 6px 10px;font-size:12px;opacity:.8">{}</div>'
 
 
 class HandBall:
@@ -33,7 +34,8 @@ class HandBall:
         """Adds the ball to the scene."""
         self._source, self._stage = source, stage
         self._offset, self._offset_grab, self._p_grab = np.zeros(3), np.zeros(3), np.zeros(3)
-        self.ball = server.scene.add_icosphere("/hand", BALL, HAND, opacity=0.6, cast_shadow=False)
+        led = stage.device is not None  # the hand is on the device
+        self.ball = server.scene.add_icosphere("/hand", BALL, HAND, opacity=0.6, cast_shadow=False, visible=not led)
         self.ball.on_drag("left")(self._drag)
         self.ball.on_drag("left", modifier="shift")(self._drag)
 
@@ -87,12 +89,15 @@ class ControlPanel(HandBall):
         gui = server.gui
         gui.set_panel_label(stage.title)
         with gui.add_folder("Hand"):
-            gui.add_html(
-                '<div style="padding:0 10px 6px 10px;font-size:12px;opacity:.8">Drag the orange ball at the '
-                "master's handle to move the hand (hold shift to stay level with the table). The instrument makes "
-                f"the motion {1 / stage.motion_scale:.3g} times smaller, and the organ pushes the hand back.</div>"
+            smaller = f"The instrument makes the motion {1 / stage.motion_scale:.3g} times smaller"
+            drag = (
+                "Drag the orange ball at the master's handle to move the hand (hold shift to stay level with the "
+                f"table). {smaller}, and the organ pushes the hand back."
             )
-            self.path = gui.add_checkbox("follow the path", True, hint="Off: the hand stops on the scene's path")
+            led = None if stage.device is None else f"Move the hand on the device ({stage.device.name}). {smaller}."
+            gui.add_html(_TEXT.format(led or drag))
+            hint = "Off: the hand stops on the scene's path"
+            self.path = gui.add_checkbox("follow the path", True, hint=hint, visible=led is None)
             if getattr(source, "world", None) is not None:
                 self.jaws = jaw_slider(gui, self._pinch)
             self.clutch = gui.add_checkbox("clutch", False, hint="Clutch pedal: the hand moves, the instrument stays")

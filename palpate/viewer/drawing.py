@@ -14,6 +14,7 @@ from palpate.record.ticks import Ticks
 from palpate.scene.placed_ecm import PlacedEcm
 from palpate.viewer.arms import ArmDrawing, Color
 from palpate.viewer.cue import Cues, ForceCue
+from palpate.viewer.device import DeviceDrawing
 from palpate.viewer.fixtures import FixtureDrawing
 from palpate.viewer.frames import FrameDrawing
 from palpate.viewer.organs import OrganDrawing
@@ -85,7 +86,9 @@ class Drawing:
             _drape(scene, stage)
         shared = stage.objects if world else []
         self._organs = [OrganDrawing(scene, t, TISSUE[k % len(TISSUE)]) for k, t in enumerate(shared)]
-        self._leader, self._follower = ArmDrawing(scene, stage.leader, tint), ArmDrawing(scene, stage.follower, tint)
+        self._leader = ArmDrawing(scene, stage.leader, tint) if stage.device is None else None
+        self.device = None if stage.device is None else DeviceDrawing(scene, stage.device)
+        self._follower = ArmDrawing(scene, stage.follower, tint)
         self._ecm = None if stage.ecm is None or not world else ArmDrawing(scene, _ecm_place(stage.ecm))
         self._rod = None if stage.rod is None or not world else RodDrawing(scene, stage.rod)
         self._tool = ToolDrawing(scene, stage)
@@ -137,7 +140,10 @@ class Drawing:
         Returns:
             The contacts of this tool.
         """
-        self._leader.show(tick["q"], float(tick["gripper"]))
+        if self._leader is not None:
+            self._leader.show(tick["q"], float(tick["gripper"]))
+        if self.device is not None:
+            self.device.show(tick)
         links = self._follower.show(tick["q_follower"], float(tick["jaw"]))
         shift = self.cue.shift(tick)
         self._follower.shift(shift)

@@ -34,6 +34,7 @@ _FIGURE = (
 )
 _STORED = "Energy that the hand has put in. The passivity controller limits the force so that it returns no more."
 _CONTACTS = "Spring force of each contact, before force scale, damping, filters and force cap act on it."
+_RANGE = "Way of the handle to the nearest side of the workspace of the device, along the axis of its base."
 _NOTE = '<div style="padding:0 10px 4px 10px;font-size:12px;line-height:1.35;opacity:.75">{}</div>'
 _SWATCH = '<span style="color:{color};font-weight:700">&#9632;</span>'
 
@@ -43,7 +44,7 @@ class Gauges:
 
     def __init__(self, server: viser.ViserServer, stage: Stage, drawing: Drawing) -> None:
         """Docks the panel on the left."""
-        self._stage = stage
+        self._stage, self._drawing = stage, drawing
         self._deepest = 5.0  # upper end of the scale of depths [mm]
         self._limit: tuple[float, float] | None = None  # damping [N s/m] and its largest stable stiffness [N/m]
         self._t: deque[float] = deque(maxlen=POINTS)
@@ -121,11 +122,24 @@ class Gauges:
             f'<span id="palpate-lag">{lag_in_words(tick["lag_ms"])}</span></div>'
             f'<div style="{small}" title="{_STORED}"><span>energy stored from the hand</span>'
             f"<span>{1e3 * float(tick['energy_stored']):.1f} mJ</span></div>"
+            f"{self._device_line(tick, small)}"
             f"{_remote(tick, small)}"
             f'<div style="{small}" title="{_CONTACTS}"><span>contact springs at the tool</span></div>'
             f'<div style="font-size:12px;opacity:.8" id="palpate-touches" title="{_CONTACTS}">{touches or "none"}</div>'
             f'<div style="font-size:12px;opacity:.8" id="palpate-guidance">{guidance}</div>'
             "</div>"
+        )
+
+    def _device_line(self, tick: Ticks, style: str) -> str:
+        """What is left of the range of the device, and the mapping; empty for a simulated arm."""
+        device = self._drawing.device
+        if device is None:
+            return ""
+        red = ";color:#e12626;font-weight:700" if device.at_edge(tick) else ""
+        return (
+            f'<div style="{style}" title="{_RANGE}"><span>range left</span>'
+            f'<span id="palpate-range" style="{red}">{device.left_in_words(tick)}</span></div>'
+            f'<div style="{style}"><span>mapping</span><span id="palpate-mapping">{device.mark.mapping}</span></div>'
         )
 
     def _margin(self, stiffness_scale: float, damping_scale: float) -> str:

@@ -23,6 +23,7 @@ import websockets.asyncio.server
 from viser import _messages, infra
 from websockets.asyncio.server import ServerConnection
 
+from palpate.viewer import xr
 from palpate.viewer.gate import MOST_CLIENTS, Gate, with_headers
 
 MOST_MESSAGE = 4 << 20
@@ -42,9 +43,12 @@ _LOCK = threading.Lock()
 
 
 def write_page(folder: Path) -> None:
-    """Writes the page into a folder: the library's file with `picture.js` and `tone.js` before its first script."""
+    """Writes the page into a folder: the library's file with our scripts before its first one."""
     page = (Path(viser.__file__).parent / "client" / "build" / "index.html").read_text(encoding="utf-8")
-    texts = [files("palpate.viewer").joinpath(name).read_text(encoding="utf-8") for name in ("picture.js", "tone.js")]
+    texts = [
+        files("palpate.viewer").joinpath(name).read_text(encoding="utf-8")
+        for name in ("picture.js", "tone.js", "xr.js")
+    ]
     scripts = "".join(f"<script>{text}</script>" for text in texts)
     (folder / "index.html").write_text(page.replace("<head>", f"<head>{scripts}", 1), encoding="utf-8")
 
@@ -108,6 +112,9 @@ def _serve(serve: Any, gate: Gate, handler: Any, *args: Any, process_request: An
         return None if response is None else with_headers(response)
 
     async def handle(connection: ServerConnection) -> None:
+        if connection.request is not None and connection.request.path == xr.PATH:  # beside the page's own web socket
+            await xr.serve(connection)
+            return
         gate.clients += 1
         try:
             await handler(connection)

@@ -57,10 +57,14 @@ class Handle:
         self._source, self._stage = source, stage
         self._offset, self._offset_grab, self._p_grab = np.zeros(3), np.zeros(3), np.zeros(3)
         with server.gui.add_folder(name):
-            self.path = server.gui.add_checkbox("follow the path", True, hint="Off: the hand stops on its path")
+            led = stage.device is not None  # the hand is on the device
+            hint = "Off: the hand stops on its path"
+            self.path = server.gui.add_checkbox("follow the path", True, hint=hint, visible=not led)
             if source.scene.bodies:
                 self.jaws = jaw_slider(server.gui, self._pinch)
-        self.ball = server.scene.add_icosphere(f"/{name}/hand", 1.5 * BALL, color, opacity=0.6, cast_shadow=False)
+        self.ball = server.scene.add_icosphere(
+            f"/{name}/hand", 1.5 * BALL, color, opacity=0.6, cast_shadow=False, visible=not led
+        )
         self.ball.on_drag("left")(self._drag)
         self.path.on_update(lambda _: self.send())
 

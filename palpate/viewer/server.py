@@ -11,6 +11,7 @@ import socket
 from html import escape
 from weakref import WeakKeyDictionary
 
+from palpate.devices.webxr import PAGES
 from palpate.errors import MissingExtraError, PortError
 from palpate.viewer.gate import Gate
 
@@ -46,6 +47,7 @@ def open_server(host: str, port: int, title: str) -> viser.ViserServer:
     gate = Gate(host)
     server = _viser(host, port, title, gate)
     _GATES[server] = gate
+    PAGES.add(id(server))
     return server
 
 
@@ -91,6 +93,7 @@ def _viser(host: str, port: int, title: str, gate: Gate) -> viser.ViserServer:
 def close_server(server: viser.ViserServer) -> None:
     """Closes the port and prints nothing."""
     _GATES.pop(server, None)
+    PAGES.discard(id(server))
     with contextlib.redirect_stdout(io.StringIO()):
         server.stop()
 

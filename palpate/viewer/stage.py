@@ -128,6 +128,22 @@ class TargetMark:
 
 
 @dataclass(frozen=True)
+class DeviceMark:
+    """A device that leads, in place of a simulated arm."""
+
+    name: str
+    """Its driver."""
+    X_WL: Array
+    """(4, 4) pose of its base in W [m]."""
+    workspace: Array | None
+    """(3,) lengths of its workspace along the axes of its base [m]; None: unknown."""
+    centre: Array | None
+    """(3,) centre of the workspace in its base [m]; None: the first position of the handle."""
+    mapping: str
+    """Law of the mapping and motion of the tool per motion of the hand, in words."""
+
+
+@dataclass(frozen=True)
 class Stage:
     """The scene before any motion: objects, arms, fixtures, and values for the gauges."""
 
@@ -170,6 +186,8 @@ class Stage:
     targets: tuple[TargetMark, ...] = ()
     """Targets of the scene's registration."""
 
+    device: DeviceMark | None = None
+    """The device that leads; None: a simulated arm."""
     ecm: PlacedEcm | None = None
     """The endoscope arm."""
     shapes: Mapping[int, Track] = field(default_factory=dict)

@@ -33,7 +33,16 @@ from palpate.scene.surface import PlacedSurface
 from palpate.session import nearest
 from palpate.session.recorded import body_track, recorded_scene, shape_track
 from palpate.values.units import FILE_UNITS
-from palpate.viewer.stage import ArmPlace, FixtureMark, PlacedFrame, RegionMark, Stage, TargetMark, TouchedObject
+from palpate.viewer.stage import (
+    ArmPlace,
+    DeviceMark,
+    FixtureMark,
+    PlacedFrame,
+    RegionMark,
+    Stage,
+    TargetMark,
+    TouchedObject,
+)
 
 _NEAR, _AROUND_HAND = 0.2, 0.045  # [m]
 
@@ -75,12 +84,23 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
         rod=scene.graspable,
         frames=placed_frames(rig),
         targets=target_marks(rig),
+        device=_device_mark(rig),
         ecm=rig.ecm,
         solids=tuple(held.solids(scene)),
         fixtures=tuple(fixture_mark(fixture, rig.context) for fixture in scene.guidance),
         extent=float(np.linalg.norm(middle - p_WH[:3]) + 0.5 * np.ptp(bounds, axis=(0, 1)).max()),
         near=partial(nearest.in_words, rig),
     )
+
+
+def _device_mark(rig: Rig) -> DeviceMark | None:
+    """The device of a scene; None for a simulated arm."""
+    scene = rig.scene
+    name, mapping = scene.arms.leader.driver, scene.mapping
+    if name is None:
+        return None
+    size, centre = (None if v is None else np.array(v) for v in (mapping.workspace, mapping.centre))
+    return DeviceMark(name, rig.arms.X_WL, size, centre, f"{mapping.law}, {mapping.scale:g} times the hand")
 
 
 def _first_felt(scene: Scene) -> ObjectSection:

@@ -1,6 +1,7 @@
 """The bench recovers the parameters of simulated devices, and the test finds each kind of wrong driver."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -254,11 +255,18 @@ def test_slow_and_failing_drivers_are_named():
 
 
 def test_commands(tmp_path, capsys):
-    out, figures = tmp_path / "device.yaml", tmp_path / "bench.json"
-    assert main(["device", "bench", "simulated", "--yes", "--out", str(out), "--json", str(figures)]) == 0
+    out, figures, page = tmp_path / "device.yaml", tmp_path / "bench.json", tmp_path / "device.html"
+    command = ["device", "bench", "simulated", "--yes", "--out", str(out), "--json", str(figures)]
+    assert main([*command, "--weight", "0.1", "--page", str(page)]) == 0
     found = json.loads(figures.read_text())
-    assert {"name", "rate_Hz", "interval_p99_us", "fresh", "axes", "stopped", "model"} == set(found)
+    keys = {"name", "rate_Hz", "interval_p99_us", "fresh", "axes", "stopped", "model", "force", "stated"}
+    assert keys == set(found)
     assert yaml.safe_load(out.read_text())["kind"] == "device"
+    assert found["force"][0]["gain"] == pytest.approx(1.0, abs=0.01)
+    stated = {row["name"]: row for row in found["stated"]}
+    assert stated["resolution"]["measured"] == pytest.approx(10.0, rel=1e-3)
+    assert stated["mass"]["measured"] == pytest.approx(stated["mass"]["stated"], rel=0.03)
+    assert {"Force", "As stated?", "Stable wall"} <= set(re.findall(r"<h2>([^<]+)</h2>", page.read_text()))
     assert main(["certify", str(out), "--stiffness", "200", "--damping", "1", "--json", str(figures)]) == 0
     assert json.loads(figures.read_text())["verdict"] == "stable"
     assert main(["device", "list", "--json", str(figures)]) == 0

@@ -104,6 +104,17 @@ def test_the_first_grip_that_is_awake_gives_the_orientation(grip, list):
         driver.read()
 
 
+@pytest.mark.parametrize("law", ["rate", "drift"])
+def test_the_workspace_lies_around_the_first_position_not_around_the_base(service, law):
+    """The base is 0.2 m away from the workspace: around it, the tool would run away by itself."""
+    mapping = DrivenSession(scene(arms={"leader": {"driver": haply(service)}}, mapping=law)).rig.scene.mapping
+    assert mapping.workspace == pytest.approx((0.115,) * 3)
+    assert mapping.centre is None
+    given = {"law": law, "workspace": [0.1, 0.1, 0.1], "centre": [0.0, -0.1, 0.1]}
+    kept = DrivenSession(scene(arms={"leader": {"driver": haply(service)}}, mapping=given)).rig.scene.mapping
+    assert kept.centre == (0.0, -0.1, 0.1)
+
+
 def test_settings_are_made_and_read_back(service):
     driver = Haply(haply(service, gravity=0.5, damping=0.25, force_gate=0.1).removeprefix("haply:"))
     driver.open()

@@ -86,6 +86,7 @@ ELSEWHERE = {
     "palpate ros topic": "ros/test_topic.py",
     "palpate run camera --serve": "cli/test_cli_run.py",
     "palpate run palpation --leader haply": "devices/test_haply.py",
+    "palpate run palpation --leader webxr": "viewer/test_xr.py",
     "palpate run two_hands --leader": "devices/test_device_pairs.py",
     "palpate run registration --serve": "cli/test_cli_run.py",
     "palpate run remote --remote": "network/test_remote.py",

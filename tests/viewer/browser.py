@@ -38,8 +38,8 @@ def small_scene():
 
 
 @contextmanager
-def open_page(url, size=(1200, 500), ready="#palpate-force"):
-    """The page with its read-outs; `page.strangers` collects requests to other hosts, `page.errors` errors."""
+def open_page(url, size=(1200, 500), ready="#palpate-force", script=""):
+    """The page after a script; `page.strangers` collects requests to other hosts, `page.errors` errors."""
     if CHROMIUM is None:
         pytest.skip("Chromium is not installed (Debian: apt-get install chromium), so the viewer is not tested")
     api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed (uv sync --group test)")
@@ -47,7 +47,7 @@ def open_page(url, size=(1200, 500), ready="#palpate-force"):
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         page = browser.new_page(viewport={"width": size[0], "height": size[1]})
         page.set_default_timeout(90_000)  # software rendering on a busy machine
-        page.add_init_script(FEW_FRAMES)
+        page.add_init_script(FEW_FRAMES + script)
         page.strangers, page.errors = [], []
         own = (url, url.replace("http", "ws", 1), "data:", "blob:")
         page.on("request", lambda r: None if r.url.startswith(own) else page.strangers.append(r.url))

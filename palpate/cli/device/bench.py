@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -9,12 +10,17 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional, arg
 
 from palpate.console.output import console_for, require_writable, say, write_json
+from palpate.errors import DeviceError
 
 if TYPE_CHECKING:
     from rich.table import Table
 
+    from palpate.devices.accuracy import Accuracy
     from palpate.devices.bench import Bench
+    from palpate.devices.driver import Driver
     from palpate.devices.identify import AxisFit
+
+_UNITS = {"weight": "kg", "spring": "N/m"}
 
 
 @dataclass
@@ -24,15 +30,23 @@ class Command:
     examples:
       palpate device bench simulated --yes --out device.yaml
       palpate device bench my_device:Omega --out omega.yaml --json omega.json
+      palpate device bench my_device:Omega --weight 0.1 --page omega.html
       palpate certify omega.yaml --stiffness 1000
 
-    The device rests for a second, and then moves to and fro along each axis, pushed by at most 0.5 N.
+    The device rests for a second, and then moves to and fro along each axis, pushed by at most 0.5 N. With --weight or
+    --spring its force is compared with a known one: it then moves slowly up and down, twice.
     """
 
     name: Positional[str]
     """Driver: MODULE:CLASS, my_device.so (a driver in C), or a name of `palpate device list`."""
     out: Annotated[Path | None, arg(metavar="FILE.yaml")] = None
     """Write the device's model for `palpate certify`."""
+    weight: Annotated[float | None, arg(metavar="KG")] = None
+    """Compare the force with a weight that you hang on the handle when asked [kg]."""
+    spring: Annotated[float | None, arg(metavar="N_PER_M")] = None
+    """Compare the force with a spring along the vertical, fastened to the handle when asked [N/m]."""
+    page: Annotated[Path | None, arg(metavar="FILE.html")] = None
+    """Write a page with all figures, beside those that the driver states."""
     yes: bool = False
     """Push without asking."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
@@ -41,11 +55,11 @@ class Command:
     def __call__(self) -> int:
         """Print the measurements and write the model; returns the exit code."""
         from palpate.cli.device._common import require_consent
-        from palpate.devices.bench import measure
+        from palpate.devices.bench import measure, stated_by
         from palpate.devices.open import open_python_driver
 
         console = console_for(self.json)
-        for file in (self.out, self.json):
+        for file in (self.out, self.json, self.page):
             require_writable(file)
         driver = open_python_driver(self.name, Path())
         if getattr(driver, "force_max", 0.0) > 0.0:
@@ -68,8 +82,40 @@ class Command:
         if self.out is not None:
             found.model().save(self.out, {"device": self.name, "measured by": "palpate device bench"})
             say(console, f"{self.out}; judge it: palpate certify {self.out} --stiffness 400", "model:")
-        write_json(self.json, {**vars(found), "model": str(self.out) if self.out else None})
+        compared = self._compare(driver)
+        for one in compared:
+            say(console, f"by the {one.by} of {one.given:g} {_UNITS[one.by]}: {one.in_words()}", "force:")
+        stated = stated_by(driver, found)
+        for row in stated:
+            say(console, row.in_words(), f"{row.name}:", "" if row.agrees else "yellow")
+        if self.page is not None:
+            from palpate.report.device import write_device_page
+
+            say(console, str(write_device_page(self.page, found, compared, stated)), "page:")
+        model = str(self.out) if self.out else None
+        write_json(self.json, {**vars(found), "model": model, "force": compared, "stated": stated})
         return 0
+
+    def _compare(self, driver: Driver) -> list[Accuracy]:
+        """The force of the device against the weight and the spring that are given."""
+        from palpate.devices.accuracy import by_spring, by_weight
+
+        found = []
+        for given, judge in ((self.weight, by_weight), (self.spring, by_spring)):
+            if given is not None:
+                found.append(judge(driver, self.name, given, self._ask))
+        return found
+
+    def _ask(self, words: str) -> None:
+        """Let the user prepare something; a simulated device needs nobody."""
+        from palpate.devices.simulated import SimulatedDevice
+
+        if self.name.partition(":")[0] == SimulatedDevice.name_of_driver:
+            return
+        if not sys.stdin.isatty():
+            raise DeviceError(f"{words}: there is no terminal to ask in", mend="run it in a terminal")
+        print(f"{words}, keep your hands off, and press Enter: ", end="", file=sys.stderr, flush=True)
+        sys.stdin.readline()
 
 
 def _table(found: Bench) -> Table:

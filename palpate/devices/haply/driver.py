@@ -13,10 +13,10 @@ from palpate.arrays import Array
 from palpate.devices.driver import MOST_RATE, Driver, Reading
 from palpate.devices.haply.service import (
     EVENTS_ABOVE,
-    GRIPS,
     Address,
     Json,
     entries,
+    grip_of,
     receive,
     request,
     version,
@@ -147,7 +147,7 @@ def _prepare(service: _haply.Connection, at: Address, options: HaplySection, dia
     device = _chosen(message, id, at)
     config = device.get("config") or {}
     _check(id, device, config, options)
-    grip, where = _grip(message, options.grip, at)
+    grip, where = grip_of(message, options.grip, at)
     settings = {key: config[key] for key in ("gravity_compensation", "filters") if key in config}
     return Found(id, kind == "minverse", str(config.get("handedness", "")), grip, where, settings)
 
@@ -240,26 +240,3 @@ def _is_identity(transform: Json) -> bool:
         for part in unit
         for axis, value in (transform.get(part) or {}).items()
     )
-
-
-def _grip(message: Json, wanted: str | None, at: Address) -> tuple[str, str]:
-    """Id of the grip and its list: the wanted one, or the first that is awake; "" without one.
-
-    A grip that is named in two lists is taken from the first one.
-
-    Raises:
-        DeviceError: there is no such grip.
-    """
-    if wanted == "none":
-        return "", ""
-    grips = [(entry, kind) for kind in GRIPS for entry in entries(message, kind)]
-    ids = [str(entry.get("device_id")) for entry, _ in grips]
-    if wanted is not None:
-        if wanted not in ids:
-            known = f"it knows {', '.join(dict.fromkeys(ids))}" if ids else "it knows none"
-            mend = "wake the grip, or write grip: none to feel without orientation"
-            raise DeviceError(f"the service on {at} knows no grip {wanted!r}", why=known, mend=mend)
-        return wanted, grips[ids.index(wanted)][1]
-    awake = [(id, kind) for id, (entry, kind) in zip(ids, grips, strict=True)
-             if (entry.get("status") or {}).get("awake", True) is True]  # fmt: skip
-    return awake[0] if awake else ("", "")

@@ -164,3 +164,26 @@ def entries(message: Json, kind: str) -> list[Json]:
     if isinstance(given, dict):
         return [{"device_id": id, **entry} for id, entry in given.items() if isinstance(entry, dict)]
     return [entry for entry in given or [] if isinstance(entry, dict)] if isinstance(given, list) else []
+
+
+def grip_of(message: Json, wanted: str | None, at: Address) -> tuple[str, str]:
+    """Id of the grip and its list: the wanted one, or the first that is awake; "" without one.
+
+    A grip that is named in two lists is taken from the first one.
+
+    Raises:
+        DeviceError: there is no such grip.
+    """
+    if wanted == "none":
+        return "", ""
+    grips = [(entry, kind) for kind in GRIPS for entry in entries(message, kind)]
+    ids = [str(entry.get("device_id")) for entry, _ in grips]
+    if wanted is not None:
+        if wanted not in ids:
+            known = f"it knows {', '.join(dict.fromkeys(ids))}" if ids else "it knows none"
+            mend = "wake the grip, or write grip: none to feel without orientation"
+            raise DeviceError(f"the service on {at} knows no grip {wanted!r}", why=known, mend=mend)
+        return wanted, grips[ids.index(wanted)][1]
+    awake = [(id, kind) for id, (entry, kind) in zip(ids, grips, strict=True)
+             if (entry.get("status") or {}).get("awake", True) is True]  # fmt: skip
+    return awake[0] if awake else ("", "")

@@ -1,0 +1,67 @@
+"""The page of a measured device."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+from pathlib import Path
+
+from palpate.devices.accuracy import Accuracy
+from palpate.devices.bench import AxisBench, Bench, Stated
+from palpate.report.html import page_of, section
+from palpate.report.page import write
+
+_AXES = (
+    "Noise at rest, step of the measured position, and the model mass x'' + damping x' + friction sign(x') = "
+    "F(t - delay), fitted to a push to and fro; each with half the width of its 95 % interval."
+)
+_WALL = (
+    "The stiffest wall without damping that is stable on this device, as measured, and at the unsafe end of all "
+    "intervals."
+)
+_FORCE = "The force on the handle over the commanded one, by a known weight or spring, free of friction."
+_STATED = "What the driver states, which may be the vendor's figure, beside what was measured."
+
+
+def write_device_page(out: Path, found: Bench, compared: Sequence[Accuracy], stated: Sequence[Stated]) -> Path:
+    """Write the page; returns its path."""
+    head = ("axis", "noise [um]", "step [um]", "mass [kg]", "damping [N s/m]", "friction [N]", "delay [ms]")
+    parts = [
+        f"<h1>{escape(found.name)}</h1>",
+        section("Rate", f"{found.rate_Hz:.0f} Hz; 99 % of the intervals are below {found.interval_p99_us:.0f} us.", ""),
+        section("Axes", _AXES, _table(head, [_cells(axis) for axis in found.axes])),
+    ]
+    if any(axis.fit is not None for axis in found.axes):
+        limit, unsafe = found.limits()
+        rows = [("as measured", f"{limit:.0f} N/m"), ("at the unsafe end", f"{unsafe:.0f} N/m")]
+        parts.append(section("Stable wall", _WALL, _table(("", "stiffness"), rows)))
+    if compared:
+        forces = [(one.by, f"{one.given:g}", f"{one.gain:.4f} +-{one.reach:.2g}", one.in_words()) for one in compared]
+        parts.append(section("Force", _FORCE, _table(("by", "given [kg, N/m]", "gain [-]", ""), forces)))
+    figures = [
+        (row.name, f"{row.stated:.4g}", f"{row.measured:.4g}", row.unit, "yes" if row.agrees else "no")
+        for row in stated
+    ]
+    parts.append(section("As stated?", _STATED, _table(("figure", "stated", "measured", "unit", "agrees"), figures)))
+    doubts = "".join(f"<li>{escape(doubt)}</li>" for doubt in found.doubts())
+    parts.append(section("Doubts", "What the model does not explain.", f"<ul>{doubts}</ul>") if doubts else "")
+    return write(out, page_of(f"Device {found.name}", "".join(parts)))
+
+
+def _cells(axis: AxisBench) -> tuple[str, ...]:
+    step = "none seen" if axis.resolution_m is None else f"{1e6 * axis.resolution_m:.3g}"
+    f = axis.fit
+    if f is None:
+        return (axis.axis, f"{1e6 * axis.noise_m:.3g}", step, "-", "-", "-", "-")
+    values = [
+        f"{getattr(f, key):.3g} +-{f.student * getattr(f.deviations, key):.1g}"
+        for key in ("mass", "damping", "friction")
+    ]
+    delay = f"{1e3 * f.delay:.3g} +-{1e3 * f.student * f.deviations.delay:.1g}"
+    return (axis.axis, f"{1e6 * axis.noise_m:.3g}", step, *values, delay)
+
+
+def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    top = "".join(f"<th>{escape(cell)}</th>" for cell in head)
+    body = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows)
+    return f"<table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table>"

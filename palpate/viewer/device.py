@@ -1,0 +1,80 @@
+"""The picture of a device: its handle in its workspace, which reddens as the range comes to its end."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import viser
+
+from palpate.arrays import Array
+from palpate.record.ticks import Ticks
+from palpate.viewer.stage import DeviceMark
+
+HANDLE, AXES = 0.008, 0.03
+"""Radius of the drawn handle, length of its axes [m]."""
+NEAR = 0.1
+"""Way to a side over the length of the workspace below which the picture is red [-]."""
+_FREE, _EDGE = (60, 120, 170), (225, 38, 38)
+
+
+class DeviceDrawing:
+    """Draws the device of a stage in W."""
+
+    def __init__(self, scene: viser.SceneApi, mark: DeviceMark) -> None:
+        self.mark = mark
+        self._scene, self._centre = scene, mark.centre
+        self._handle = scene.add_icosphere("/device/handle", HANDLE, _FREE, cast_shadow=False)
+        self._axes = scene.add_frame("/device/axes", axes_length=AXES, axes_radius=0.05 * AXES)
+        self._box: dict[bool, viser.LineSegmentsHandle] = {}
+        if self._centre is not None:
+            self._draw_box()
+
+    def show(self, tick: Ticks) -> None:
+        """Moves the handle; the first tick places a workspace whose centre the driver does not state."""
+        p_LH, R_WL = np.array(tick["p_LH"]), self.mark.X_WL[:3, :3]
+        if self._centre is None and float(tick["t"]) > 0.0:
+            self._centre = p_LH
+            self._draw_box()
+        edge = self.at_edge(tick)
+        self._handle.position = self._axes.position = R_WL @ p_LH + self.mark.X_WL[:3, 3]
+        self._handle.color = _EDGE if edge else _FREE
+        x, y, z, w = np.array(tick["quat_LH"]).tolist()
+        self._axes.wxyz = viser.transforms.SO3.from_matrix(
+            R_WL @ viser.transforms.SO3(np.array([w, x, y, z])).as_matrix()
+        ).wxyz
+        for red, box in self._box.items():
+            if box.visible != (red == edge):
+                box.visible = red == edge
+
+    def left(self, tick: Ticks) -> Array | None:
+        """Way (3,) of the handle to the nearer side along each axis of the base [m]; None: the range is unknown."""
+        if self.mark.workspace is None or self._centre is None:
+            return None
+        return np.asarray(0.5 * self.mark.workspace - np.abs(np.array(tick["p_LH"]) - self._centre))
+
+    def at_edge(self, tick: Ticks) -> bool:
+        """True if a side of the workspace is near."""
+        left = self.left(tick)
+        return left is not None and bool((left < NEAR * np.asarray(self.mark.workspace)).any())
+
+    def left_in_words(self, tick: Ticks) -> str:
+        """The smallest way that is left, and its axis."""
+        left = self.left(tick)
+        if left is None:
+            return "unknown"
+        i = int(np.argmin(left))
+        return f"{1e3 * left[i]:.0f} mm along {'xyz'[i]}" if left[i] >= 0.0 else f"beyond by {-1e3 * left[i]:.0f} mm"
+
+    def _draw_box(self) -> None:
+        """The twelve edges of the workspace, once in each colour."""
+        if self.mark.workspace is None or self._centre is None:
+            return
+        corners = np.array(list(product((-0.5, 0.5), repeat=3)))
+        pairs = [(a, b) for a in range(8) for b in range(a) if np.abs(corners[a] - corners[b]).sum() == 1.0]
+        p_L = self._centre + corners * self.mark.workspace
+        p_W = p_L @ self.mark.X_WL[:3, :3].T + self.mark.X_WL[:3, 3]
+        points = np.array([[p_W[a], p_W[b]] for a, b in pairs], dtype=np.float32)
+        for red, color in ((False, _FREE), (True, _EDGE)):
+            name = f"/device/workspace/{'edge' if red else 'free'}"
+            self._box[red] = self._scene.add_line_segments(name, points, color, thickness=0.001, visible=not red)

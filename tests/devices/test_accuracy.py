@@ -1,0 +1,65 @@
+"""The accuracy of a device's force by a weight and by a spring, judged with devices of known gain."""
+
+import numpy as np
+import pytest
+
+from palpate.devices import accuracy
+from palpate.devices.simulated import SimulatedDevice, Truth
+from palpate.errors import DeviceError
+
+
+def asked(words, log=None):
+    if log is not None:
+        log.append(words)
+
+
+@pytest.mark.parametrize("gain", [0.8, 1.1])
+def test_a_weight_and_a_spring_recover_the_gain_of_a_device_in_spite_of_its_friction(gain):
+    truth = Truth(force_gain=gain, friction=0.08, damping=1.0)
+    log = []
+    by_weight = accuracy.by_weight(SimulatedDevice(truth=truth), "it", 0.1, log.append)
+    by_spring = accuracy.by_spring(SimulatedDevice(truth=truth), "it", 300.0, log.append)
+    assert log == ["hang the weight of 100 g on the handle",
+                   "fasten the spring of 300 N/m to the handle, relaxed, along the vertical"]  # fmt: skip
+    for found in (by_weight, by_spring):
+        assert found.gain == pytest.approx(gain, abs=0.01)
+        assert abs(found.gain - gain) < max(2.0 * found.reach, 0.004)
+        assert found.friction_N == pytest.approx(0.08 / gain, rel=0.25)
+    assert {0.8: "too weak", 1.1: "too strong"}[gain] in by_weight.in_words()
+
+
+def test_a_device_with_a_spring_of_its_own_is_compared_with_itself():
+    found = accuracy.by_spring(SimulatedDevice(truth=Truth(stiffness=40.0)), "it", 200.0, asked)
+    assert found.gain == pytest.approx(1.0, abs=0.01)
+
+
+def test_the_triangle_begins_in_the_middle_and_goes_from_end_to_end():
+    t = np.linspace(0.0, 2.0 * accuracy.PERIOD, 4001)
+    x = np.array([accuracy.wanted(one) for one in t])
+    assert x[0] == 0.0
+    assert (x.min(), x.max()) == pytest.approx((-0.5 * accuracy.STROKE, 0.5 * accuracy.STROKE), rel=1e-3)
+    assert np.abs(np.diff(x)).max() == pytest.approx(
+        accuracy.STROKE / (0.5 * accuracy.PERIOD) * (t[1] - t[0]), rel=1e-6
+    )
+
+
+class Beside(SimulatedDevice):
+    """Its weight hangs elsewhere."""
+
+    load = property(lambda self: 0.0, lambda self, mass: None)
+
+
+class Stuck(SimulatedDevice):
+    def _advance(self, F, dt, steps):
+        return
+
+
+@pytest.mark.parametrize(
+    ("made", "act", "words"),
+    [(SimulatedDevice, lambda d: accuracy.by_weight(d, "it", 2.0, asked), "needs up to"),
+     (Stuck, lambda d: accuracy.by_weight(d, "it", 0.05, asked), "does not follow"),
+     (Beside, lambda d: accuracy.by_weight(d, "it", 0.05, asked), "nothing to compare")],
+)  # fmt: skip
+def test_what_cannot_be_compared_is_said(made, act, words):
+    with pytest.raises(DeviceError, match=words):
+        act(made())

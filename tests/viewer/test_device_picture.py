@@ -1,0 +1,88 @@
+"""The picture of a device: handle, workspace, what is left of the range, and the mapping."""
+
+from dataclasses import replace
+from unittest.mock import MagicMock
+
+import numpy as np
+import pytest
+from fake_session import FakeSession, stage
+
+from palpate.devices.loop import mapped_rig
+from palpate.scene import Scene
+from palpate.viewer import stage_of
+from palpate.viewer.device import DeviceDrawing
+from palpate.viewer.drawing import Drawing
+from palpate.viewer.stage import DeviceMark
+
+X_WL = np.array([[0.0, -1.0, 0.0, 0.3], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.1], [0.0, 0.0, 0.0, 1.0]])
+
+
+def drawn(centre=(0.0, 0.0, 0.0), size=(0.16, 0.12, 0.1)):
+    scene = MagicMock()
+    for add in (scene.add_icosphere, scene.add_frame, scene.add_line_segments):
+        add.side_effect = lambda *args, **given: MagicMock(given=args, **given)
+    mark = DeviceMark("simulated", X_WL, None if size is None else np.array(size),
+                      None if centre is None else np.array(centre), "indexed, 0.5 times the hand")  # fmt: skip
+    return scene, DeviceDrawing(scene, mark)
+
+
+def tick(p, t=1.0, quat=(0.0, 0.0, 0.0, 1.0)):
+    found = FakeSession().latest()
+    found["p_LH"], found["quat_LH"], found["t"] = p, quat, t
+    return found
+
+
+def test_the_handle_is_drawn_in_the_world_and_the_nearest_side_is_told():
+    scene, device = drawn()
+    one = tick([0.05, 0.0, 0.0])
+    device.show(one)
+    assert device._handle.position == pytest.approx([0.3, 0.05, 0.1])
+    assert device.left(one) == pytest.approx([0.03, 0.06, 0.05])
+    assert device.left_in_words(one) == "30 mm along x"
+    assert not device.at_edge(one)
+    assert (device._box[False].visible, device._box[True].visible) == (True, False)
+    edge = tick([0.0, 0.0, 0.045])
+    device.show(edge)
+    assert device.at_edge(edge)
+    assert (device._box[False].visible, device._box[True].visible) == (False, True)
+    assert device.left_in_words(tick([0.0, 0.0, -0.06])) == "beyond by 10 mm"
+    points = scene.add_line_segments.call_args.args[1]
+    assert points.shape == (12, 2, 3)
+    assert np.ptp(points.reshape(-1, 3), axis=0) == pytest.approx([0.12, 0.16, 0.1]), "turned as the base"
+
+
+def test_a_workspace_without_centre_lies_around_the_first_position():
+    scene, device = drawn(centre=None)
+    device.show(tick([0.0, 0.0, 0.0], t=0.0))
+    assert not scene.add_line_segments.called, "not yet measured"
+    first = tick([0.02, -0.1, 0.15])
+    device.show(first)
+    assert device.left(first) == pytest.approx([0.08, 0.06, 0.05])
+
+
+def test_an_unknown_workspace_is_said():
+    _, device = drawn(size=None)
+    one = tick([0.0, 0.0, 0.0])
+    device.show(one)
+    assert device.left_in_words(one) == "unknown"
+    assert not device.at_edge(one)
+
+
+def test_the_device_is_drawn_in_place_of_the_simulated_arm():
+    mark = drawn()[1].mark
+    scene = MagicMock()
+    assert Drawing(scene, replace(stage(), objects=[]))._leader is not None
+    drawing = Drawing(scene, replace(stage(), objects=[], device=mark))
+    assert drawing._leader is None
+    assert drawing.device.mark is mark
+
+
+def test_the_stage_of_a_scene_with_a_driver_has_its_workspace_and_mapping():
+    scene = Scene.model_validate({
+        "objects": [{"name": "ball", "sphere": {"radius": 0.03}, "stiffness": 400}],
+        "arms": {"leader": {"driver": "simulated"}}, "mapping": {"law": "drift", "scale": 0.8},
+    })  # fmt: skip
+    mark = stage_of(mapped_rig(scene, (0.16, 0.16, 0.11))).device
+    assert (mark.name, mark.mapping) == ("simulated", "drift, 0.8 times the hand")
+    assert mark.workspace == pytest.approx([0.16, 0.16, 0.11])
+    assert mark.centre == pytest.approx([0.0, 0.0, 0.0])
