@@ -81,6 +81,13 @@ class Command:
                 if not self.every:
                     raise
                 say(console, f"{scene} is left out: {error.what}")
-        say(console, viewer.table(found))
+                continue
+            if self.every:  # all scenes take many minutes: what is measured so far is told and kept
+                say(console, viewer.table(found[-1:]))
+                write_json(None if self.json == Path("-") else self.json, {"rows": found})
+        if not found:
+            raise PalpateError("none of the scenes could be shown", mend="palpate doctor tells what the viewer lacks")
+        if not self.every:
+            say(console, viewer.table(found))
         write_json(self.json, {"rows": found})
         return 0
