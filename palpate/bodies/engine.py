@@ -124,7 +124,7 @@ class World:
         self._moving = {one.name: int(self.model.body(one.name).id) for one in self.solids if one.moves}
         late = _MORE * (lag + _TICKS / rate + section.period)  # a spring that is felt late needs K late of damping
         self.damping = section.stiffness * late if section.damping is None else section.damping
-        self.damping_w = _STIFFNESS_W * late
+        self.damping_w = _STIFFNESS_W * self.damping / section.stiffness
         self._damp()
         self.data: Any = mujoco.MjData(self.model)
         mujoco.mj_forward(self.model, self.data)
