@@ -439,3 +439,18 @@ def test_state_of_service_is_read_where_keys_come_in_any_order():
     while device.read(X) is None:
         pass
     assert X[:3, 3].tolist() == [1.0, 2.0, 3.0]
+
+
+def test_exchange_is_timed_beside_a_bare_echo(service, tmp_path, capsys):
+    from palpate.cli import main
+
+    name, file = haply(service), tmp_path / "exchange.json"
+    assert main(["device", "bench", name, "--exchange", "0.5", "--json", str(file)]) == 0
+    found = json.loads(file.read_text())
+    assert 0.0 < found["echo_p50_us"] <= found["echo_p99_us"]
+    assert 0.0 < found["trip_p50_us"] <= found["trip_p99_us"]
+    assert found["ticks"] > 50
+    assert 0 <= found["missed"] <= 250
+    assert found["rate_Hz"] == 500.0
+    assert main(["device", "bench", "simulated", "--exchange", "1"]) == 2
+    assert "--exchange is for the driver haply" in capsys.readouterr().err

@@ -31,6 +31,7 @@ class Command:
       palpate device bench simulated --yes --out device.yaml
       palpate device bench my_device:Omega --out omega.yaml --json omega.json
       palpate device bench my_device:Omega --weight 0.1 --page omega.html
+      palpate device bench haply:rate=2000 --exchange 60
       palpate certify omega.yaml --stiffness 1000
 
     The device rests for a second, and then moves to and fro along each axis, pushed by at most 0.5 N. With --weight or
@@ -47,6 +48,8 @@ class Command:
     """Compare the force with a spring along the vertical, fastened to the handle when asked [N/m]."""
     page: Annotated[Path | None, arg(metavar="FILE.html")] = None
     """Write a page with all figures, beside those that the driver states."""
+    exchange: Annotated[float | None, arg(metavar="SECONDS")] = None
+    """Instead, without a push: time the messages with Haply's service beside a bare echo, and a session this long."""
     yes: bool = False
     """Push without asking."""
     json: Annotated[Path | None, arg(metavar="FILE")] = None
@@ -61,6 +64,13 @@ class Command:
         console = console_for(self.json)
         for file in (self.out, self.json, self.page):
             require_writable(file)
+        if self.exchange is not None:
+            from palpate.devices.exchange import measure_exchange
+
+            times = measure_exchange(self.name, self.exchange)
+            say(console, times.in_words(), "exchange:")
+            write_json(self.json, times)
+            return 0
         driver = open_python_driver(self.name, Path())
         if getattr(driver, "force_max", 0.0) > 0.0:
             require_consent(self.yes, f"{self.name} will push with 0.5 N along each axis")
