@@ -15,7 +15,7 @@ from palpate.verify.bench.browser import Page, open_browser
 
 if TYPE_CHECKING:
     from palpate.session import Session
-    from palpate.session.pair import PairSession
+    from palpate.session.live import LiveSession
 
 _RATE = 1000.0  # of the bare loop [Hz]
 SETTLE = 12.0
@@ -147,7 +147,7 @@ def shown(scene: str, quality: str) -> Iterator[tuple[str, Callable[[], int], Ca
     given = Scene.load(scene)
     session: Session | PairsSession
     viewer: LiveViewer | PairsViewer
-    loops: list[Session | PairSession]
+    loops: list[LiveSession]
     if given.pairs:
         session = PairsSession(given)
         stages = {name: stage_of(rig, name) for name, rig in session.rigs.items()}
