@@ -14,13 +14,13 @@ from palpate.errors import SceneError
 from palpate.experiment.model import TaskSection
 from palpate.metrics import Wanted
 from palpate.metrics.force import TOUCH
-from palpate.metrics.measures import true_force
+from palpate.metrics.measures import TRUE_FORCE, true_force
 from palpate.record import Record
 from palpate.record.ticks import Ticks
 from palpate.scene.scene import Scene
 from palpate.scene.surface import PlacedSurface
 
-SIGNALS = ("t", "p_WT", "F_T_W", "F_touch_W")
+SIGNALS = ("t", "p_WT", *TRUE_FORCE)
 """Signals that judge a trial."""
 Result = Literal["success", "failed", "aborted"]
 

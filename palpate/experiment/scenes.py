@@ -119,7 +119,8 @@ def _require_usable(scene: Scene) -> None:
         what = "a scene with several pairs" if scene.pairs else "a scene with a section remote"
         mend = "name a scene with one pair of arms on this machine"
         raise SceneError(f"{what} cannot be used in an experiment yet", where=scene.file, mend=mend)
-    lacking = [] if scene.record.signals is None else [name for name in SIGNALS[1:] if name not in scene.record.signals]
+    needed = [name for name in SIGNALS[1:] if name != "F_held_W" or scene.bodies]
+    lacking = [] if scene.record.signals is None else [name for name in needed if name not in scene.record.signals]
     if lacking:
         what = f"the record would lack {', '.join(lacking)}, by which trials are judged"
         raise SceneError(what, where=scene.where("record", "signals"), mend="add them to record.signals")

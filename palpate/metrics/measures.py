@@ -188,12 +188,16 @@ class _Edges:
         self._before = bool(holds[-1]) if len(holds) else self._before
 
 
+TRUE_FORCE = ("F_T_W", "F_touch_W", "F_held_W")
+"""Signals of `true_force`."""
+
+
 def true_force(ticks: Ticks) -> Array:
     """Magnitude (n,) of the true force on the instrument [N].
 
     It is that of simulated tissue, else of the rendered contact, and of what the instrument holds or pushes.
     """
-    touch, rendered, held = (np.nan_to_num(ticks[name]) for name in ("F_touch_W", "F_T_W", "F_held_W"))
+    rendered, touch, held = (np.nan_to_num(ticks[name]) for name in TRUE_FORCE)
     surface = np.where(np.any(touch != 0.0, axis=1, keepdims=True), touch, rendered)
     return np.asarray(np.linalg.norm(surface + held, axis=1))
 
