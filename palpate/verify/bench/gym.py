@@ -11,6 +11,7 @@ import numpy as np
 from palpate.sweep.local import cores
 
 _JOINTS = 7
+_ACTIONS = 1000  # drawn beforehand: fewer than an episode has would drift to the limits of the motion
 _VARY = {"objects.0.stiffness": (200.0, 600.0)}  # drawn at each reset
 _LINK = '<geom type="capsule" size="0.01" fromto="0 0 0 0 0 -0.1"/>'
 _ARM = '<body pos="0 0 -0.1"><joint axis="{axis}"/>' + _LINK + "{inner}</body>"
@@ -36,22 +37,23 @@ class Figures(TypedDict):
 def run(instruments: int = 64, substeps: int = 20, seconds: float = 5.0) -> Figures:
     """Step environments of the scene `palpation` with random actions for some seconds, then the control.
 
-    A step is an action: `substeps` ticks of 1 ms of the whole haptic cycle, of simulated time.
+    A step is an action: `substeps` ticks of 1 ms of the whole haptic cycle. Episodes end after 5 s of simulated time and
+    begin anew, as in a training.
     """
     from palpate.gym import PalpateVectorEnv
     from palpate.gym.world import RATE
 
-    many = PalpateVectorEnv(instruments, "palpation", substeps=substeps, duration=1e6, vary=_VARY)
+    many = PalpateVectorEnv(instruments, "palpation", substeps=substeps, vary=_VARY)
     many.reset(seed=0)
     before = time.process_time()
     many.reset(seed=0)
     reset = time.process_time() - before
     rng = np.random.default_rng(0)
     low, high = many.instruments.low_high
-    actions = [rng.uniform(low, high, (instruments, 6)) for _ in range(50)]
+    actions = [rng.uniform(low, high, (instruments, 6)) for _ in range(_ACTIONS)]
     began, used, steps = time.perf_counter(), time.process_time(), 0
     while time.perf_counter() - began < seconds:
-        many.step(actions[steps % 50])
+        many.step(actions[steps % _ACTIONS])
         steps += 1
     took, used = time.perf_counter() - began, time.process_time() - used
     many.close()
