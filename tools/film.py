@@ -90,7 +90,9 @@ def main(out: Path, seconds: float, size: tuple[int, int], chapters: tuple[Chapt
                         f"<code>{html.escape(chapter.command)}</code></figcaption></figure>")  # fmt: skip
             print(f"{chapter.scene}: {number} frames", flush=True)
 
-    films(frames(), {"left": out / "film.mp4"}, {"left": size}, FPS)
+    draft = out / ".film.part.mp4"  # a film that is cut off is no film
+    films(frames(), {"left": draft}, {"left": size}, FPS)
+    draft.replace(out / "film.mp4")
     (out / "index.html").write_text("\n".join(rows), encoding="utf-8")
     return out / "film.mp4"
 

@@ -37,8 +37,8 @@ class Figures(TypedDict):
 def run(instruments: int = 64, substeps: int = 20, seconds: float = 5.0) -> Figures:
     """Step environments of the scene `palpation` with random actions for some seconds, then the control.
 
-    A step is an action: `substeps` ticks of 1 ms of the whole haptic cycle. Episodes end after 5 s of simulated time and
-    begin anew, as in a training.
+    A step is an action: `substeps` ticks of 1 ms of the whole haptic cycle. Episodes end after 5 s of simulated time
+    and begin anew, as in a training.
     """
     from palpate.gym import PalpateVectorEnv
     from palpate.gym.world import RATE
