@@ -40,7 +40,7 @@ class Chapter:
 
     scene: str
     words: str
-    seconds: float = 13.0
+    seconds: float = 11.5
     """Length in the film of two minutes, and least simulated time [s]."""
 
     @property
@@ -57,8 +57,9 @@ CHAPTERS = (
     Chapter("bilateral", "The force of simulated tissue by the drives' torques, without a sensor"),
     Chapter("solids", "Solids without a mesh"),
     Chapter("two_hands", "Two hands: one holds the organ, the other palpates it"),
-    Chapter("soft_liver", "A liver that deforms", 15.0),
-    Chapter("soft_nodule", "A hard lump in soft tissue", 14.0),
+    Chapter("soft_liver", "A liver that deforms", 12.5),
+    Chapter("soft_nodule", "A hard lump in soft tissue", 12.0),
+    Chapter("peg_transfer", "Things to hold: simulated operators lift and hand over what they feel", 15.0),
 )
 
 

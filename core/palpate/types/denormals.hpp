@@ -9,7 +9,7 @@
 namespace palpate {
 
 /// While an object of this class lives, its thread treats denormal floating-point numbers as zero.
-class DenormalsAreZero {
+class [[maybe_unused]] DenormalsAreZero {
  public:
 #if defined(__SSE2__)
   DenormalsAreZero() noexcept : before_(_mm_getcsr()) { _mm_setcsr(before_ | 0x8040U); }  // flush results and operands

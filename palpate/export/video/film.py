@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
@@ -70,7 +70,7 @@ class Film:
         assert isinstance(first, Record), "the cameras of a bag are filmed by BagFilm"
         self.record, self.size = first, size
         scene = recorded_scene(first)
-        self.ecm = _endoscope(scene, first)
+        self.ecm = _endoscope(scene, [arm.ticks for arm in run.arms if isinstance(arm.ticks, Record)])
         self.canvas = Canvas(size, self.ecm.section.endoscope.width_deg)
         self._camera = first.snapshots(CAMERA)
         self._soft: list[tuple[Body, Array, Track]] = []
@@ -184,9 +184,10 @@ class _Writer:
         return self.file
 
 
-def _endoscope(scene: Scene, record: Record) -> PlacedEcm:
-    """The endoscope of a scene; one that sees the start of the motion if the scene has none."""
-    return endoscope(scene, np.array(record.read(["p_WT"], 0, 1)["p_WT"][0]))
+def _endoscope(scene: Scene, records: Sequence[Record]) -> PlacedEcm:
+    """The endoscope of a scene; if it has none, one that sees the middle between the starts of all hands."""
+    starts = [record.read(["p_WT"], 0, 1)["p_WT"][0] for record in records]
+    return endoscope(scene, np.mean(starts, axis=0))
 
 
 def color_of(section: ObjectSection, number: int) -> tuple[int, ...]:
