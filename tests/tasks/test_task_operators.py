@@ -33,6 +33,7 @@ def test_a_simulated_operator_does_the_task(name):
 
 
 @pytest.mark.long
+@pytest.mark.timeout(3600)
 @pytest.mark.parametrize("name", SHORT + LONG)
 def test_operators_do_nine_of_ten(name):
     results = [done(name, seed) for seed in range(10)]
