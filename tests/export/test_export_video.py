@@ -119,6 +119,7 @@ def test_films_of_both_eyes_belong_to_the_frames(felt, tmp_path, monkeypatch, ve
 def test_film_shows_the_motion_of_the_tool(felt):
     run = demonstrations([felt])[0]
     film = Film(run, SIZE)
+    assert len(film.canvas._resting) == 1  # the organ is drawn once, and not in each picture
     first, *_, last = [shown["left"].astype(int) for shown in film.pictures(episode_of(run, 10))]
     film.close()
     assert (np.abs(first - last).max(axis=2) > 20).mean() > 0.005
@@ -147,6 +148,7 @@ def test_film_shows_an_object_where_its_motion_has_it(tmp_path):
     run = demonstrations([Session({"objects": [moving], "operator": PRESS}, out=tmp_path).run(0.5).record])[0]
     film, episode = Film(run, SIZE), episode_of(run, 10)
     ((body, _),) = film._moving
+    assert not film.canvas._resting
     heights = [body.X_WB[2, 3] for _ in film.pictures(episode)]
     film.close()
     assert heights == pytest.approx(-0.015 + 0.01 * np.sin(2.0 * np.pi * episode.arms[0].frames.t))

@@ -120,12 +120,12 @@ class Film:
         ):
             track = shape_track(record, section.name) if is_soft(felt) else None
             vertices, triangles = rest_shape(felt) or placed.drawable(MOST_TRIANGLES)
-            rests = track is None and section.motion is None
+            rests = track is None and not section.motion
             body = self.canvas.add(vertices, triangles, color_of(section, k), 0.25, placed.X_WO if rests else None)
             body.X_WB = placed.X_WO
             if track is not None:
                 self._soft.append((body, vertices, track))
-            if section.motion is not None:
+            if section.motion:
                 self._moving.append((body, felt.pose))
 
     def _arm(self, one: ArmOfRun) -> ArmBodies:
