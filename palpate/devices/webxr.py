@@ -14,7 +14,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.arrays import Array, so3
 from palpate.devices.buttons import CLUTCH, bits
 from palpate.devices.driver import Driver, Reading
 from palpate.devices.evdev import OPENING
@@ -52,7 +52,7 @@ class Feed:
         if not sound or np.abs(p).max() > _FAR or not abs(float(np.linalg.norm(q)) - 1.0) < 0.05:
             return False
         X = np.eye(4)
-        X[:3, :3] = _AXES @ _rotation(q / np.linalg.norm(q)) @ _AXES.T
+        X[:3, :3] = _AXES @ so3.matrices(np.roll(q, 1) / np.linalg.norm(q)) @ _AXES.T
         X[:3, 3] = _AXES @ p
         self._newest = (time.monotonic(), Reading(X, None, OPENING * (1.0 - pinch), held))
         return True
@@ -126,15 +126,3 @@ class WebXR(Driver):
         """No vibration; the page no longer measures the hand."""
         self._feed.vibration = 0.0
         FEEDS.pop(self.hand, None)
-
-
-def _rotation(q: Array) -> Array:
-    """Rotation matrix (3, 3) of a unit quaternion x, y, z, w."""
-    x, y, z, w = q.tolist()
-    return np.array(
-        [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
-    )

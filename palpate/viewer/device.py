@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import viser
 
-from palpate.arrays import Array
+from palpate.arrays import Array, so3
 from palpate.record.ticks import Ticks
 from palpate.viewer.stage import DeviceMark
 
@@ -32,17 +32,15 @@ class DeviceDrawing:
 
     def show(self, tick: Ticks) -> None:
         """Moves the handle; the first tick places a workspace whose centre the driver does not state."""
-        p_LH, R_WL = np.array(tick["p_LH"]), self.mark.X_WL[:3, :3]
+        p_LH = np.array(tick["p_LH"])
         if self._centre is None and float(tick["t"]) > 0.0:
             self._centre = p_LH
             self._draw_box()
         edge = self.at_edge(tick)
-        self._handle.position = self._axes.position = R_WL @ p_LH + self.mark.X_WL[:3, 3]
+        X_WH = self.mark.X_WL @ so3.pose(p_LH, tick["quat_LH"])
+        self._handle.position = self._axes.position = X_WH[:3, 3]
         self._handle.color = _EDGE if edge else _FREE
-        x, y, z, w = np.array(tick["quat_LH"]).tolist()
-        self._axes.wxyz = viser.transforms.SO3.from_matrix(
-            R_WL @ viser.transforms.SO3(np.array([w, x, y, z])).as_matrix()
-        ).wxyz
+        self._axes.wxyz = so3.quaternions(X_WH[:3, :3])
         for red, box in self._box.items():
             if box.visible != (red == edge):
                 box.visible = red == edge

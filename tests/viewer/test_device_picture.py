@@ -26,7 +26,7 @@ def drawn(centre=(0.0, 0.0, 0.0), size=(0.16, 0.12, 0.1)):
     return scene, DeviceDrawing(scene, mark)
 
 
-def tick(p, t=1.0, quat=(0.0, 0.0, 0.0, 1.0)):
+def tick(p, t=1.0, quat=(1.0, 0.0, 0.0, 0.0)):
     found = FakeSession().latest()
     found["p_LH"], found["quat_LH"], found["t"] = p, quat, t
     return found
@@ -37,6 +37,10 @@ def test_the_handle_is_drawn_in_the_world_and_the_nearest_side_is_told():
     one = tick([0.05, 0.0, 0.0])
     device.show(one)
     assert device._handle.position == pytest.approx([0.3, 0.05, 0.1])
+    half = np.sqrt(0.5)
+    assert device._axes.wxyz == pytest.approx([half, 0.0, 0.0, half]), "as the base, a quarter about z"
+    device.show(tick([0.05, 0.0, 0.0], quat=(half, 0.0, 0.0, half)))
+    assert device._axes.wxyz == pytest.approx([0.0, 0.0, 0.0, 1.0]), "and a quarter more by the handle"
     assert device.left(one) == pytest.approx([0.03, 0.06, 0.05])
     assert device.left_in_words(one) == "30 mm along x"
     assert not device.at_edge(one)
