@@ -64,7 +64,7 @@ void glide_together(const Cycles& cycles, const std::vector<std::shared_ptr<loop
   for (const std::size_t size : {from.shape(0), to.shape(0), rows.shape(0), felt.shape(0)}) {
     if (size != n) throw std::invalid_argument("glide_together: an array has not one row for each cycle");
   }
-  if (worlds == 0 || n % worlds != 0 || !(bodies.empty() || bodies.size() == worlds))
+  if (worlds == 0 || n == 0 || n % worlds != 0 || !(bodies.empty() || bodies.size() == worlds))
     throw std::invalid_argument("glide_together: the cycles are not equally many for each time and world");
   const nb::gil_scoped_release release;
   const std::size_t each = n / worlds;

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping
 from itertools import combinations
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +13,7 @@ from palpate.devices.leader import Leader, leader_of
 from palpate.devices.loop import DeviceLoop, mapped_rig
 from palpate.devices.session import DeviceSession
 from palpate.errors import DeviceError, SceneError, StateError
+from palpate.scene import held
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
 from palpate.scene.surface import Bodies
@@ -61,14 +60,8 @@ class DrivenPairs(PairsSession):
         SceneError, MeshError: the scene cannot run. OutputError: `out` cannot be written.
     """
 
-    def __init__(
-        self,
-        scene: Scene | dict[str, Any] | str | os.PathLike[str],
-        out: str | os.PathLike[str] | None = None,
-        seed: int | None = None,
-    ) -> None:
-        self.leaders: dict[str, Leader] = {}  #: the devices by the names of their pairs
-        super().__init__(scene, out, seed)
+    leaders: dict[str, Leader]
+    """The devices by the names of their pairs."""
 
     def run(
         self,
@@ -96,12 +89,11 @@ class DrivenPairs(PairsSession):
 
     def _build(self, scene: Scene) -> Rigs:
         """Open the devices, then build the rigs of all pairs."""
-        if scene.graspable is not None:
-            what = f"the object {scene.graspable.name!r} is not carried by tools that are led by devices"
-            raise SceneError(what, where=scene.where("graspable"), mend="leave it out, or simulate both hands")
+        held.refuse_graspable(scene)
         if scene.bodies:
             what = "bodies are not moved by several hands of which one is on a device"
             raise SceneError(what, where=scene.where("bodies"), mend="leave them out, use one device, or simulate both")
+        self.leaders = {}
         for name, one in scene.each_pair().items():
             if one.arms.leader.driver is not None:
                 try:

@@ -7,6 +7,7 @@ threads.
 from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from itertools import pairwise
 from typing import Literal
 
@@ -19,7 +20,7 @@ from palpate.bodies.engine import World as Engine
 from palpate.errors import PalpateError
 from palpate.gym.world import RATE, Motion, World, cycle_at
 from palpate.record.ticks import TICK_DOUBLES, Ticks, as_ticks
-from palpate.scene import held
+from palpate.scene import held, soft
 from palpate.scene.rig import Rig
 from palpate.scene.together import capsules
 from palpate.tasks.hand import OPEN
@@ -40,7 +41,7 @@ class Instruments:
         workers: threads.
 
     Raises:
-        PalpateError: there is no thread. MissingExtraError: MuJoCo is missing, which moves the bodies of the scene.
+        PalpateError: there is no thread.
     """
 
     def __init__(self, world: World, n: int, action: Action, substeps: int, motion: Motion, workers: int) -> None:
@@ -70,7 +71,14 @@ class Instruments:
         return np.tile(np.append(-high, 0.0), self.h), np.tile(np.append(high, 1.0), self.h)
 
     def start(self, i: int, rigs: tuple[Rig, ...], X_WT: Array | None = None) -> None:
-        """Begin anew with world i in a scene, with the first tool at a pose X_WT (4, 4)."""
+        """Begin anew with world i in a scene, with the first tool at a pose X_WT (4, 4).
+
+        Raises:
+            MissingExtraError: MuJoCo is missing, which moves the bodies of the scene.
+        """
+        if self.h > 1:  # the tools of a world press the same soft bodies, and those of other worlds do not
+            snapshot = soft.shared(rigs[0].snapshot)
+            rigs = tuple(replace(rig, snapshot=snapshot) for rig in rigs)
         self.rigs[i] = rigs[0]
         cycles = []
         for k, rig in enumerate(rigs):

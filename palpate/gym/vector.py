@@ -34,7 +34,7 @@ class PalpateVectorEnv(VectorEnv[Observation, NDArray[np.float64], NDArray[Any]]
             when left out, ``scene`` if the scene has one, and otherwise ``press``.
         action: ``twist`` or ``pose`` (`Instruments`).
         substeps: ticks of 1 ms for each step.
-        duration: time after which an episode is truncated [s]; 5 s, or the limit of the scene's task, when left out.
+        duration: time after which an episode is truncated [s]; 5 s, or the limit of the task ``scene``, when left out.
         observe: parts of the observation, of ``pose joints force contact goal``, and ``jaw bodies`` of a scene with
             bodies, several pairs or a task; all of them when left out.
         picture: height and width of the picture of the endoscope that the observation also holds as ``picture``
@@ -62,13 +62,14 @@ class PalpateVectorEnv(VectorEnv[Observation, NDArray[np.float64], NDArray[Any]]
     ) -> None:
         world = World(scene, vary or {})
         own = world.scene.task
+        task = ("press" if own is None else "scene") if task is None else task
         if duration is None:
-            duration = 5.0 if own is None else own.limit
+            duration = own.limit if task == "scene" and own is not None else 5.0
         if num_envs < 1 or substeps < 1 or not 0.0 < duration < np.inf or action not in ("twist", "pose"):
             what = f"num_envs = {num_envs}, substeps = {substeps}, duration = {duration:g} s, action = {action!r}"
             mend = "numbers must be 1 or more, the duration positive and finite, the action twist or pose"
             raise PalpateError(what, mend=mend)
-        self.task = _task(("press" if own is None else "scene") if task is None else task)
+        self.task = _task(task)
         self.instruments = Instruments(
             world, num_envs, action, substeps, motion or Motion(), cores() if workers is None else workers
         )

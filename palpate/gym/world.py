@@ -14,7 +14,7 @@ from palpate.arrays import Array
 from palpate.arrays.checks import positive
 from palpate.devices.loop import device_options, device_port, device_scene
 from palpate.errors import PalpateError, SceneError
-from palpate.scene import soft
+from palpate.scene import held
 from palpate.scene.overrides import override
 from palpate.scene.rig import MATERIALS, Rig, build, with_materials
 from palpate.scene.scene import Scene
@@ -104,6 +104,7 @@ class World:
         return self._prepared(scene)
 
     def _prepared(self, scene: Scene) -> tuple[Rig, ...]:
+        held.refuse_graspable(scene)
         rigs: list[Rig] = []
         for one in scene.each_pair().values():
             if one.force.source != "contact":
@@ -111,8 +112,6 @@ class World:
                 mend = "force: {source: contact}: a policy moves a tool without drives"
                 raise SceneError(what, where=scene.where("force", "source"), mend=mend)
             rig = build(_device_scene(one), self._bodies, until=0.0)
-            if scene.pairs and not rigs:
-                rig = replace(rig, snapshot=soft.shared(rig.snapshot))
             rigs.append(replace(rig, snapshot=rigs[0].snapshot, surfaces=rigs[0].surfaces) if rigs else rig)
         return tuple(rigs)
 

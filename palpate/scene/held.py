@@ -100,3 +100,14 @@ def refuse(scene: Scene, where: str) -> None:
     if scene.bodies:
         mend = "run it with simulated arms on this machine (palpate run), or leave bodies out"
         raise SceneError(f"bodies are not moved {where}", where=scene.where("bodies"), mend=mend)
+
+
+def refuse_graspable(scene: Scene) -> None:
+    """Refuse an object that hands carry, for tools that are led by devices or policies.
+
+    Raises:
+        SceneError: the scene has one.
+    """
+    if scene.graspable is not None:
+        what = f"the object {scene.graspable.name!r} is not carried by tools that devices or policies lead"
+        raise SceneError(what, where=scene.where("graspable"), mend="leave it out, or simulate both hands")

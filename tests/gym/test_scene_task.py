@@ -174,3 +174,52 @@ def test_the_picture_shows_the_bodies():
     assert 0 < (before.min(axis=2) > 150).mean() < 0.9  # the table has the light colour that the scene gives it
     assert 5 < (np.abs(after - before).max(axis=2) > 30).sum() < 4000
     env.close()
+
+
+SOFT = {"name": "block", "box": {"size": [0.06, 0.06, 0.03]}, "pose": {"xyz": [0, 0, -0.015]},
+        "tissue": {"preset": "liver", "resolution": 0.012, "springs": 1e6}}  # fmt: skip
+HANDS = {side: {"arms": {"follower": {"base": {"xyz": [x, 0, 0.15], "rpy_deg": [0, 0, 180]}}},
+                "operator": {"path": [{"t": 0, "xyz": [x, 0, 0.01]}]}}
+         for side, x in (("left", -0.02), ("right", 0.02))}  # fmt: skip
+
+
+class Still:
+    """A task without a reward."""
+
+    def begin(self, n, dt, world):
+        self.goals = np.zeros((n, 3))
+
+    def reset(self, i, rig, rng):
+        return None
+
+    def evaluate(self, ticks, felt):
+        return np.zeros(len(ticks)), np.zeros(len(ticks), dtype=bool)
+
+
+@pytest.mark.parametrize("scene", [
+    {"objects": [SOFT], "operator": {"path": [{"t": 0, "xyz": [0, 0, 0.01]}]}}, {"objects": [SOFT], "pairs": HANDS},
+], ids=["one hand", "two hands"])  # fmt: skip
+def test_soft_bodies_of_worlds_are_their_own(scene):
+    """A hand that presses a soft body in one world is not felt in another, nor after a reset."""
+    many = PalpateVectorEnv(2, scene, Still(), action="pose", substeps=10, workers=2)
+    size = 7 if "pairs" in scene else 6
+    still = np.zeros((2, many.action_space.shape[1]))
+    deep = still.copy()
+    deep[0, 2::size], deep[1, 2] = -0.014, -0.014  # in world 0 all hands, in world 1 the first
+    alone = PalpateEnv(scene=scene, task=Still(), action="pose", substeps=10)
+    for _ in range(2):
+        many.reset(seed=1)
+        alone.reset(seed=2)
+        for _ in range(40):
+            seen = many.step(deep)[0]
+            one = alone.step(deep[1])[0]
+        assert np.linalg.norm(seen["force"][0, :3]) > 0.05
+        np.testing.assert_array_equal(seen["force"][1], one["force"])
+    many.close()
+    alone.close()
+
+
+def test_an_object_that_hands_carry_is_refused():
+    rod = {"name": "rod", "radius": 0.002, "length": 0.03, "pose": {"xyz": [0, 0, 0.05]}}
+    with pytest.raises(SceneError, match="'rod' is not carried"):
+        PalpateEnv(scene={"objects": [SOFT], "pairs": HANDS, "graspable": rod}, task=Still())
