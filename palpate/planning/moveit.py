@@ -16,6 +16,7 @@ import numpy as np
 import yaml
 
 from palpate import limits
+from palpate.arm.urdf import SIZES
 from palpate.arrays import Array
 from palpate.arrays.so3 import quaternions
 from palpate.arrays.yaml_loader import MOST_OF_PLAN, Dumper, load_all
@@ -24,7 +25,7 @@ from palpate.planning import moveit_scene, shorten
 from palpate.planning.allowed import disabled_pairs
 from palpate.planning.checker import Checker
 from palpate.planning.curves import line
-from palpate.planning.links import SIZES, Part
+from palpate.planning.links import Part
 from palpate.planning.planners import levers
 from palpate.planning.problem import Problem
 from palpate.planning.result import Plan

@@ -12,17 +12,16 @@ forceps above the middle of what is fixed, and an MTM.
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
-from urllib.parse import unquote
 from xml.etree import ElementTree as Xml
 
 import numpy as np
 
 from palpate import limits
+from palpate.arm import urdf
 from palpate.arrays import Array, so3
-from palpate.errors import SceneError
+from palpate.errors import ArmError, SceneError
 
 _ABOVE = 0.19  # height of the follower's base above the lowest fixed object [m]
 _TOOL = 0.07  # height of the tool at the start above it [m]
@@ -69,35 +68,20 @@ def _body(given: Any, where: str, folder: Path) -> dict[str, Any]:
         raise SceneError("an object of the exercise has no asset", where=where, mend=mend)
     name = str(given.get("name", Path(given["asset"]).stem))
     where = f"{where} ({name})"
-    file = _found(given["asset"], folder, where)
+    try:
+        return _made(given, name, urdf.file_of(given["asset"], "the exercise", folder), where)
+    except ArmError as error:
+        raise SceneError(error.what, where=where, why=error.why, mend=error.mend) from None
+
+
+def _made(given: dict[str, Any], name: str, file: Path, where: str) -> dict[str, Any]:
     link = _link(file, where)
     X = _pose(given, where)
-    found = {"name": name, "pose": _as_pose(X), "friction": _friction(link, where), "parts": _parts(link, file, where)}
+    found = {"name": name, "pose": _as_pose(X), "friction": _friction(link), "parts": _parts(link, file, where)}
     if given.get("fixed", False) is True:
         return found | {"fixed": True}
     mass = link.find("inertial/mass")
-    return found if mass is None else found | {"mass": _numbers(mass, "value", 1, where)[0]}
-
-
-def _found(asset: str, folder: Path, where: str) -> Path:
-    """The file of an asset: a path beside the file that names it, or in a package.
-
-    The folder of a package lies above this file, also under another name, or in the paths of ROS.
-    """
-    folder = folder.resolve()
-    if not asset.startswith("package://"):
-        places = [folder / unquote(asset.removeprefix("file://"))]
-    else:
-        package, _, rest = unquote(asset.removeprefix("package://")).partition("/")
-        ros = [Path(p) for p in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep) if p]
-        prefixes = [Path(p) / "share" for p in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if p]
-        above = [folder, *folder.parents]
-        places = [place / rest for place in above] + [p / package / rest for p in (*above, *ros, *prefixes)]
-    file = next((place for place in places if place.is_file()), None)
-    if file is None:
-        mend = "keep the folders of its package together, or name the package's folder in ROS_PACKAGE_PATH"
-        raise SceneError(f"{asset} is not found", where=where, why=f"looked for {places[0]}, ...", mend=mend)
-    return file
+    return found if mass is None else found | {"mass": float(urdf.numbers(mass, "value", 1, "the link")[0])}
 
 
 def _link(file: Path, where: str) -> Xml.Element:
@@ -125,27 +109,23 @@ def _parts(link: Xml.Element, file: Path, where: str) -> list[dict[str, Any]]:
     colors = [_color(visual, link) for visual in link.findall("visual")]
     found = []
     for k, shape in enumerate(shapes):
-        part = _shape(shape, file, where) | {"pose": _as_pose(_origin(shape, where))}
+        part = _shape(shape, file, where) | {"pose": _as_pose(urdf.origin(shape, str(file)))}
         color = colors[min(k, len(colors) - 1)] if colors else None
         found.append(part if color is None else part | {"color": color})
     return found
 
 
 def _shape(collision: Xml.Element, file: Path, where: str) -> dict[str, Any]:
-    geometry = collision.find("geometry")
-    shape = next(iter(geometry), None) if geometry is not None else None
+    shape = next(iter(collision.findall("geometry/*")), None)
     kind = "nothing" if shape is None else str(shape.tag)
-    if shape is not None and kind == "box":
-        return {"box": _numbers(shape, "size", 3, where)}
-    if shape is not None and kind == "sphere":
-        return {"sphere": _numbers(shape, "radius", 1, where)[0]}
-    if shape is not None and kind in ("cylinder", "capsule"):
-        radius, length = (_numbers(shape, key, 1, where)[0] for key in ("radius", "length"))
-        return {kind: {"radius": radius, "length": length}}
+    if shape is not None and kind in urdf.SIZES:
+        size = urdf.size(shape, str(file)).tolist()
+        one = size[0] if kind == "sphere" else dict(zip(urdf.SIZES[kind], size, strict=False))
+        return {kind: size if kind == "box" else one}
     if shape is not None and kind == "mesh":
-        if _numbers(shape, "scale", 3, where, "1 1 1") != [1.0, 1.0, 1.0]:
+        if (urdf.numbers(shape, "scale", 3, str(file), "1 1 1") != 1.0).any():
             raise SceneError(f"{file}: a mesh has a scale", where=where, mend="scale the mesh file itself")
-        return {"mesh": str(_found(str(shape.get("filename", "")), file.parent, where)), "unit": "m"}
+        return {"mesh": str(urdf.file_of(shape.get("filename", ""), str(file), file.parent)), "unit": "m"}
     raise SceneError(f"{file}: a shape is {kind}", where=where, mend="use box, sphere, cylinder, capsule or mesh")
 
 
@@ -156,24 +136,14 @@ def _color(visual: Xml.Element, link: Xml.Element) -> list[int] | None:
     for material in [*visual.findall("material"), *link.findall("visual/material")]:
         color = material.find("color")
         if color is not None and material.get("name", "") == name:
-            return [round(255 * min(max(c, 0.0), 1.0)) for c in _numbers(color, "rgba", 4, "color")[:3]]
+            rgba = np.clip(urdf.numbers(color, "rgba", 4, "a material"), 0.0, 1.0)
+            return [round(255 * c) for c in rgba[:3].tolist()]
     return None
 
 
-def _friction(link: Xml.Element, where: str) -> float:
+def _friction(link: Xml.Element) -> float:
     given = link.find("contact/lateral_friction")
-    return _FRICTION if given is None else _numbers(given, "value", 1, where)[0]
-
-
-def _origin(element: Xml.Element, where: str) -> Array:
-    given = element.find("origin")
-    X = np.eye(4)
-    if given is not None:
-        X[:3, 3] = _numbers(given, "xyz", 3, where, "0 0 0")
-        roll, pitch, yaw = _numbers(given, "rpy", 3, where, "0 0 0")
-        axes = np.eye(3)
-        X[:3, :3] = so3.about(axes[2], yaw) @ so3.about(axes[1], pitch) @ so3.about(axes[0], roll)
-    return X
+    return _FRICTION if given is None else float(urdf.numbers(given, "value", 1, "the link")[0])
 
 
 def _pose(given: dict[str, Any], where: str) -> Array:
@@ -192,15 +162,3 @@ def _as_pose(X: Array) -> dict[str, list[float]]:
     pitch = np.arctan2(-R[2, 0], np.hypot(R[0, 0], R[1, 0]))
     roll, yaw = np.arctan2(R[2, 1], R[2, 2]), np.arctan2(R[1, 0], R[0, 0])
     return {"xyz": X[:3, 3].tolist(), "rpy_deg": np.degrees([roll, pitch, yaw]).tolist()}
-
-
-def _numbers(element: Xml.Element, key: str, count: int, where: str, default: str = "") -> list[float]:
-    text = element.get(key, default)
-    try:
-        found = [float(one) for one in text.split()]
-    except ValueError:
-        found = []
-    if len(found) != count or not np.isfinite(found).all():
-        what = f"{element.tag} has {key}={text!r}, and needs {count} numbers"
-        raise SceneError(what, where=where, mend="correct the URDF file")
-    return found

@@ -96,7 +96,7 @@ def test_a_ring_falls_around_its_peg_and_not_onto_it(exercise, tmp_path):
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (("board.urdf", "no.urdf"), r"object 1 \(peg_board\): .*assets/no.urdf is not found"),
+        (("board.urdf", "no.urdf"), r"object 1 \(peg_board\): .*assets/no.urdf of the exercise is not found"),
         (("position: [0, 0, 0.035]", "position: [0, 0]"), "the pose of an object is invalid"),
         (("asset: package://their_simulator/share/assets/board.urdf, ", ""), "object 1: an object of the .* no asset"),
     ],
@@ -110,7 +110,7 @@ def test_files_that_are_wrong_are_named(exercise, change, words):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [
-        ('size="0.1 0.08 0.005"/></geometry></coll', 'size="0.1 x 5"/></geometry></coll', "box has size='0.1 x 5'"),
+        ('size="0.1 0.08 0.005"/></geometry></coll', 'size="0.1 x 5"/></geometry></coll', "box size='0.1 x 5'> of"),
         ("</robot>", '<link name="two"/></robot>', "has 2 links"),
         ("</robot>", "", "cannot be read"),
         ("<robot", '<!DOCTYPE a [<!ENTITY b "c">]><robot', "it declares entities"),
