@@ -55,11 +55,14 @@ class Command:
     def __call__(self) -> int:
         """Run what is asked for, analyse, and write the report; returns the exit code."""
         from palpate.experiment import ExperimentFile, Study, found_in, simulate
+        from palpate.experiment.analysis import require_model
 
         self._refuse_contradictions()
         console = console_for(self.json)
         require_writable(self.json)
         experiment = ExperimentFile.load(self.file)
+        if self.participant is not None or self.simulate is not None or self.power:
+            require_model()  # before hours of trials, not after them
         if self.participant is not None:
             return self._person(experiment, console)
         if self.power and len(experiment.conditions) < 2:

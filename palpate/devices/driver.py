@@ -25,7 +25,7 @@ class Reading(NamedTuple):
     gripper: float = 0.0
     """Angle of the gripper, 0: closed [rad]."""
     buttons: int = 0
-    """Bit 0: clutch, the hand moves and the tool stays."""
+    """Bit 0: clutch, the hand moves and the tool stays; bit 8 + i: the device's own button i is pressed."""
 
 
 class Driver:
@@ -59,6 +59,9 @@ class Driver:
     """Moving mass at the handle; `palpate device bench` measures it [kg]."""
     delay: float | None = None
     """Time from a measurement to the force on the hand, which `palpate device bench` measures; None: unknown [s]."""
+
+    own_buttons: tuple[str, ...] = ()
+    """Names of the device's own buttons, in the order of bits 8, 9, ... of `Reading.buttons`: topics on ROS 2."""
 
     force_cap: float = 0.0
     """Force cap of the scene, which Palpate sets before ``open``: for devices that show the force otherwise [N]."""

@@ -16,6 +16,7 @@ import numpy as np
 from palpate.arrays import Array
 from palpate.devices.buttons import TABLE, bits
 from palpate.devices.driver import Driver, Reading
+from palpate.devices.evdev import OPENING
 from palpate.errors import DeviceError
 
 _MEND = "pip install forcedimension-core, and install the SDK of Force Dimension"
@@ -25,8 +26,8 @@ class ForceDimension(Driver):
     """A device of Force Dimension, or a Falcon (``force-dimension``), by the vendor's SDK.
 
     ``force-dimension:SERIAL`` opens the one with that serial number, for two of them at one computer. The base has x
-    towards the user, y to the right and z up. Buttons 0, 1 and 2 are clutch, camera pedal and coagulation. The SDK
-    compensates the weight.
+    towards the user, y to the right and z up. Buttons 0, 1 and 2 are clutch, camera pedal and coagulation; button 3
+    closes the jaws if the device has no gripper. The SDK compensates the weight.
     """
 
     rate = 1000.0
@@ -66,7 +67,7 @@ class ForceDimension(Driver):
         self._check(self._dhd.enableForce(True, self._id))
 
     def read(self) -> Reading:
-        """Pose, angle of the gripper and clutch button."""
+        """Pose, angle of the gripper, and buttons."""
         X = np.eye(4)
         if self._wrist:
             self._check(self._dhd.getPositionAndOrientationFrame(self._p, self._R, self._id))
@@ -77,7 +78,9 @@ class ForceDimension(Driver):
         if self._gripper:
             self._check(self._dhd.getGripperAngleRad(self._angle, self._id))
         pressed = {name: self._dhd.getButton(int(name), self._id) > 0 for name in TABLE["force-dimension"]}
-        return Reading(X, None, abs(self._angle.value), bits(pressed, "force-dimension"))
+        closed = 0.0 if pressed["3"] else OPENING
+        gripper = abs(self._angle.value) if self._gripper else closed
+        return Reading(X, None, gripper, bits(pressed, "force-dimension"))
 
     def write(self, wrench: Array) -> None:
         """Command force and moment."""

@@ -44,6 +44,7 @@ static void convert(const double transform[16], int buttons, palpate_driver_stat
   if (buttons & HD_DEVICE_BUTTON_1) s->buttons |= PALPATE_BUTTON_CLUTCH;
   if (buttons & HD_DEVICE_BUTTON_3) s->buttons |= PALPATE_BUTTON_CAMERA;
   if (buttons & HD_DEVICE_BUTTON_4) s->buttons |= PALPATE_BUTTON_COAG;
+  s->buttons |= ((unsigned)buttons & 15u) * PALPATE_BUTTON_OWN(0);
   s->gripper = (buttons & HD_DEVICE_BUTTON_2) ? 0.0 : OPENING;
 }
 

@@ -100,17 +100,27 @@ def _dz(change: Array) -> float:
     return float(change.mean()) / deviation if deviation > 0.0 else float("nan")
 
 
+def require_model() -> None:
+    """Refuse to begin trials whose analysis needs the mixed model, if it is missing.
+
+    Raises:
+        MissingExtraError: statsmodels is not installed.
+    """
+    from importlib.util import find_spec
+
+    if find_spec("statsmodels") is None:
+        raise MissingExtraError("the mixed model", "experiment")
+
+
 def mixed(rows: Sequence[Row], measure: str, conditions: Sequence[str]) -> dict[str, tuple[float, float]]:
     """Difference from the first condition and its probability without an effect, by condition; empty if not defined.
 
     Raises:
         MissingExtraError: statsmodels is not installed.
     """
-    try:
-        from statsmodels.regression.mixed_linear_model import MixedLM
-    except ImportError as error:
-        raise MissingExtraError("the mixed model", "experiment") from error
+    require_model()
     from scipy.special import stdtr
+    from statsmodels.regression.mixed_linear_model import MixedLM
 
     cells = _cells(rows, measure)
     people = sorted({row["participant"] for row in cells})

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from palpate.arrays import Array
+from palpate.devices.buttons import OWN, own_names
 from palpate.devices.driver import Driver, Facts, Reading, as_reading, facts
 from palpate.ros import topic
 from palpate.ros.background import BackgroundNode
@@ -21,7 +22,6 @@ STALE = 0.03
 STALL = 0.012
 """Time without a completed round after which a second thread writes zero force [s]."""
 _WINDOW = 0.01  # time over which the velocity is measured, where the driver has none [s]
-_BUTTONS = 8
 
 
 @dataclass
@@ -77,6 +77,7 @@ class DeviceMaster(BackgroundNode):
         self._pose.header.frame_id = self._twist.header.frame_id = f"{name}_base"
         self._jaw.name = ["gripper"]
         self._made_state = state
+        self._own = [make(Joy, f"/{name}/{button}", latched) for button in own_names(driver, known.name)]
         self._driver, self._known, self._name = driver, known, name
         self._force, self._absolute, self._pressed = Force(), False, -1
         self._recent: deque[tuple[float, Array]] = deque(maxlen=max(2, round(_WINDOW * known.rate)))
@@ -146,11 +147,20 @@ class DeviceMaster(BackgroundNode):
         for message, publisher in ((self._pose, self._cp), (self._twist, self._cv), (self._jaw, self._grip)):
             message.header.stamp = stamp
             publisher.publish(message)
-        if reading.buttons != self._pressed:
-            self._pressed = reading.buttons
-            self._joy.header.stamp = stamp
-            self._joy.buttons = [reading.buttons >> i & 1 for i in range(_BUTTONS)]
+        self._press(int(reading.buttons), stamp)
+
+    def _press(self, buttons: int, stamp: Any) -> None:
+        """Publish what the buttons do, and each own button, where they have changed."""
+        before, self._pressed = self._pressed, buttons
+        self._joy.header.stamp = stamp
+        if before < 0 or (before ^ buttons) % (1 << OWN):
+            self._joy.buttons = [buttons >> i & 1 for i in range(OWN)]
             self._buttons.publish(self._joy)
+        for i, publisher in enumerate(self._own):
+            down = buttons >> OWN + i & 1
+            if before < 0 or before >> OWN + i & 1 != down:
+                self._joy.buttons = [down]
+                publisher.publish(self._joy)
 
     def _velocity(self, X: Array, now: float) -> Array:
         """Velocity (6,) from the poses of the last 10 ms [m/s, rad/s]."""

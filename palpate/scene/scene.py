@@ -201,7 +201,8 @@ class Scene(Section):
 
         Args:
             name: the driver.
-            pair: the pair whose hand feels on it, which turns it by the axes of the world; None: a scene without pairs.
+            pair: the pair whose hand feels on it; None: a scene without pairs. The device stands where the leader of
+                this pair stands, and has the axes of its base.
 
         Raises:
             SceneError: there is no such driver, or the scene cannot run on a device.
@@ -210,8 +211,6 @@ class Scene(Section):
         section = data if pair is None else data["pairs"][pair]
         leader = section.setdefault("arms", {}).setdefault("leader", {})
         leader["driver"] = name
-        if pair is not None and leader.get("base"):  # the place of the simulated arm; its axes are not the device's
-            leader["base"].pop("rpy_deg", None)
         try:
             made = Scene.validated(data, {"folder": Path(self._file).parent})
         except ValidationError as error:

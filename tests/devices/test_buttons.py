@@ -51,7 +51,18 @@ def test_the_page_shows_the_table():
             assert cell in ("-", "its own gripper") if button is None else button in cell, (name, what, cell)
 
 
+def test_own_buttons_have_bits_and_names_of_their_crtk_nodes():
+    pressed = {"0": True, "1": False, "2": False, "3": True}
+    assert buttons.bits(pressed, "force-dimension") == buttons.CLUTCH | 0x900
+    assert buttons.own_names(None, "haply:id=04C3") == ("A", "B", "C")
+    assert buttons.own_names(None, "build/openhaptics.so:Left")[:2] == ("button1", "button2")
+    assert buttons.own_names(type("Mine", (), {"own_buttons": ("stylus",)})(), "my:Mine") == ("stylus",)
+    for name, crtk in buttons.CRTK.items():
+        assert len(crtk) >= len(buttons.TABLE.get(name, ())), name
+
+
 def test_the_bits_are_those_of_driver_h():
     text = (header_folder() / "driver.h").read_text()
+    assert f"PALPATE_BUTTON_OWN(i) ({1 << buttons.OWN}u << (i))" in text
     for name, bit in buttons.PEDALS.items():
         assert f"#define PALPATE_BUTTON_{name.upper()} {bit}u" in text

@@ -196,6 +196,18 @@ def test_buttons_of_a_device_reach_the_console_of_both_hands(tmp_path):
     assert seen == [("camera", True), ("coag", True), ("camera", False), ("coag", False)]
 
 
+def test_a_device_of_the_command_line_has_place_and_axes_of_its_pairs_leader():
+    """As in a scene with one hand: turned by 90 degrees, a device that moves along its x moves the tool along y."""
+    base = {"xyz": [-0.3, 0.2, 0.2], "rpy_deg": [0, 0, 90]}
+    hands = scene(None, None)
+    data = hands.model_dump(mode="json", exclude_unset=True)
+    data["pairs"]["left"]["arms"] = {"leader": {"base": base}}
+    made = Scene.model_validate(data).with_driver(here(Left), "left").with_driver(here(Right), "right")
+    rig = DrivenPairs(made.with_origin("", {}, trust=True)).rigs["left"]
+    assert rig.arms.X_WL[:3, 3] == pytest.approx(base["xyz"])
+    assert rig.arms.X_WL[:3, 0] == pytest.approx([0.0, 1.0, 0.0], abs=1e-12), "x of the device"
+
+
 def test_palpate_check_takes_two_devices_without_places(tmp_path, capsys):
     file = tmp_path / "two.yaml"
     file.write_text(scene("simulated", "haply").to_yaml())

@@ -79,7 +79,7 @@ def test_pose_comes_from_position_and_grip_and_a_force_keeps_its_axes(service):
     X, _, gripper, buttons = driver.read()
     assert X[:3, :3] == pytest.approx(turn.as_matrix(), abs=1e-9)
     assert X[:3, 3] == pytest.approx(MIDDLE, abs=0.07)
-    assert (gripper, buttons) == (0.0, 1)
+    assert (gripper, buttons) == (0.0, 0x301), "a is the clutch, b closes the gripper; both are pressed"
     driver.write(np.array([0.1, -0.2, 0.3, 0.0, 0.0, 0.0]))
     driver.read()
     assert service.log[-1][1] == pytest.approx([0.1, -0.2, 0.3])

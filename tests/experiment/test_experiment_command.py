@@ -124,3 +124,15 @@ def test_codes_of_others_are_refused(small, folder):
     (folder / "data" / "codes.json").write_text('{"P01": "A001"}')
     with pytest.raises(JournalError, match=r"codes\.json is not that of these participants"):
         study.codes()
+
+
+def test_a_missing_mixed_model_is_told_before_the_first_trial(folder, dry_run, monkeypatch):
+    import importlib.util as util
+
+    real = util.find_spec
+    monkeypatch.setattr(util, "find_spec", lambda name, *more: None if name == "statsmodels" else real(name, *more))
+    for options in (("--simulate", "2"), ("--participant", "P01"), ("--power",)):
+        code, _, said = dry_run(*options)
+        assert code == 2
+        assert "palpate[experiment]" in said
+    assert not (folder / "data").exists()

@@ -16,6 +16,8 @@ class Moving(Driver):
     """Moves by 0.1 m/s along x; its handle is turned by 90 degrees about x."""
 
     rate, force_max, moment_max = 200.0, 2.0, 0.1
+    own_buttons = ("stylus", "side")
+    pressed = 5 | 0x200
 
     def __init__(self):
         self.written, self.t0, self.hang, self.fails, self.closed = [], 0.0, 0.0, False, False
@@ -30,7 +32,7 @@ class Moving(Driver):
         X = np.eye(4)
         X[:3, :3] = TURN
         X[0, 3] = 0.1 * (time.monotonic() - self.t0)
-        return Reading(X, None, 0.25, 5)
+        return Reading(X, None, 0.25, self.pressed)
 
     def write(self, wrench):
         self.written.append((time.monotonic(), wrench.copy()))
@@ -109,6 +111,17 @@ def test_pose_velocity_gripper_buttons_and_state_go_out(master):
     assert list(hear(client, "/OMEGA/buttons", "sensor_msgs/Joy", latched=True)[0].buttons)[:3] == [1, 0, 1]
     state = hear(client, "/OMEGA/operating_state", "crtk_msgs/OperatingState", latched=True)[0]
     assert (state.state, state.is_homed) == ("ENABLED", True)
+
+
+def test_each_own_button_goes_out_by_its_name_when_it_changes(master):
+    driver, _, client = master
+    heard = {name: hear(client, f"/OMEGA/{name}", "sensor_msgs/Joy", latched=True) for name in driver.own_buttons}
+    assert {name: list(found[0].buttons) for name, found in heard.items()} == {"stylus": [0], "side": [1]}
+    driver.pressed = 5 | 0x100
+    end = time.monotonic() + 10.0
+    while list(hear(client, "/OMEGA/side", "sensor_msgs/Joy", latched=True)[-1].buttons) != [0]:
+        assert time.monotonic() < end
+    assert list(hear(client, "/OMEGA/stylus", "sensor_msgs/Joy", latched=True)[-1].buttons) == [1]
 
 
 @pytest.mark.parametrize(

@@ -37,6 +37,8 @@ typedef struct palpate_driver_info {
 #define PALPATE_BUTTON_CLUTCH 1u /* the hand moves and the tool stays */
 #define PALPATE_BUTTON_CAMERA 2u /* the hand moves the endoscope */
 #define PALPATE_BUTTON_COAG 4u   /* coagulation, which is reported to programs */
+/* The device's own button i from 0, whatever it does: `palpate ros device` publishes each. */
+#define PALPATE_BUTTON_OWN(i) (256u << (i))
 
 /* One measurement, filled in by read. */
 typedef struct palpate_driver_state {

@@ -22,7 +22,8 @@ class Command:
       palpate ros device my_device:Omega --arm MTMR --network
 
     Topics: measured_cp, measured_cv, gripper/measured_js, buttons and operating_state out; servo_cf, body/servo_cf and
-    body/set_cf_orientation_absolute in. Forces are capped at those of the driver, and zero 30 ms after the last one.
+    body/set_cf_orientation_absolute in; each button also by its name in CRTK, such as A, B and C of a Haply.
+    Forces are capped at those of the driver, and zero 30 ms after the last one.
     """
 
     name: Positional[str]
