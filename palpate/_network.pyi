@@ -1213,6 +1213,10 @@ class TrialResult:
     def touching(self) -> float:
         """Time in contact that counted [s]."""
 
+    @property
+    def palpated(self) -> float:
+        """Time of a palpation [s]; negative: not in time."""
+
 def trial_columns() -> list[str]:
     """Names of the columns of the rows of a trial."""
 
@@ -1225,6 +1229,19 @@ def trial(
     """
     Simulates a hand with the intended path (n, 3) [m], one point per millisecond: (figures, rows (n - 1, 19) with the
     columns trial_columns()). world: the objects as they are; model: as both ends have them.
+    """
+
+def palpate(
+    options: TrialOptions,
+    world: palpate._core.Snapshot,
+    model: palpate._core.Snapshot,
+    places: Annotated[NDArray[numpy.float64], "(:, 3)"],
+    force: float = 1.0,
+    most: float = 60.0,
+) -> TrialResult:
+    """
+    Simulates a person who presses the surface below each of the places (n, 3) [m] with this force [N], for at most
+    `most` [s]; the figures.
     """
 
 class Ages:
@@ -1421,3 +1438,55 @@ class Follower:
         """
         Punctuality so far: lateness_us, slack_us, ticks, missed_ticks, scheduler.
         """
+
+class EmulatedOptions:
+    """Options of an emulated remote site."""
+
+    def __init__(self) -> None: ...
+
+    @property
+    def operator_end(self) -> LoopEndOptions:
+        """Operator's end."""
+
+    @operator_end.setter
+    def operator_end(self, arg: LoopEndOptions, /) -> None: ...
+
+    @property
+    def follower(self) -> FollowerOptions:
+        """Follower's end, with the rate of the loop."""
+
+    @follower.setter
+    def follower(self, arg: FollowerOptions, /) -> None: ...
+
+    @property
+    def to_site(self) -> Condition:
+        """Link from the operator to the site."""
+
+    @to_site.setter
+    def to_site(self, arg: Condition, /) -> None: ...
+
+    @property
+    def to_operator(self) -> Condition:
+        """Link from the site to the operator."""
+
+    @to_operator.setter
+    def to_operator(self, arg: Condition, /) -> None: ...
+
+    @property
+    def seed(self) -> int:
+        """Seed of the link."""
+
+    @seed.setter
+    def seed(self, arg: int, /) -> None: ...
+
+class EmulatedEnd(palpate._core.RemoteEnd):
+    """
+    Both ends, the link and an instrument, for Simulation.attach(): a session across an emulated network in virtual
+    time.
+    """
+
+    def __init__(self, options: EmulatedOptions, scene: palpate._core.Snapshot, world: palpate._core.Snapshot) -> None:
+        """scene: the objects as both ends have them; world: as they are."""
+
+    def state(self) -> LinkState:
+        """The state of the operator's end after the newest tick."""

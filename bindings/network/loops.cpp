@@ -4,6 +4,7 @@
 #include "convert.hpp"
 #include "doc.hpp"
 #include "network/bindings.hpp"
+#include "palpate/network/emulated_end.hpp"
 #include "palpate/network/follower.hpp"
 #include "palpate/network/loop_end.hpp"
 #include "timing.hpp"
@@ -16,6 +17,8 @@ namespace {
 
 using network::Ages;
 using network::Datagram;
+using network::EmulatedEnd;
+using network::EmulatedOptions;
 using network::Follower;
 using network::FollowerOptions;
 using network::FollowerState;
@@ -101,12 +104,29 @@ void bind_follower(nb::module_& m) {
           "Punctuality so far: lateness_us, slack_us, ticks, missed_ticks, scheduler.");
 }
 
+void bind_emulated(nb::module_& m) {
+  nb::class_<EmulatedOptions>(m, "EmulatedOptions", "Options of an emulated remote site.")
+      .def(nb::init<>())
+      .def_rw("operator_end", &EmulatedOptions::operator_end, "Operator's end."_doc)
+      .def_rw("follower", &EmulatedOptions::follower, "Follower's end, with the rate of the loop."_doc)
+      .def_rw("to_site", &EmulatedOptions::to_site, "Link from the operator to the site."_doc)
+      .def_rw("to_operator", &EmulatedOptions::to_operator, "Link from the site to the operator."_doc)
+      .def_rw("seed", &EmulatedOptions::seed, "Seed of the link."_doc);
+  nb::class_<EmulatedEnd, loop::RemoteEnd>(m, "EmulatedEnd",
+                                           "Both ends, the link and an instrument, for Simulation.attach(): a session "
+                                           "across an emulated network in virtual time.")
+      .def(nb::init<const EmulatedOptions&, const scene::Snapshot&, scene::Snapshot>(), "options"_a, "scene"_a,
+           "world"_a, "scene: the objects as both ends have them; world: as they are.")
+      .def("state", &EmulatedEnd::state, "The state of the operator's end after the newest tick.");
+}
+
 }  // namespace
 
 void bind_loops(nb::module_& m) {
   bind_ages(m);
   bind_loop_end(m);
   bind_follower(m);
+  bind_emulated(m);
 }
 
 }  // namespace palpate::bindings

@@ -16,6 +16,7 @@ namespace palpate::bindings {
 namespace {
 
 using network::OperatorOptions;
+using network::PalpationOptions;
 using network::Trial;
 using network::TrialOptions;
 using network::TrialResult;
@@ -96,7 +97,8 @@ void bind_trial(nb::module_& m) {
       .def_ro("clock_error", &TrialResult::clock_error, "Error of the site's estimate of the other clock [s]."_doc)
       .def_ro("outages", &TrialResult::outages, "Outages that the site has reported."_doc)
       .def_ro("lost", &TrialResult::lost, "Share of packets to the site that were lost [-]."_doc)
-      .def_ro("touching", &TrialResult::touching, "Time in contact that counted [s]."_doc);
+      .def_ro("touching", &TrialResult::touching, "Time in contact that counted [s]."_doc)
+      .def_ro("palpated", &TrialResult::palpated, "Time of a palpation [s]; negative: not in time."_doc);
   m.def(
       "trial_columns",
       [] {
@@ -128,6 +130,19 @@ void bind_trial(nb::module_& m) {
       "options"_a, "world"_a, "model"_a, "path"_a,
       "Simulates a hand with the intended path (n, 3) [m], one point per millisecond: (figures, rows (n - 1, 19) with "
       "the columns trial_columns()). world: the objects as they are; model: as both ends have them.");
+  m.def(
+      "palpate",
+      [](const TrialOptions& options, const scene::Snapshot& world, const scene::Snapshot& model, const Points& places,
+         double force, double most) {
+        PalpationOptions palpation;
+        for (std::size_t i = 0; i < places.shape(0); ++i) palpation.places.emplace_back(places.data() + 3 * i);
+        palpation.force = force;
+        const nb::gil_scoped_release release;
+        return Trial(options, world, model).palpate(palpation, most);
+      },
+      "options"_a, "world"_a, "model"_a, "places"_a, "force"_a = 1.0, "most"_a = 60.0,
+      "Simulates a person who presses the surface below each of the places (n, 3) [m] with this force [N], for at most "
+      "`most` [s]; the figures.");
 }
 
 }  // namespace palpate::bindings

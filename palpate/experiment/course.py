@@ -14,7 +14,7 @@ from palpate.errors import SceneError
 from palpate.experiment.model import TaskSection
 from palpate.metrics import Wanted
 from palpate.metrics.force import TOUCH
-from palpate.metrics.measures import TRUE_FORCE, true_force
+from palpate.metrics.measures import REMOTE, TRUE_FORCE, remote_tool, true_force
 from palpate.record import Record
 from palpate.record.ticks import Ticks
 from palpate.scene.scene import Scene
@@ -108,10 +108,16 @@ def _start_in_space(points: Array, distance: float) -> Array:
 
 
 class Referee:
-    """Judges the ticks of one trial, live or from its record: the same ticks give the same outcome."""
+    """Judges the ticks of one trial, live or from its record: the same ticks give the same outcome.
 
-    def __init__(self, course: Course, rate: float) -> None:
-        self._course, self._task, self._rate = course, course.task, rate
+    Args:
+        course: of the task.
+        rate: ticks per second [Hz].
+        remote: True: the tool across the network is judged, with the force measured there, as they arrive.
+    """
+
+    def __init__(self, course: Course, rate: float, remote: bool = False) -> None:
+        self._course, self._task, self._rate, self._remote = course, course.task, rate, remote
         self._dwell, self._most = round(course.task.dwell * rate), round(course.task.time_limit * rate)
         self._ticks = self._held = 0
         self.reached = 0
@@ -125,8 +131,9 @@ class Referee:
 
     def take(self, ticks: Ticks) -> Outcome | None:
         """Take in the next ticks (n,); returns the outcome, None before the end."""
-        away = [self._course.away(ticks["p_WT"], k).tolist() for k in range(len(self._course.points))]
-        for i, force in enumerate(true_force(ticks).tolist()):
+        tool, forces = remote_tool(ticks) if self._remote else (ticks["p_WT"], true_force(ticks))
+        away = [self._course.away(tool, k).tolist() for k in range(len(self._course.points))]
+        for i, force in enumerate(forces.tolist()):
             if self.outcome is not None:
                 break
             self._advance(away[self.reached][i], force)
@@ -158,10 +165,10 @@ class Referee:
         self.outcome = Outcome(result, reason, self._ticks / self._rate)
 
 
-def judge(record: Record, course: Course) -> Outcome | None:
+def judge(record: Record, course: Course, remote: bool = False) -> Outcome | None:
     """The outcome of a recorded trial; None if the record ends before the trial does."""
-    referee = Referee(course, record.rate)
-    for ticks in record.blocks(SIGNALS):
+    referee = Referee(course, record.rate, remote)
+    for ticks in record.blocks((*SIGNALS, *REMOTE) if remote else SIGNALS):
         if referee.take(ticks) is not None:
             break
     return referee.outcome

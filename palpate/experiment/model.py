@@ -90,6 +90,9 @@ class ConditionSection(Section):
     scene; left out: those of the scene"""
     delay: Annotated[NotNegative, Field(le=1.0)] = 0.0
     """delay of the felt force [s]"""
+    network: Annotated[str, Field(min_length=1)] | None = None
+    """network between the hand and a simulated instrument, by name or as a measured trace (docs/network.md), whose far
+    tool is judged"""
     changes: dict[str, Any] = Field(default_factory=dict)
     """any values of the scene, by their path, e.g. mapping.scale: 0.3"""
 
@@ -99,6 +102,8 @@ class ConditionSection(Section):
             raise ValueError("delay has no effect with felt: false | leave one of them out")
         if not self.felt and "mapping.force_scale" in self.changes:
             raise ValueError("changes: mapping.force_scale contradicts felt: false | leave one of them out")
+        if self.network is not None and self.delay > 0.0:
+            raise ValueError("a network has its own delay | leave delay or network out")
         return self
 
 

@@ -124,7 +124,8 @@ class Person:
         else:
             rig = self._study.settings.rig(setting, seed=trial.seed)
             session = _JudgedSession(rig.scene, folder, rig=rig)
-        session.referee = Referee(setting.course, session.rate)
+            setting.join(session, trial.seed)
+        session.referee = Referee(setting.course, session.rate, setting.link is not None)
         return session
 
     def _run(self, session: _JudgedSession | _JudgedDevice, stopped: list[str]) -> Outcome:

@@ -88,10 +88,11 @@ def _perform(
 def _measured(study: Study, trial: PlannedTrial, done: Performed) -> dict[str, Any]:
     """Outcome and measures of a trial from its record, which alone counts."""
     assert done.record is not None
-    course = study.settings.of(trial.task, trial.condition).course
+    setting = study.settings.of(trial.task, trial.condition)
+    course, remote = setting.course, setting.link is not None
     task, record = course.task, Record.open(done.record)
-    outcome = judge(record, course) or done.outcome
-    found = summary(record, need=task.need, harm=task.harm, threshold=task.need, wanted=course.wanted)
+    outcome = judge(record, course, remote) or done.outcome
+    found = summary(record, need=task.need, harm=task.harm, threshold=task.need, wanted=course.wanted, remote=remote)
     found |= {"time_s": outcome.time_s, "success": float(outcome.result == "success")}
     return {
         "result": outcome.result,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from palpate.arrays import Array
 from palpate.arrays.plain import Content
@@ -17,6 +17,10 @@ from palpate.scene.overrides import override
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.scene.surface import Bodies, placed
+
+if TYPE_CHECKING:
+    from palpate.network.conditions import Network
+    from palpate.session import Session
 
 UNFELT = 1e-9
 """Force on the hand per force on the tool where the force is not felt [-]: the force on the tool stays known."""
@@ -31,6 +35,15 @@ class Setting:
     scene: Scene
     course: Course
     condition: ConditionSection
+    link: Network | None = None
+    """The network of the condition."""
+
+    def join(self, session: Session, seed: int) -> None:
+        """Put the condition's network, if it has one, between a session and a simulated instrument."""
+        if self.link is not None:
+            from palpate.session.remote.emulated import emulate
+
+            emulate(session, self.link, seed)
 
 
 class Settings:
@@ -91,9 +104,11 @@ class Settings:
             scene = override(base, {**section.changes, **given.changes, **_changes(given, base)})
             _require_usable(scene)
             course = course_of(section, scene, placed(scene, self._bodies))
+            if given.network is not None:
+                _require_remote(scene)
             if given.guidance == "path":
                 scene = override(scene, {"guidance": [*_dumped(scene), _fixture(course.path)]})
-            setting = Setting(scene, course, given)
+            setting = Setting(scene, course, given, self._link(given))
             self._require_start(setting)
         except PalpateError as error:
             what = f"condition {condition!r}, task {task!r}: {error.what}"
@@ -104,6 +119,14 @@ class Settings:
     def _path(self, name: str) -> Path:
         beside = Path(self._experiment.file).parent / name
         return beside if beside.is_file() or Path(name) == shipped.find(Path(name)) else Path(name)
+
+    def _link(self, given: ConditionSection) -> Network | None:
+        if given.network is None:
+            return None
+        from palpate.network import network
+
+        beside = Path(self._experiment.file).parent / given.network
+        return network(str(beside) if beside.is_file() else given.network)
 
     def _require_start(self, setting: Setting) -> None:
         """Refuse a scene that cannot run, or whose simulated hand cannot rest at the start."""
@@ -124,6 +147,16 @@ def _require_usable(scene: Scene) -> None:
     if lacking:
         what = f"the record would lack {', '.join(lacking)}, by which trials are judged"
         raise SceneError(what, where=scene.where("record", "signals"), mend="add them to record.signals")
+
+
+def _require_remote(scene: Scene) -> None:
+    """Refuse scenes that cannot run across an emulated network."""
+    from palpate.scene.held import refuse
+
+    refuse(scene, "across a network")
+    if scene.arms.leader.driver is not None:
+        what = "a leader with a driver cannot be used across a network yet"
+        raise SceneError(what, where=scene.where("arms", "leader"), mend="leave the condition's network out")
 
 
 def _changes(given: ConditionSection, base: Scene) -> dict[str, Any]:

@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from palpate.arrays import Array
-from palpate.experiment.course import Course, Outcome, Referee
+from palpate.experiment.course import Outcome, Referee
 from palpate.experiment.model import ConditionSection
 from palpate.experiment.plan import PlannedTrial
 from palpate.experiment.questions import Question
@@ -62,7 +62,8 @@ class SimulatedParticipant:
         setting = self._settings.of(trial.task, trial.condition)
         rig = self._settings.rig(setting, self.person.hand, self.person.tremor, trial.seed)
         session = Session(rig.scene, folder, rig=rig)
-        through = _Through(session, setting.course)
+        setting.join(session, trial.seed)
+        through = _Through(session, setting)
         operator = Operator(self.person, senses(setting.condition), trial.seed)
         most = min(setting.course.task.time_limit, MAX_DURATION) - STEP
         try:
@@ -100,9 +101,9 @@ class SimulatedParticipant:
 class _Through:
     """The simulation of a session, for `perform`: its ticks are recorded and judged."""
 
-    def __init__(self, session: Session, course: Course) -> None:
+    def __init__(self, session: Session, setting: Setting) -> None:
         self._session, self._hand = session, np.zeros(3)
-        self.referee = Referee(course, session.rate)
+        self.referee = Referee(setting.course, session.rate, setting.link is not None)
 
     def run(self, n: int, hand_W: Array | None = None) -> Ticks:
         led = np.tile(self._hand, (n, 1)) if hand_W is None else hand_W

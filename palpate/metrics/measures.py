@@ -90,6 +90,7 @@ def summary(
     harm: float = HARM,
     threshold: float = NEED,
     wanted: Wanted = NOTHING,
+    remote: bool = False,
 ) -> dict[str, float]:
     """Measures of how a task was performed.
 
@@ -99,6 +100,7 @@ def summary(
         harm: force above which the tissue is harmed [N].
         threshold: force above which time is counted [N].
         wanted: force and path that the task asks for, for the errors.
+        remote: True: of the tool across the network and the force measured there, as they arrived (docs/network.md).
 
     Returns:
         In SI units, by names that end in their unit (docs/metrics.md). A record of any length needs memory for
@@ -108,8 +110,8 @@ def summary(
         RecordError: the record cannot be read. ValueError: `need` or `harm` is not positive.
     """
     record = record if isinstance(record, Record) else Record.open(record)
-    taken = _Taken(record.rate)
-    for ticks in record.blocks(_SIGNALS):
+    taken = _Taken(record.rate, remote)
+    for ticks in record.blocks((*_SIGNALS, *REMOTE) if remote else _SIGNALS):
         taken.add(ticks)
     found = taken.measures(need, harm, threshold, wanted)
     lacking = {name for need_of, names in _NEEDED.items() if not record.signals.keys() >= need_of for name in names}
@@ -119,7 +121,8 @@ def summary(
 class _Taken:
     """What is kept of the ticks so far."""
 
-    def __init__(self, rate: float) -> None:
+    def __init__(self, rate: float, remote: bool = False) -> None:
+        self.remote = remote
         self.rate, self.every, self.ticks = rate, max(1, round(rate / MOTION_RATE)), 0
         self.hand: list[Array] = []
         self.tool: list[Array] = []
@@ -131,9 +134,9 @@ class _Taken:
         """Take in the next block."""
         first = -self.ticks % self.every
         self.hand.append(ticks["p_LH"][first :: self.every].copy())  # the reader fills its block anew
-        self.tool.append(ticks["p_WT"][first :: self.every].copy())
+        tool, F = remote_tool(ticks) if self.remote else (ticks["p_WT"], true_force(ticks))
+        self.tool.append(tool[first :: self.every].copy())
         self.ticks += len(ticks)
-        F = true_force(ticks)
         self.force.append(F.astype(np.float32))
         self.peak.add(F)
         self.clutch.add(ticks["status"].astype(np.uint64) & np.uint64(_CLUTCHED) != 0)
@@ -186,6 +189,20 @@ class _Edges:
             self._before, self._first = begun, False
         self.count += int((holds & ~np.concatenate(([self._before], holds[:-1]))).sum())
         self._before = bool(holds[-1]) if len(holds) else self._before
+
+
+REMOTE = ("p_WR", "F_remote_W", "remote_received")
+"""Signals of the tool across a network."""
+
+
+def remote_tool(ticks: Ticks) -> tuple[Array, Array]:
+    """Positions (n, 3) of the tool across the network [m], and force (n,) measured there [N], by the newest packets.
+
+    Before the first packet it is where the local tool is, without force.
+    """
+    known = ticks["remote_received"] > 0
+    force: Array = np.where(known, np.linalg.norm(ticks["F_remote_W"], axis=1), 0.0)
+    return np.where(known[:, None], ticks["p_WR"], ticks["p_WT"]), force
 
 
 TRUE_FORCE = ("F_T_W", "F_touch_W", "F_held_W")

@@ -24,6 +24,24 @@ def test_the_model_is_felt_true_and_both_ports_stay_passive(name):
     assert r.touching > 1.0
 
 
+@pytest.mark.parametrize("runs", [24, pytest.param(400, marks=pytest.mark.long)])
+def test_curved_rubbing_surfaces_are_felt_true(runs):
+    """Place across the normal and friction are found on spheres, meshes and turned sheets too."""
+    found = [work.trial("model", *work.draw(seed), seed)[0] for seed in range(runs)]
+    assert np.median([r.force_rms for r in found]) <= 0.03
+    assert max(r.force_rms for r in found) <= 0.5
+    assert min(min(r.energy_hand, r.energy_site) for r in found) >= -0.5e-3
+
+
+def test_a_palpation_takes_as_long_as_without_delay():
+    """A simulated person who acts on the felt force is not slowed by 210 ms, and never ends without a force."""
+    near, far = (work.palpated("model", network(name), 1) for name in ("none", "netfi-delay-2"))
+    assert 5.0 < near < 40.0
+    assert 0.0 <= far / near - 1.0 <= 0.15
+    slow = work.palpated("direct", network("netfi-delay-2"), 1)
+    assert not slow <= 1.15 * near  # NaN: not at all
+
+
 def test_the_direct_mode_gives_energy_away():
     r, _ = work.trial("direct", network("netfi-delay-1"), World(), Motion(), 1)
     assert r.energy_hand < -0.1

@@ -27,6 +27,11 @@ void shorten(Contact& c, const Vec3& p_WS, double share) noexcept {
   c.p_proxy = p_WS + c.delta_x;
 }
 
+/// Correction of the place of an object in this tick, across the normal of a contact with it and in O [m].
+Vec3 corrected(const Contact& c, const scene::Object& object, const Pose& X_WO) noexcept {
+  return X_WO.R.transpose() * (object.correction - c.normal * c.normal.dot(object.correction));
+}
+
 }  // namespace
 
 Tool::Tool(std::string_view method, const Options& options)
@@ -151,7 +156,7 @@ void Tool::rub(Contact& c, const Vec3& p_WS, const scene::Object& object, double
   const double period = soft != nullptr ? soft->period() : 0.0;
   const int ticks = period > 0.0 && dt > 0.0 ? static_cast<int>(std::lround(period / dt)) : 0;
   const bool beside = ticks > 0 && !begins;
-  const Vec3 carried = X_WO.R.transpose() * c.carried;
+  const Vec3 carried = X_WO.R.transpose() * c.carried - corrected(c, object, X_WO);
   state.friction.carry(beside ? follow(state, carried, sphere.x, ticks) : carried);
   const Vec3& lag = state.friction.step({.x = sphere.x,
                                          .normal = sphere.normal,
@@ -183,8 +188,10 @@ void Tool::keep_energy(Contact& c, const Vec3& p_WS, const scene::Object& object
     s.rest.start(stored);
   } else {
     // The force between both positions lies between those at them, unless the surface jumps.
+    // A correction of the place does no work against friction, which keeps its anchor.
     const Vec3 dx = x - s.x;
-    const double before = -s.F.dot(dx), now = -F.dot(dx);
+    const double kept = (X_WO.R.transpose() * c.lag).dot(corrected(c, object, X_WO));
+    const double before = -s.F.dot(dx) - kept, now = -F.dot(dx) - kept;
     const double inexact = kNormalError * F.norm() * dx.norm() + kRounding * stored;
     shorten(c, p_WS, s.rest.step(stored, std::min(before, now), std::max(before, now), inexact));
   }

@@ -8,19 +8,26 @@
 namespace palpate::network {
 namespace {
 
-constexpr double kFelt = 0.06;      // [N] smaller forces are no contact
-constexpr double kMissing = 0.2;    // [N] predicted force from which a contact that is not felt tells something
-constexpr double kSliding = 0.001;  // [m/s] slower tools may stick
-constexpr double kFriction = 0.3;   // [-] standard deviation of an unknown friction coefficient
-constexpr double kSticks = 5.0;     // [-] factor of that error where the tool may stick
-constexpr double kUneven = 0.05;    // [-] error of the tangential law: sticking, facets
-constexpr double kSurprise = 5.0;   // [standard deviations]
-constexpr int kSurprised = 25;      // [ticks]
-constexpr int kRest = 60;           // [ticks] after a surprise, until the next
-constexpr double kForget = 0.01;    // weight of a new residual
-constexpr double kLeast = 1.0;      // [N/m] smallest stiffness
+constexpr double kFelt = 0.06;        // [N] smaller forces are no contact
+constexpr double kMissing = 0.2;      // [N] predicted force from which a contact that is not felt tells something
+constexpr double kPressed = 0.15;     // [N] normal force from which the force across it tells something
+constexpr double kFriction = 0.3;     // [-] standard deviation of an unknown friction coefficient
+constexpr double kUneven = 0.05;      // [-] error of the force across the normal, as a share of the normal force
+constexpr double kUnsettled = 0.5;    // [-] the same, as a share of the error along the normal
+constexpr double kCorrelated = 10.0;  // [measurements] for which these errors last
+constexpr double kBend = 0.5;         // [-] share of the second differences that counts as error
+constexpr double kExpected = 6.0;     // [-] squared innovation over its variance that needs no other cause
+constexpr double kLeastAside = 1e-4, kMostAside = 1.5e-3;  // [m] of a perturbed place
+// Random walk per measurement across the normal: place 0.3 mm and friction 0.05 in the square root of a second.
+constexpr double kWalkAcross = 9e-8 * 4e-3, kWalkMu = 2.5e-3 * 4e-3;
+constexpr double kLeastVariance = 1e-16;  // of a direction that is known
+constexpr double kSurprise = 5.0;         // [standard deviations]
+constexpr int kSurprised = 25;            // [ticks]
+constexpr int kRest = 60;                 // [ticks] after a surprise, until the next
+constexpr double kForget = 0.01;          // weight of a new residual
+constexpr double kLeast = 1.0;            // [N/m] smallest stiffness
 // Random walk of theta per tick: stiffness 2 N/m, place 2 um and damping .05 N s/m in the square root of a second.
-constexpr double kWalkK = 4.0 * 1e-3, kWalkPlace = 4e-12 * 1e-3, kWalkB = 2.5e-3 * 1e-3, kWalkMu = 1e-4 * 1e-3;
+constexpr double kWalkK = 4.0 * 1e-3, kWalkPlace = 4e-12 * 1e-3, kWalkB = 2.5e-3 * 1e-3;
 
 }  // namespace
 
@@ -32,6 +39,7 @@ Estimator::Estimator(const EstimatorOptions& options) : options_(options) {
   Vec variance;
   variance << options.sd_K * options.sd_K, place * place, place * place, place * place, 1.0, kFriction * kFriction;
   P_ = variance.asDiagonal();
+  spread();
 }
 
 Estimator::Vec Estimator::row(const Touch& t) noexcept {
@@ -42,13 +50,14 @@ Estimator::Vec Estimator::row(const Touch& t) noexcept {
 
 double Estimator::predicted(const Touch& touch) const noexcept { return std::max(row(touch).dot(theta_), 0.0); }
 
-bool Estimator::step(const Touch& touch) noexcept {
+bool Estimator::step(const Touch& touch, const Prediction& prediction) noexcept {
   if (!touch.F.allFinite() || !std::isfinite(touch.depth) || !touch.v.allFinite()) return false;
   const Vec h = row(touch);
   const double measured = touch.F.dot(touch.normal), prior = h.dot(theta_);
   const bool felt = measured > kFelt;
   if (!felt && prior <= kMissing) return false;  // both agree that there is no contact, within the noise
   normal_ = touch.normal;
+  learn_across(touch, prediction);
   const double z = felt ? measured : 0.0;
   const double sd = felt ? options_.sd_force + options_.sd_model * measured : kMissing / 2.0;
   const double innovation = z - prior, S = h.dot(P_ * h) + sd * sd;
@@ -59,13 +68,18 @@ bool Estimator::step(const Touch& touch) noexcept {
   if (surprised_ >= kSurprised) forget_place();
   if (felt) {
     measure(h, innovation, sd);
-    rub(touch, measured);
   } else {
     recede(touch.normal, prior);
   }
   const double place = theta_[0] * theta_[0] * kWalkPlace;
-  P_.diagonal() += (Vec() << kWalkK, place, place, place, kWalkB, kWalkMu).finished();
+  P_.diagonal() += (Vec() << kWalkK, place, place, place, kWalkB, 0.0).finished();
+  if (prediction.across && felt) {
+    const Mat3 across = Mat3::Identity() - touch.normal * touch.normal.transpose();
+    P_.block<3, 3>(1, 1) += kWalkAcross * theta_[0] * theta_[0] * across;
+    P_(5, 5) += kWalkMu;
+  }
   P_ = (0.5 * (P_ + P_.transpose())).eval();
+  spread();
   return true;
 }
 
@@ -74,10 +88,15 @@ void Estimator::measure(const Vec& h, double innovation, double sd) noexcept {
   const Vec Ph = P_ * h;
   const Vec gain = Ph / (h.dot(Ph) + sd * sd);
   theta_ += gain * innovation;
+  P_ -= gain * Ph.transpose();
+  bound();
+}
+
+// Keeps the parameters where they have a meaning.
+void Estimator::bound() noexcept {
   theta_[0] = std::max(theta_[0], kLeast);
   theta_[4] = std::max(theta_[4], 0.0);
   theta_[5] = std::clamp(theta_[5], 0.0, 2.0);
-  P_ -= gain * Ph.transpose();
 }
 
 // The tool is where the estimate has a contact of the force `prior`, and feels nothing: the surface is no nearer than
@@ -101,24 +120,68 @@ void Estimator::forget_place() noexcept {
   P_.block<3, 3>(1, 1) += Mat3::Identity() * place * place;
 }
 
-// Friction and the place across the normal, from the tangential force of a sliding tool.
-void Estimator::rub(const Touch& touch, double F_normal) noexcept {
-  const Vec3 slip = touch.v - touch.normal * touch.normal.dot(touch.v);
-  const double speed = slip.norm();
-  if (speed < kSliding || F_normal < 4.0 * kFelt) return;
-  const Vec3 along = slip / speed, across = touch.normal.cross(along);
-  const double sd = kUneven + options_.sd_force / F_normal;
-  for (const Vec3& e : {along, across}) {
-    const double K = theta_[0];
-    Vec h = Vec::Zero();
-    h.segment<3>(1) = -(touch.dn.transpose() * e) / K;
-    h[5] = -along.dot(e);
-    const Vec3 away = theta_.segment<3>(1) / K - touch.shift;
-    const double predicted = h[5] * theta_[5] - e.dot(touch.dn * away);
-    const double innovation = touch.F.dot(e) / F_normal - predicted;
-    const bool may_stick = h[5] < -0.5 && innovation > 0.0;  // less than the full friction
-    measure(h, innovation, may_stick ? kSticks * sd : sd);
+// Place and friction from the force across the normal.
+void Estimator::learn_across(const Touch& touch, const Prediction& prediction) noexcept {
+  const double normal = touch.F.dot(touch.normal), off = normal - prediction.F.dot(touch.normal);
+  if (!prediction.across || normal < kPressed) return;
+  Eigen::Matrix<double, 3, 2> tangents;
+  tangents.col(0) = touch.normal.unitOrthogonal();
+  tangents.col(1) = touch.normal.cross(tangents.col(0));
+  const double sd = options_.sd_force + kUneven * normal + kUnsettled * std::abs(off);
+  Eigen::Matrix2d S = kCorrelated * sd * sd * Eigen::Matrix2d::Identity();
+  Eigen::Matrix<double, kN, kAcross + 1> C;
+  Eigen::Matrix<double, kAcross + 1, 2> slope;  // per standard deviation
+  const auto blur = [&](const Vec3& bend) {
+    const Eigen::Vector2d across = tangents.transpose() * bend;
+    S += kBend * across * across.transpose();
+  };
+  for (int j = 0; j <= kAcross; ++j) {
+    const auto k = static_cast<std::size_t>(j);
+    const Column& c = column_[k];
+    C.col(j) = c.sd;
+    Vec3 change = c.sd[5] * prediction.per_mu;
+    if (j < kAcross) {
+      change += (prediction.above[k] - prediction.below[k]) / (2.0 * c.part);
+      blur((prediction.above[k] + prediction.below[k] - 2.0 * prediction.F) / c.part);
+    } else {
+      blur(c.sd[5] * prediction.bend);
+    }
+    slope.row(j) = (tangents.transpose() * change).transpose();
   }
+  S += slope.transpose() * slope;
+  const Eigen::Vector2d innovation = tangents.transpose() * (touch.F - prediction.F);
+  // A force that the model does not explain counts less.
+  const double apart = innovation.dot(S.inverse() * innovation) / kExpected;
+  if (apart > 1.0) S *= apart;
+  const Eigen::Matrix<double, kN, 2> covariance = C * slope, gain = covariance * S.inverse();
+  theta_ += gain * innovation;
+  P_ -= gain * covariance.transpose();
+  bound();
+}
+
+// Chooses the next perturbations: standard deviations along two tangents, then what they leave of that of friction,
+// each with what it implies for the other parameters, and within the lengths over which differences make sense.
+void Estimator::spread() noexcept {
+  Mat left = P_;
+  const Vec3 e = std::abs(normal_.x()) < 0.7 ? Vec3(Vec3::UnitX()) : Vec3(Vec3::UnitY());
+  const Vec3 along = (e - normal_ * normal_.dot(e)).normalized();
+  for (int j = 0; j <= kAcross; ++j) {
+    Vec g = Vec::Unit(5);
+    if (j < kAcross) g << 0.0, j == 0 ? along : Vec3(normal_.cross(along)), 0.0, 0.0;
+    const Vec covariance = left * g;
+    const double sd = std::sqrt(std::max(g.dot(covariance), kLeastVariance));
+    Column& c = column_[static_cast<std::size_t>(j)];
+    c.sd = covariance / sd;
+    left -= c.sd * c.sd.transpose();
+    c.part = std::clamp(sd / theta_[0], kLeastAside, kMostAside) * theta_[0] / sd;
+  }
+}
+
+Guess Estimator::guess(int j, int side) const noexcept {
+  const Column& c = column_[static_cast<std::size_t>(j)];
+  const Vec theta = theta_ + side * c.part * c.sd;
+  const double K = std::max(theta[0], 0.5 * theta_[0]);
+  return {theta.segment<3>(1) / K, K};
 }
 
 ModelEstimate Estimator::estimate() const noexcept {

@@ -1,6 +1,7 @@
 // Place, stiffness, damping and friction of a touched object, estimated from the motion and the force of the tool.
 #pragma once
 
+#include <array>
 #include <cmath>
 
 #include "palpate/network/packet.hpp"
@@ -30,30 +31,50 @@ struct Touch {
   Vec3 normal = Vec3::Zero();  ///< outward normal at the nearest point
   Vec3 v = Vec3::Zero();       ///< velocity of the tool relative to the surface [m/s]
   Vec3 F = Vec3::Zero();       ///< measured force on the tool [N]
-  Mat3 dn = Mat3::Zero();      ///< derivative of the normal with the tool's position; zero: flat or unknown [1/m]
-  Vec3 shift = Vec3::Zero();   ///< displacement for which normal and dn were found [m]
+};
+
+/// Directions across the normal.
+inline constexpr int kAcross = 2;
+
+/// Parameters of an object for which a contact is computed.
+struct Guess {
+  Vec3 shift = Vec3::Zero();  ///< displacement from its place in the scene, in W [m]
+  double K = 0.0;             ///< stiffness [N/m]
+};
+
+/// Forces on the tool, in W, by the contact with the object as estimated and as it would be with perturbed estimates.
+struct Prediction {
+  bool touching = false;                   ///< true while the tool touches the object as estimated
+  bool across = false;                     ///< true in ticks in which all have a contact; otherwise only F is valid
+  Vec3 F = Vec3::Zero();                   ///< of the estimate [N]
+  std::array<Vec3, kAcross> above, below;  ///< of Estimator::guess(j, 1) and guess(j, -1) [N]
+  Vec3 per_mu = Vec3::Zero();              ///< change of F with friction [N]
+  Vec3 bend = Vec3::Zero();                ///< difference of that change between more and less friction [N]
 };
 
 /// The force along the normal n is linear in theta = (K, K shift, B):
 ///
 ///   F . n = K depth + (K shift) . n - B v . n
 ///
-/// so a Kalman filter with a slow random walk of theta is the exact minimum-variance estimate. Across the normal, along
-/// a tangent e, a tool that slides along s feels friction, and on a curved surface that the normal is another one:
-///
-///   F . e / F . n = - mu s . e - e^T dn (shift - shift of the query)
-///
-/// Friction changes its sign with s, so theta has mu as well. Without a measured force where the
-/// estimate says contact, the surface is no nearer than the tool, which bounds its place alone. If the innovation along
-/// the normal exceeds its standard deviation kSurprise times for kSurprised ticks, the object has moved: the place
-/// becomes unknown again.
+/// so a Kalman filter with a slow random walk of theta is the exact minimum-variance estimate. Across the normal the
+/// force depends on the slope of the surface at the tool, on friction, and on where the tool has begun to stick. No
+/// formula tells this, but the contact itself does: it is computed for the estimate and for estimates that lie one
+/// standard deviation aside, and the differences of their forces replace the derivatives (the divided difference filter
+/// of Noergaard, Poulsen and Ravn 2000). Where the tool sticks, these forces do not depend on friction, so sticking
+/// tells nothing about it. Without a measured force where the estimate says contact, the surface is no nearer than the
+/// tool, which bounds its place alone. If the innovation along the normal exceeds its standard deviation kSurprise
+/// times for kSurprised ticks, the object has moved: the place becomes unknown again.
 class Estimator {
  public:
   explicit Estimator(const EstimatorOptions& options);
-  /// One tick; true if it has told something about the object.
-  bool step(const Touch& touch) noexcept;
+  /// One tick; true if it has told something about the object. prediction: by the guesses since the last tick.
+  bool step(const Touch& touch, const Prediction& prediction = {}) noexcept;
+  /// The estimate, perturbed along the tangent j of the last normal: side 1 or -1; 0: not perturbed.
+  [[nodiscard]] Guess guess(int j, int side) const noexcept;
   /// The estimate; `object` is left as it is.
   [[nodiscard]] ModelEstimate estimate() const noexcept;
+  /// Standard deviation of the friction coefficient [-].
+  [[nodiscard]] double sd_mu() const noexcept { return std::sqrt(std::max(P_(5, 5), 0.0)); }
   /// Force along the normal that the estimate predicts, at least 0 [N].
   [[nodiscard]] double predicted(const Touch& touch) const noexcept;
   /// Number of times that the object was found moved.
@@ -63,16 +84,24 @@ class Estimator {
   static constexpr int kN = 6;  ///< K, K shift (3), B, mu
   using Vec = Eigen::Matrix<double, kN, 1>;
   using Mat = Eigen::Matrix<double, kN, kN>;
+  /// One standard deviation of the estimate along one direction, and which part of it the guesses lie aside.
+  struct Column {
+    Vec sd = Vec::Zero();
+    double part = 0.0;
+  };
   [[nodiscard]] static Vec row(const Touch& touch) noexcept;
   void forget_place() noexcept;
   void recede(const Vec3& normal, double prior) noexcept;
   void measure(const Vec& h, double innovation, double sd) noexcept;
-  void rub(const Touch& touch, double F_normal) noexcept;
+  void learn_across(const Touch& touch, const Prediction& prediction) noexcept;
+  void spread() noexcept;
+  void bound() noexcept;
 
   EstimatorOptions options_;
   Vec theta_;
   Mat P_;
-  Vec3 normal_ = Vec3::UnitZ();  ///< last touched normal
+  Vec3 normal_ = Vec3::UnitZ();             ///< last touched normal
+  std::array<Column, kAcross + 1> column_;  ///< the last one: friction
   double residual2_ = 0.0;
   int surprised_ = 0, moved_ = 0, rest_ = 0;
 };

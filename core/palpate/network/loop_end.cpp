@@ -28,7 +28,10 @@ LinkState LoopEnd::state() {
 }
 
 const loop::RemoteTick& LoopEnd::step(const loop::LocalTool& tool) noexcept {
-  const double now = 1e-9 * static_cast<double>(loop::now_ns());
+  return step_at(tool, 1e-9 * static_cast<double>(loop::now_ns()));
+}
+
+const loop::RemoteTick& LoopEnd::step_at(const loop::LocalTool& tool, double now) noexcept {
   const double dt = t_ < 0.0 ? 0.0 : std::max(tool.t - t_, 0.0);
   if (t_ < 0.0) p_ = tool.X.p;
   if (dt > 0.0) v_ = (tool.X.p - p_) / dt;

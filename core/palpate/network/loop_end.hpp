@@ -53,6 +53,10 @@ class LoopEnd final : public loop::RemoteEnd {
   [[nodiscard]] LinkState state();
 
   const loop::RemoteTick& step(const loop::LocalTool& tool) noexcept override;
+  /// The same at the own time `now` [s], for loops in virtual time.
+  const loop::RemoteTick& step_at(const loop::LocalTool& tool, double now) noexcept;
+  /// For the thread of the loop: the packet that leaves after the newest tick.
+  [[nodiscard]] const Datagram& packet() const noexcept { return now_.out; }
 
  private:
   void link() noexcept;

@@ -52,7 +52,9 @@ void LocalModel::step(const Vec3& p, const Vec3& v, double radius, double t, dou
       held.dissipated = object.material.B.mean() * along * along * dt;
     }
     const ModelEstimate& now = updates_[i].step(goals_[i], held, dt);
+    const Vec3 before = object.X_WO.p;
     object.X_WO.p = given_.objects[i].X_WO.p + now.shift;
+    object.correction = object.X_WO.p - before;
     object.material.K = given_.objects[i].material.K * (now.K / given_.objects[i].material.K.mean());
     object.material.B.setConstant(now.B);
     object.material.mu = object.material.mu_static = now.mu;

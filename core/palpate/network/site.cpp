@@ -15,29 +15,10 @@ constexpr double kNearEnough = 5e-4;  // [m] distance at which the tool counts a
 constexpr double kPlayMargin = 2e-3;  // [s] beyond the 99th percentile of the age
 constexpr double kMeasurable = 0.05;  // [N] smaller forces are noise
 constexpr double kFar = 0.05;         // [m] farther objects are not touched
+constexpr double kClose = 0.01;       // [m] distance within which contacts are computed
 constexpr double kSure = 3.0;         // [standard deviations] by which a surface may be nearer than estimated
 constexpr double kBrake = 2e-3;       // [m] distance beyond that from which the tool approaches slowly
-/// Where a surface was asked for its normal.
-struct Query {
-  const scene::Object* object = nullptr;
-  Pose X_WO;
-  Vec3 p_O = Vec3::Zero(), normal_W = Vec3::Zero();
-};
-
-/// Derivative of the normal with the position, in W, by differences over the tool's radius: facets of a mesh are
-/// smaller than their rounding by the tool.
-Mat3 curvature(const Query& q, double radius) noexcept {
-  Mat3 dn = Mat3::Zero();
-  const Vec3 n = q.X_WO.R.transpose() * q.normal_W, u = n.unitOrthogonal(), v = n.cross(u);
-  for (const Vec3& e : {u, v}) {
-    const Vec3 change =
-        q.object->surface->nearest(q.p_O + radius * e).normal - q.object->surface->nearest(q.p_O - radius * e).normal;
-    dn += change / (2.0 * radius) * e.transpose();
-  }
-  return q.X_WO.R * dn * q.X_WO.R.transpose();
-}
-
-constexpr double kDisagrees = 0.3;  // [N] margin from which the site reports that the model does not fit
+constexpr double kDisagrees = 0.3;    // [N] margin from which the site reports that the model does not fit
 
 }  // namespace
 
@@ -51,6 +32,8 @@ Site::Site(const SiteOptions& options, scene::Snapshot scene)
     o.K = object.material.K.mean();
     o.sd_K = o.K;
     estimators_.emplace_back(o);
+    const bool rigid = object.surface->deformable() == nullptr;
+    copies_.push_back(rigid ? std::make_unique<Copies>(object, options.radius) : nullptr);
   }
 }
 
@@ -103,7 +86,6 @@ void Site::learn(const SiteInput& in) noexcept {
   double nearest = kFar;
   int touched = -1;
   Touch touch;
-  Query query;
   for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
     const scene::Object& object = scene_.objects[i];
     const Pose X_WO = object.pose(in.t);
@@ -115,15 +97,23 @@ void Site::learn(const SiteInput& in) noexcept {
     nearest = std::abs(gap);
     touched = static_cast<int>(i);
     const Vec3 n = X_WO.R * c.normal;
-    query = {&object, X_WO, p_O, n};
     const Vec3 v = object.motion.velocity(in.X.p, in.t);
-    touch = {-gap - n.dot(shift), n, in.v - v, in.F, Mat3::Zero(), shift};
+    touch = {-gap - n.dot(shift), n, in.v - v, in.F};
     near_ = {gap, kSure * estimators_[i].estimate().sd_shift, n, v};
   }
   if (touched < 0) near_ = Near{};
   if (touched < 0) return;
-  if (in.F.norm() > kMeasurable) touch.dn = curvature(query, options_.radius);
-  if (estimators_[static_cast<std::size_t>(touched)].step(touch)) touched_ = touched;
+  const auto k = static_cast<std::size_t>(touched);
+  Prediction prediction;
+  if (copies_[k] != nullptr && nearest < kClose) {
+    prediction = copies_[k]->step(estimators_[k], in.X.p, in.t);
+    const Contact& c = copies_[k]->contact();
+    if (prediction.touching) {
+      touch.normal = c.normal;
+      touch.depth = c.depth - c.normal.dot(estimators_[k].estimate().shift);
+    }
+  }
+  if (estimators_[k].step(touch, prediction)) touched_ = touched;
 }
 
 // A step of the goal that comes near to a surface no faster than the account can pay for the tool's kinetic energy.

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <limits>
+#include <memory>
 #include <vector>
 
+#include "palpate/network/copies.hpp"
 #include "palpate/network/estimator.hpp"
 #include "palpate/network/modes.hpp"
 #include "palpate/network/peer.hpp"
@@ -62,6 +64,8 @@ class Site {
  public:
   /// scene: the objects as the operator's end also has them. Throws std::invalid_argument naming an invalid option.
   Site(const SiteOptions& options, scene::Snapshot scene);
+  Site(const Site&) = delete;
+  Site& operator=(const Site&) = delete;
   /// A packet that arrived at the own time `now` [s].
   void receive(const Datagram& d, double now) noexcept;
   /// A new operator comes: clock, motion and energies of the one before are forgotten, what was learnt is kept.
@@ -86,6 +90,7 @@ class Site {
   SiteOptions options_;
   scene::Snapshot scene_;
   std::vector<Estimator> estimators_;
+  std::vector<std::unique_ptr<Copies>> copies_;  ///< one for each estimator; null: a surface that deforms
   Peer peer_;
   Playout playout_;
   Played played_;

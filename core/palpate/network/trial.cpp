@@ -10,12 +10,11 @@
 namespace palpate::network {
 namespace {
 
-constexpr double kDt = 1e-3;         // [s] period of both ends
-constexpr int kSubsteps = 10;        // of the hand per tick
-constexpr double kWrong = 0.15;      // [N] error of the felt force that counts as wrong after a push
-constexpr double kLong = 0.2;        // [s] for which the force must be right again
-constexpr double kTouch = 0.05;      // [N] force that counts as contact
-constexpr std::size_t kBytes = 256;  // of a packet on the wire
+constexpr double kDt = 1e-3;     // [s] period of both ends
+constexpr int kSubsteps = 10;    // of the hand per tick
+constexpr double kWrong = 0.15;  // [N] error of the felt force that counts as wrong after a push
+constexpr double kLong = 0.2;    // [s] for which the force must be right again
+constexpr double kTouch = 0.05;  // [N] force that counts as contact
 
 }  // namespace
 
@@ -38,29 +37,14 @@ Trial::Trial(const TrialOptions& options, scene::Snapshot world, scene::Snapshot
 double Trial::site_clock(double t) const noexcept { return options_.clock_offset + (1.0 + options_.clock_drift) * t; }
 
 void Trial::transmit(double t) {
-  const auto send = [&](Link& link, std::vector<Flight>& bound, const Datagram& d) {
-    const Fate fate = link.send(t, kBytes);
-    for (int i = 0; i < fate.copies; ++i) {
-      bound.push_back({fate.arrival[static_cast<std::size_t>(i)], ++number_, d});
-      std::push_heap(bound.begin(), bound.end());
-    }
-    return fate.copies > 0;
-  };
   ++sent_;
-  if (!send(to_site_, site_bound_, operator_.send())) ++lost_;
-  send(to_operator_, operator_bound_, site_.send());
+  if (!to_site_.send(t, operator_.send())) ++lost_;
+  to_operator_.send(t, site_.send());
 }
 
 void Trial::deliver(double t) {
-  const auto take = [t](std::vector<Flight>& bound, auto&& f) {
-    while (!bound.empty() && bound.front().arrival <= t) {
-      std::pop_heap(bound.begin(), bound.end());
-      f(bound.back().d, bound.back().arrival);
-      bound.pop_back();
-    }
-  };
-  take(site_bound_, [this](const Datagram& d, double at) { site_.receive(d, site_clock(at)); });
-  take(operator_bound_, [this](const Datagram& d, double at) { operator_.receive(d, at); });
+  to_site_.deliver(t, [this](const Datagram& d, double at) { site_.receive(d, site_clock(at)); });
+  to_operator_.deliver(t, [this](const Datagram& d, double at) { operator_.receive(d, at); });
 }
 
 // Handle and hand as one mass on the arm's spring and damper, pushed by the held force.
@@ -81,37 +65,75 @@ void Trial::move_hand(const Vec3& from, const Vec3& to, double dt) noexcept {
 }
 
 TrialResult Trial::run(const std::vector<Vec3>& path, std::vector<TrialRow>* rows) {
-  x_ = x_before_ = path.front();
-  instrument_.place(x_);
-  goal_.X.p = x_;
+  begin(path.front());
   for (std::size_t k = 0; k + 1 < path.size(); ++k) {
     const double t = kDt * static_cast<double>(k);
-    const Push& push = options_.push;
-    if (!pushed_ && push.t >= 0.0 && t >= push.t) {
-      pushed_ = true;
-      truth_.objects[push.object].X_WO.p += push.shift;
-      instrument_.world().objects[push.object].X_WO.p += push.shift;
-    }
-    deliver(t);
-    F_before_ = F_;
-    F_ = operator_.step({t, x_, v_, true});
-    goal_ = site_.step(instrument_.measure(site_clock(t)), kDt);
-    judge(t);
-    if (k % static_cast<std::size_t>(options_.every) == 0) transmit(t);
-    x_before_ = x_;
-    if (rows != nullptr) {
-      const ModelUpdate& update = operator_.model().updates().front();
-      const Vec3 n = F_true_.norm() > 0.0 ? Vec3(F_true_.normalized()) : Vec3::UnitZ();
-      rows->push_back({t, depth_, F_.dot(n), F_true_.dot(n), x_.dot(n), instrument_.x().dot(n),
-                       instrument_.force().norm(), update.now().K, update.now().shift.dot(n), site_.account(),
-                       site_.playout().delay(), update.tank(), hand_net_ + moved_, hand_in_ - instrument_.work(),
-                       update.now().mu, (F_ - F_true_).norm(), update.now().shift.x(), update.now().shift.y(),
-                       update.now().shift.z()});
-    }
-    move_hand(path[k], path[k + 1], kDt);
-    instrument_.step(goal_, site_clock(t), kDt);
+    step(t, rows);
+    move(t, path[k], path[k + 1]);
   }
-  const double end = kDt * static_cast<double>(path.size() - 1);
+  return finish(kDt * static_cast<double>(path.size() - 1));
+}
+
+// The instrument has done a press once its force was within the tolerance of the wanted one, and it lets go.
+TrialResult Trial::palpate(const PalpationOptions& options, double most) {
+  Palpation person(options);
+  begin(person.aim());
+  std::size_t done = 0;
+  bool right = false;
+  double t = 0.0;
+  for (std::uint64_t k = 0; t < most && result_.palpated < 0.0; t = kDt * static_cast<double>(++k)) {
+    step(t, nullptr);
+    const Vec3 from = person.aim();
+    move(t, from, person.step(F_, kDt));
+    const double F = instrument_.force().norm();
+    right = right || std::abs(F - options.force) <= 2.0 * options.within * options.force;
+    if (right && F < kTouch) {
+      right = false;
+      ++done;
+    }
+    if (person.done() && done >= options.places.size()) result_.palpated = t;
+  }
+  return finish(t);
+}
+
+void Trial::begin(const Vec3& x) {
+  x_ = x_before_ = x;
+  instrument_.place(x_);
+  goal_.X.p = x_;
+}
+
+// Both ends and the link at the time t.
+void Trial::step(double t, std::vector<TrialRow>* rows) {
+  const Push& push = options_.push;
+  if (!pushed_ && push.t >= 0.0 && t >= push.t) {
+    pushed_ = true;
+    truth_.objects[push.object].X_WO.p += push.shift;
+    instrument_.world().objects[push.object].X_WO.p += push.shift;
+  }
+  deliver(t);
+  F_before_ = F_;
+  F_ = operator_.step({t, x_, v_, true});
+  goal_ = site_.step(instrument_.measure(site_clock(t)), kDt);
+  judge(t);
+  if (ticks_++ % static_cast<std::uint64_t>(options_.every) == 0) transmit(t);
+  x_before_ = x_;
+  if (rows == nullptr) return;
+  const ModelUpdate& update = operator_.model().updates().front();
+  const Vec3 n = F_true_.norm() > 0.0 ? Vec3(F_true_.normalized()) : Vec3::UnitZ();
+  rows->push_back({t, depth_, F_.dot(n), F_true_.dot(n), x_.dot(n), instrument_.x().dot(n), instrument_.force().norm(),
+                   update.now().K, update.now().shift.dot(n), site_.account(), site_.playout().delay(), update.tank(),
+                   hand_net_ + moved_, hand_in_ - instrument_.work(), update.now().mu, (F_ - F_true_).norm(),
+                   update.now().shift.x(), update.now().shift.y(), update.now().shift.z()});
+}
+
+// Hand and instrument until the next tick.
+void Trial::move(double t, const Vec3& from, const Vec3& to) {
+  move_hand(from, to, kDt);
+  instrument_.step(goal_, site_clock(t), kDt);
+}
+
+// The figures at the end.
+TrialResult Trial::finish(double end) {
   TrialResult& r = result_;
   r.felt_over_true = true_true_ > 0.0 ? felt_true_ / true_true_ : NAN;
   r.force_rms = counted_ > 0 ? std::sqrt(error2_ / static_cast<double>(counted_)) : NAN;

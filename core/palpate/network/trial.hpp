@@ -4,10 +4,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "palpate/network/emulator.hpp"
 #include "palpate/network/instrument.hpp"
 #include "palpate/network/operator.hpp"
+#include "palpate/network/palpation.hpp"
 #include "palpate/network/site.hpp"
+#include "palpate/network/wire.hpp"
 
 namespace palpate::network {
 
@@ -57,6 +58,7 @@ struct TrialResult {
   int outages = 0;              ///< reported by the site
   double lost = 0.0;            ///< share of lost packets to the site [-]
   double touching = 0.0;        ///< time in contact that counted [s]
+  double palpated = -1.0;       ///< time until the instrument has done all presses; negative: not in time [s]
 };
 
 /// A row per tick.
@@ -71,17 +73,15 @@ class Trial {
   /// world: the objects as they are; model: as both ends have them. Throws std::invalid_argument.
   Trial(const TrialOptions& options, scene::Snapshot world, scene::Snapshot model);
   TrialResult run(const std::vector<Vec3>& path, std::vector<TrialRow>* rows = nullptr);
+  /// A simulated person palpates, for at most `most` [s]; call either this or run(), once.
+  TrialResult palpate(const PalpationOptions& options, double most);
 
  private:
-  struct Flight {
-    double arrival;
-    std::uint64_t number;
-    Datagram d;
-    bool operator<(const Flight& o) const noexcept {  // the earliest is the largest, on top of the heap
-      return arrival != o.arrival ? arrival > o.arrival : number > o.number;
-    }
-  };
   [[nodiscard]] double site_clock(double t) const noexcept;
+  void begin(const Vec3& x);
+  void step(double t, std::vector<TrialRow>* rows);
+  void move(double t, const Vec3& from, const Vec3& to);
+  TrialResult finish(double t);
   void transmit(double t);
   void deliver(double t);
   void move_hand(const Vec3& from, const Vec3& to, double dt) noexcept;
@@ -95,15 +95,15 @@ class Trial {
   Instrument instrument_;
   scene::Snapshot truth_;  ///< what the judge compares with
   contact::Tool judge_;
-  Link to_site_, to_operator_;
-  std::vector<Flight> site_bound_, operator_bound_;
-  std::uint64_t sent_ = 0, lost_ = 0, number_ = 0;
+  Wire to_site_, to_operator_;
+  std::uint64_t sent_ = 0, lost_ = 0;
   Vec3 x_ = Vec3::Zero(), v_ = Vec3::Zero(), F_ = Vec3::Zero(), F_before_ = Vec3::Zero(), x_before_ = Vec3::Zero();
   double hand_in_ = 0.0, hand_net_ = 0.0, moved_ = 0.0, first_touch_ = -1.0;
   double felt_true_ = 0.0, true_true_ = 0.0, error2_ = 0.0, wrong_at_ = -1.0, p999_before_ = 0.0, linked_for_ = 0.0;
   Vec3 F_true_ = Vec3::Zero();
   double depth_ = 0.0;
   long counted_ = 0;
+  std::uint64_t ticks_ = 0;
   bool pushed_ = false, was_wrong_ = false;
   SiteGoal goal_;
   TrialResult result_;

@@ -31,6 +31,9 @@ struct Object {
   bool is_virtual = true;                  ///< true: the contact stage renders the object
   bool is_real = true;                     ///< true: the tool of a simulated follower with drives collides with it
   std::optional<LiveOptions> live;  ///< of an object whose pose is set while the loop runs; it has no motion then
+  /// Part of the change of X_WO since the last tick that corrects the object's place without moving the object:
+  /// friction keeps its anchors in W [m].
+  Vec3 correction = Vec3::Zero();
 
   /// Pose of the object in W at time t [s].
   [[nodiscard]] Pose pose(double t) const noexcept { return motion.pose(X_WO, t); }

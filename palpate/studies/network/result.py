@@ -28,6 +28,8 @@ class Row(Figures):
     condition: str
     mode: str
     outage_told_ms: float | None  #: beyond the 99.9th percentile of the age; None without an outage
+    palpation_s: float | None  #: time of a simulated palpation; None: not done within a minute
+    palpation_longer: float | None  #: over that of the model without delay, less 1 [-]
 
 
 class Ran(Figures):

@@ -12,6 +12,10 @@ def _number(x: float | None, digits: int = 2) -> str:
     return "-" if x is None or x != x else f"{x:.{digits}f}"
 
 
+def _percent(share: float | None) -> float | None:
+    return None if share is None else 100.0 * share
+
+
 def _table(title: str, columns: tuple[str, ...]) -> Table:
     out = Table(box=None, pad_edge=False, title=title, title_justify="left")
     for i, column in enumerate(columns):
@@ -22,11 +26,13 @@ def _table(title: str, columns: tuple[str, ...]) -> Table:
 def tables(found: StudyResult) -> list[RenderableType]:
     """All tables for a terminal."""
     out = _table("networks by name", ("condition", "mode", "round trip, ms", "lost, %", "energy, mJ", "felt / true",
-                 "force rms, N", "on tissue, N", "drift, mm", "outage told, ms"))  # fmt: skip
+                 "force rms, N", "on tissue, N", "drift, mm", "outage told, ms", "palpation, s",
+                 "longer, %"))  # fmt: skip
     for r in found["conditions"]:
         out.add_row(r["condition"], r["mode"], _number(r["round_trip_ms"], 0), _number(100 * r["lost"], 1),
                     _number(r["energy_mJ"]), _number(r["felt_over_true"], 3), _number(r["force_rms_N"], 3),
-                    _number(r["force_site_N"]), _number(r["drift_mm"], 3), _number(r["outage_told_ms"], 0))  # fmt: skip
+                    _number(r["force_site_N"]), _number(r["drift_mm"], 3), _number(r["outage_told_ms"], 0),
+                    _number(r["palpation_s"], 1), _number(_percent(r["palpation_longer"]), 0))  # fmt: skip
     report: list[RenderableType] = [out]
     if found["random"]:
         report.append(_random(found))

@@ -14,7 +14,7 @@ from palpate.hands import PRESETS
 from palpate.network.conditions import Network, burst_loss, network
 from palpate.studies._command import Sweeper
 from palpate.studies.network.result import Alarm, Moving, Ran, Random, Row
-from palpate.studies.network.worlds import WORLDS, Motion, World, options
+from palpate.studies.network.worlds import WORLDS, Motion, World, options, places
 from palpate.sweep import Axis
 from palpate.sweep.grid import Point
 
@@ -24,6 +24,7 @@ ROUND_TRIPS = (0.02, 0.1, 0.21, 0.5, 0.7)
 LONGEST = 0.5  # round trip of the random runs [s]
 BREATHING = (0.005, 4.0)  # amplitude [m] and period [s]
 PUSH = 0.005  # [m]
+FORCE, PATIENCE = 1.0, 60.0  # of a simulated palpation: force [N], longest time [s]
 SETTLE = 60.0  # time after which false alarms count [s]
 
 
@@ -52,21 +53,31 @@ def trial(mode: str, link: Network, world: World, motion: Motion, seed: int) -> 
     return _network.trial(o, world.snapshot(True), world.snapshot(False), motion.path(world, link.round_trip))
 
 
+def palpated(mode: str, link: Network, seed: int) -> float:
+    """Time in which a simulated person palpates a plane with `FORCE` at six places [s]; NaN: not within `PATIENCE`."""
+    world, o = World(), options(mode, "normal", link.round_trip, seed)
+    o.to_site, o.to_operator = link.to_site, link.to_operator
+    r = _network.palpate(o, world.snapshot(True), world.snapshot(False), places(world), FORCE, PATIENCE)
+    return float(r.palpated) if r.palpated >= 0.0 else math.nan
+
+
 def _condition(point: Point, seed: int) -> dict[str, float]:
     link = network(point["condition"])
     last = max((b + d for b, d in link.to_site.outages), default=0.0)
     motion = Motion(presses=max(6, math.ceil(last) + 2))
     r, _ = trial(point["mode"], link, World(), motion, seed)
     told = 1e3 * r.told_site if last else math.nan
-    return {**figures(r), "outage_told_ms": told}
+    seconds = palpated(point["mode"], link, seed)
+    longer = seconds / palpated("model", network("none"), seed) - 1.0
+    return {**figures(r), "outage_told_ms": told, "palpation_s": seconds, "palpation_longer": longer}
 
 
 def conditions(names: Sequence[str], modes: Sequence[str], sweep: Sweeper, seed: int) -> list[Row]:
     """A row per condition and mode."""
     rows = sweep(_condition, {"condition": Axis(names), "mode": Axis(modes)}, seed, title="conditions").rows()
     for row in rows:
-        told = row["outage_told_ms"]
-        row["outage_told_ms"] = None if math.isnan(told) else told
+        for key in ("outage_told_ms", "palpation_s", "palpation_longer"):
+            row[key] = None if math.isnan(row[key]) else row[key]
         row.pop("seed", None)
     return cast(list[Row], rows)
 

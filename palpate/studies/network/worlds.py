@@ -14,7 +14,8 @@ from palpate.shapes.analytic import Torus, WavySheet
 
 TICK = 1e-3  # period of both ends [s]
 HEIGHT = 0.012  # of the hand above the surface at the start [m]
-REST = 1.2  # time at rest at the start and the end, besides the round trip [s]
+REST = 1.2  # time at rest at the start, besides twice the round trip [s]
+STOPPED = 1.0  # time at rest at the end, after which the drift counts [s]
 RADIUS = 0.002  # of the tool [m]
 FASTEST = 0.06  # aim of a hand [m/s]
 DEEPEST = 0.012  # farthest that a hand aims below the surface [m]
@@ -94,13 +95,20 @@ class Motion:
         aim = min(self.force / PRESETS[self.hand].stiffness, DEEPEST) + self.force / world.K
         depth = HEIGHT + aim + max(-world.error[2], 0.0)
         press = max(self.press, 1.3 * np.pi * depth / FASTEST)
-        t = np.arange(0.0, 2.0 * rest + self.presses * press, TICK)
+        t = np.arange(0.0, rest + self.presses * press + STOPPED, TICK)
         active = np.clip((t - rest) / press, 0.0, self.presses)
         down = np.clip(1.3 * 0.5 * (1.0 - np.cos(2.0 * np.pi * active)), 0.0, 1.0)
         phase = active / self.presses
         side = self.slide * np.sin(2.0 * np.pi * phase)
         z = RADIUS + HEIGHT - depth * down
         return world.top + np.column_stack([side, 0.5 * side * np.cos(2.0 * np.pi * phase), z])
+
+
+def places(world: World, rows: int = 2, columns: int = 3, apart: float = 0.005) -> Array:
+    """Points (rows columns, 3) clear of the top of a world, below which a person palpates [m]."""
+    x, y = (apart * (np.arange(n) - 0.5 * (n - 1)) for n in (columns, rows))
+    beside = np.array([(a, b, RADIUS + HEIGHT) for b in y for a in x])
+    return world.top + beside
 
 
 def options(mode: str, hand: str, round_trip: float, seed: int) -> _network.TrialOptions:
