@@ -1231,7 +1231,7 @@ def trial(
     columns trial_columns()). world: the objects as they are; model: as both ends have them.
     """
 
-def palpate(
+def palpation(
     options: TrialOptions,
     world: palpate._core.Snapshot,
     model: palpate._core.Snapshot,

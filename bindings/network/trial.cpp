@@ -131,7 +131,7 @@ void bind_trial(nb::module_& m) {
       "Simulates a hand with the intended path (n, 3) [m], one point per millisecond: (figures, rows (n - 1, 19) with "
       "the columns trial_columns()). world: the objects as they are; model: as both ends have them.");
   m.def(
-      "palpate",
+      "palpation",
       [](const TrialOptions& options, const scene::Snapshot& world, const scene::Snapshot& model, const Points& places,
          double force, double most) {
         PalpationOptions palpation;

@@ -57,7 +57,7 @@ def palpated(mode: str, link: Network, seed: int) -> float:
     """Time in which a simulated person palpates a plane with `FORCE` at six places [s]; NaN: not within `PATIENCE`."""
     world, o = World(), options(mode, "normal", link.round_trip, seed)
     o.to_site, o.to_operator = link.to_site, link.to_operator
-    r = _network.palpate(o, world.snapshot(True), world.snapshot(False), places(world), FORCE, PATIENCE)
+    r = _network.palpation(o, world.snapshot(True), world.snapshot(False), places(world), FORCE, PATIENCE)
     return float(r.palpated) if r.palpated >= 0.0 else math.nan
 
 

@@ -108,7 +108,7 @@ def places(world: World, rows: int = 2, columns: int = 3, apart: float = 0.005) 
     """Points (rows columns, 3) clear of the top of a world, below which a person palpates [m]."""
     x, y = (apart * (np.arange(n) - 0.5 * (n - 1)) for n in (columns, rows))
     beside = np.array([(a, b, RADIUS + HEIGHT) for b in y for a in x])
-    return world.top + beside
+    return np.asarray(world.top + beside)
 
 
 def options(mode: str, hand: str, round_trip: float, seed: int) -> _network.TrialOptions:
