@@ -1215,7 +1215,7 @@ class TrialResult:
 
     @property
     def palpated(self) -> float:
-        """Time of a palpation [s]; negative: not in time."""
+        """Time of a palpation, since the link stood [s]; negative: not in time."""
 
 def trial_columns() -> list[str]:
     """Names of the columns of the rows of a trial."""

@@ -98,7 +98,8 @@ void bind_trial(nb::module_& m) {
       .def_ro("outages", &TrialResult::outages, "Outages that the site has reported."_doc)
       .def_ro("lost", &TrialResult::lost, "Share of packets to the site that were lost [-]."_doc)
       .def_ro("touching", &TrialResult::touching, "Time in contact that counted [s]."_doc)
-      .def_ro("palpated", &TrialResult::palpated, "Time of a palpation [s]; negative: not in time."_doc);
+      .def_ro("palpated", &TrialResult::palpated,
+              "Time of a palpation, since the link stood [s]; negative: not in time."_doc);
   m.def(
       "trial_columns",
       [] {

@@ -1,11 +1,14 @@
 """The estimate at the site, and its updates at the hand: recovered truth, no kick, no free energy."""
 
+import itertools
+
 import numpy as np
 import pytest
 
 from palpate import _core, _network
 
 UP = np.array([0.0, 0.0, 1.0])
+RADIUS = 0.002  # of the tool [m]
 
 
 def estimator():
@@ -41,6 +44,66 @@ def test_damping_is_found():
     e = estimator()
     press(e, 500.0, 0.001, B=4.0, mu=0.3)
     assert pytest.approx(4.0, abs=0.3) == e.estimate.B
+
+
+def learnt(surface, force, path):
+    """What a site learns of an object from the forces `force(p)` on a tool along the path (n, 3), 1 ms a point."""
+    options = _network.SiteOptions()
+    options.radius = RADIUS
+    material = _core.Material(K=np.full(3, 300.0))
+    site = _network.Site(options, _core.Snapshot([_core.Object("organ", surface, material=material)]))
+    state, noise = _network.SiteInput(), np.random.default_rng(0)
+    X = np.eye(4)
+    for k, (p, after) in enumerate(itertools.pairwise(path)):
+        X[:3, 3] = p
+        state.t, state.X, state.v, state.F = 1e-3 * k, X, (after - p) / 1e-3, force(p) + 0.005 * noise.normal(size=3)
+        site.step(state, 1e-3)
+    return site.send().model
+
+
+def rubbed(seconds, side):
+    """A path that presses and rubs a surface whose top is the origin (n, 3) [m]."""
+    t = np.arange(0.0, seconds, 1e-3)
+    z = RADIUS - 0.003 + 0.0045 * np.cos(2 * np.pi * 0.9 * t)
+    return np.column_stack([side * np.sin(2 * np.pi * 0.7 * t), 0.6 * side * np.cos(2 * np.pi * 0.5 * t), z])
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.2, 0.5])
+def test_friction_is_found_under_a_tool_that_sticks_and_slides(mu):
+    K, place, anchor = 600.0, -0.001, None
+
+    def force(p):  # an elastic contact that slips at Coulomb's limit, by return mapping
+        nonlocal anchor
+        depth = place + RADIUS - p[2]
+        if depth <= 0.0:
+            anchor = None
+            return np.zeros(3)
+        anchor = p[:2].copy() if anchor is None else anchor
+        stretch, most = p[:2] - anchor, mu * depth
+        if np.linalg.norm(stretch) > most:
+            anchor = p[:2] - stretch * (most / np.linalg.norm(stretch))
+        return K * np.append(anchor - p[:2], depth)
+
+    found = learnt(_core.Plane(), force, rubbed(8.0, 0.006))
+    assert found.mu == pytest.approx(mu, abs=0.03)
+    assert pytest.approx(K, rel=0.02) == found.K
+    assert found.shift[2] == pytest.approx(place, abs=1e-4)
+
+
+@pytest.mark.parametrize("place", [(0.002, 0.0, -0.001), (-0.0015, 0.002, 0.0005)])
+def test_the_place_of_a_curved_object_is_found_along_all_axes(place):
+    K, R = 500.0, 0.03
+
+    def force(p):
+        away = p - place + np.array([0.0, 0.0, R])
+        depth = R + RADIUS - np.linalg.norm(away)
+        return max(K * depth, 0.0) * away / np.linalg.norm(away)
+
+    top = np.array([0.0, 0.0, R])
+    found = learnt(_core.Sphere(R), lambda p: force(p - top), rubbed(8.0, 0.006) + top)
+    np.testing.assert_allclose(found.shift, place, atol=2e-4)
+    assert pytest.approx(K, rel=0.03) == found.K
+    assert found.mu == pytest.approx(0.0, abs=0.03)
 
 
 def test_an_object_that_was_pushed_aside_is_found_again_with_its_stiffness_kept():

@@ -42,6 +42,13 @@ def test_a_palpation_takes_as_long_as_without_delay():
     assert not slow <= 1.15 * near  # NaN: not at all
 
 
+@pytest.mark.parametrize(("name", "dead"), [("netfi-outage-1", 1.0), ("netfi-outage-3", 8.5)])
+def test_a_person_who_palpates_waits_for_the_link(name, dead):
+    """An outage costs its own time, and the press that it cut short."""
+    near, far = (work.palpated("model", network(one), 1) for one in ("none", name))
+    assert dead <= far - near <= dead + 2.5
+
+
 def test_the_direct_mode_gives_energy_away():
     r, _ = work.trial("direct", network("netfi-delay-1"), World(), Motion(), 1)
     assert r.energy_hand < -0.1

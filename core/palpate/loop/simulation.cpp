@@ -137,6 +137,11 @@ void Simulation::attach(std::shared_ptr<RemoteEnd> remote) {
   const std::lock_guard lock(driver_);
   if (running()) throw std::logic_error("the simulation runs in real time: stop() it before attach()");
   remote_ = std::move(remote);
+  const FollowerState& follower = follower_.measured();
+  if (follower.q.size() != follower_model_.n() || !follower.q.allFinite()) return;
+  follower_model_.update(follower.q, JointVector::Zero(follower_model_.n()));
+  local_.X = options_.X_WB * follower_model_.tip();
+  local_.jaw = follower.jaw;
 }
 
 void Simulation::watch_stages() {

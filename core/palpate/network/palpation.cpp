@@ -36,13 +36,14 @@ double Palpation::felt_then(double force, double dt) {
   return then;
 }
 
-const Vec3& Palpation::step(const Vec3& F, double dt) {
+const Vec3& Palpation::step(const Vec3& F, bool linked, double dt) {
   const double force = felt_then(F.norm(), dt);
   if (done()) return aim_;
   const Vec3& place = options_.places[place_];
+  if (!linked && phase_ != Phase::up) phase_ = Phase::move;
   switch (phase_) {
     case Phase::move:
-      if (approach(place, options_.speed * dt)) phase_ = Phase::down;
+      if (approach(place, options_.speed * dt) && linked) phase_ = Phase::down;
       break;
     case Phase::down:
       aim_.z() -= options_.approach * dt;

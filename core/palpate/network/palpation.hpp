@@ -20,17 +20,15 @@ struct PalpationOptions {
 };
 
 /// Moves the hand's aim: along -z until the surface is felt, on until the force is held, back up, and to the next
-/// place.
+/// place. Without a link, the person returns to the place, waits there, and presses it anew.
 class Palpation {
  public:
   /// Throws std::invalid_argument naming an invalid option.
   explicit Palpation(const PalpationOptions& options);
-  /// One tick with the felt force F [N]; the aim of the hand [m].
-  const Vec3& step(const Vec3& F, double dt);
+  /// One tick with the felt force F [N]; linked: the hand feels the remote side. Returns the aim of the hand [m].
+  const Vec3& step(const Vec3& F, bool linked, double dt);
   /// True once all places were pressed and the aim is clear of the surface again.
   [[nodiscard]] bool done() const noexcept { return place_ >= options_.places.size(); }
-  /// Places that were pressed.
-  [[nodiscard]] std::size_t pressed() const noexcept { return place_; }
   [[nodiscard]] const Vec3& aim() const noexcept { return aim_; }
 
  private:

@@ -16,6 +16,12 @@ constexpr double kWrong = 0.15;  // [N] error of the felt force that counts as w
 constexpr double kLong = 0.2;    // [s] for which the force must be right again
 constexpr double kTouch = 0.05;  // [N] force that counts as contact
 
+// The index of the place that is nearest to x.
+std::size_t beside(const std::vector<Vec3>& places, const Vec3& x) {
+  const auto nearer = [&x](const Vec3& a, const Vec3& b) { return (a - x).squaredNorm() < (b - x).squaredNorm(); };
+  return static_cast<std::size_t>(std::min_element(places.begin(), places.end(), nearer) - places.begin());
+}
+
 }  // namespace
 
 Trial::Trial(const TrialOptions& options, scene::Snapshot world, scene::Snapshot model)
@@ -74,24 +80,26 @@ TrialResult Trial::run(const std::vector<Vec3>& path, std::vector<TrialRow>* row
   return finish(kDt * static_cast<double>(path.size() - 1));
 }
 
-// The instrument has done a press once its force was within the tolerance of the wanted one, and it lets go.
+// The instrument has pressed a place once its force there was within the tolerance of the wanted one, and it lets go.
 TrialResult Trial::palpate(const PalpationOptions& options, double most) {
   Palpation person(options);
   begin(person.aim());
-  std::size_t done = 0;
+  std::vector<bool> pressed(options.places.size(), false);
   bool right = false;
-  double t = 0.0;
+  double t = 0.0, began = -1.0;
   for (std::uint64_t k = 0; t < most && result_.palpated < 0.0; t = kDt * static_cast<double>(++k)) {
     step(t, nullptr);
+    if (began < 0.0 && operator_.linked()) began = t;
     const Vec3 from = person.aim();
-    move(t, from, person.step(F_, kDt));
+    move(t, from, person.step(F_, operator_.linked(), kDt));
     const double F = instrument_.force().norm();
     right = right || std::abs(F - options.force) <= 2.0 * options.within * options.force;
     if (right && F < kTouch) {
       right = false;
-      ++done;
+      pressed[beside(options.places, instrument_.x())] = true;
     }
-    if (person.done() && done >= options.places.size()) result_.palpated = t;
+    const bool all = std::all_of(pressed.begin(), pressed.end(), [](bool one) { return one; });
+    if (person.done() && all) result_.palpated = t - began;
   }
   return finish(t);
 }

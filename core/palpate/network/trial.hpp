@@ -58,7 +58,7 @@ struct TrialResult {
   int outages = 0;              ///< reported by the site
   double lost = 0.0;            ///< share of lost packets to the site [-]
   double touching = 0.0;        ///< time in contact that counted [s]
-  double palpated = -1.0;       ///< time until the instrument has done all presses; negative: not in time [s]
+  double palpated = -1.0;       ///< time from the link to the last press of the instrument; negative: not in time [s]
 };
 
 /// A row per tick.

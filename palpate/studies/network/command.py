@@ -59,5 +59,5 @@ class Command(SweepStudy):
         told = alarms([name for name in names if "outage" not in name], self.hours, sweep, self.seed)
         found: StudyResult = {"simulated": True, "seed": self.seed, "conditions": rows, "random": random,
                               "moving": worlds, "alarms": told}  # fmt: skip
-        report = [*tables(found), "simulated hands, links and instruments, in virtual time (docs/network.md)"]
+        report = [*tables(found), "simulated hands, links and instruments, in virtual time (docs/network-figures.md)"]
         return Findings(found, lambda folder: [draw(found, ran, folder)], report)

@@ -15,7 +15,8 @@ from palpate.shapes.analytic import Torus, WavySheet
 TICK = 1e-3  # period of both ends [s]
 HEIGHT = 0.012  # of the hand above the surface at the start [m]
 REST = 1.2  # time at rest at the start, besides twice the round trip [s]
-STOPPED = 1.0  # time at rest at the end, after which the drift counts [s]
+STOPPED = 1.0  # time after the hand has stopped, after which the drift counts [s]
+STILL = 1e-3  # share of its last motion by which a hand that has stopped still swings
 RADIUS = 0.002  # of the tool [m]
 FASTEST = 0.06  # aim of a hand [m/s]
 DEEPEST = 0.012  # farthest that a hand aims below the surface [m]
@@ -76,6 +77,14 @@ class World:
         return _core.Snapshot([_core.Object("organ", surface, X_WO=X, material=material, motion=motion)])
 
 
+def swings(hand: str) -> float:
+    """Time until a hand that no longer aims anywhere else has stopped [s]: a relaxed one swings on its own spring."""
+    handle, preset = _network.TrialOptions(), PRESETS[hand]
+    mass, damping = handle.handle_mass + preset.mass, handle.handle_damping + preset.damping
+    slowest = max(np.roots([mass, damping, preset.stiffness]).real)
+    return float(np.log(STILL) / slowest)
+
+
 @dataclass(frozen=True)
 class Motion:
     """A hand that presses several times, slides a little, and rests above the surface at the end."""
@@ -95,7 +104,7 @@ class Motion:
         aim = min(self.force / PRESETS[self.hand].stiffness, DEEPEST) + self.force / world.K
         depth = HEIGHT + aim + max(-world.error[2], 0.0)
         press = max(self.press, 1.3 * np.pi * depth / FASTEST)
-        t = np.arange(0.0, rest + self.presses * press + STOPPED, TICK)
+        t = np.arange(0.0, rest + self.presses * press + swings(self.hand) + STOPPED, TICK)
         active = np.clip((t - rest) / press, 0.0, self.presses)
         down = np.clip(1.3 * 0.5 * (1.0 - np.cos(2.0 * np.pi * active)), 0.0, 1.0)
         phase = active / self.presses
