@@ -12,7 +12,6 @@ from palpate import surfaces
 from palpate.clouds import PointCloud
 from palpate.clouds.table import Unit
 from palpate.errors import CloudError
-from palpate.registration.clouds import sampled
 from palpate.values import NotNegative, Positive, Section, Vector
 
 _GRAZING = 0.2  # smallest cosine of the angle between normal and line of sight at which a sensor sees a point
@@ -33,6 +32,7 @@ class SampleSection(Section):
     def make(self, viewpoint: Vector | None, name: str) -> PointCloud:
         """The cloud; with a viewpoint only the points whose surface faces it."""
         from palpate import shapes
+        from palpate.registration.clouds import sampled
 
         make = {"organ": shapes.organ, "gallbladder": shapes.gallbladder}[self.shape]
         vertices, triangles = make(30_000)

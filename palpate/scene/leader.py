@@ -6,7 +6,8 @@ import re
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, GetJsonSchemaHandler, WithJsonSchema, model_validator
+from pydantic_core import CoreSchema
 
 from palpate import _core
 from palpate.arm import NAMES
@@ -56,24 +57,26 @@ def _named(value: Any) -> Any:
     return HaplySection.model_validate(value["haply"] or {}).to_text()
 
 
+class _DriverSchema:
+    """The JSON schema of a driver's name or options, which is made on demand: it takes 20 ms."""
+
+    @staticmethod
+    def __get_pydantic_json_schema__(_: CoreSchema, __: GetJsonSchemaHandler) -> dict[str, Any]:
+        haply = {
+            "type": "object",
+            "properties": {"haply": HaplySection.model_json_schema()},
+            "required": ["haply"],
+            "additionalProperties": False,
+        }
+        return {"anyOf": [{"type": "string"}, haply]}
+
+
 #: Driver of a device, as `palpate.devices.open_driver` reads it (docs/device.md); {haply: {...}} gives its options.
 DriverName = Annotated[
     str,
     BeforeValidator(_named),
     AfterValidator(_driver),
-    WithJsonSchema(
-        {
-            "anyOf": [
-                {"type": "string"},
-                {
-                    "type": "object",
-                    "properties": {"haply": HaplySection.model_json_schema()},
-                    "required": ["haply"],
-                    "additionalProperties": False,
-                },
-            ]
-        }
-    ),
+    _DriverSchema(),
 ]
 Joints = Annotated[tuple[Number, ...], Field(min_length=1, max_length=7)]
 

@@ -19,6 +19,7 @@ class Command:
       palpate bench growth --json growth.json
       palpate bench growth --only objects --only fixtures
       palpate bench growth --small --figure growth.png
+      palpate bench growth --resume growth.journal
 
     The whole takes many minutes, and up to 5 GB of memory for 10 million triangles.
     """
@@ -29,6 +30,8 @@ class Command:
     """What is to grow; everything when left out."""
     small: bool = False
     """Measure small sizes only."""
+    resume: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Keep the figures of each size in FILE as soon as they are measured; the same command continues after a stop."""
     figure: Annotated[Path | None, arg(metavar="FILE.png")] = None
     """Draw the growth of all figures, both axes logarithmic."""
 
@@ -39,7 +42,9 @@ class Command:
         console = console_for(self.json)
         for file in (self.json, self.figure):
             require_writable(file)
-        result = growth.run(self.only or tuple(growth.AXES), self.small, on_progress=lambda text: say(console, text))
+        result = growth.run(
+            self.only or tuple(growth.AXES), self.small, self.resume, on_progress=lambda text: say(console, text)
+        )
         console.print(growth.table(result))
         if self.figure is not None:
             growth.draw(result, self.figure)

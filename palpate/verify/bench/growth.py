@@ -14,7 +14,8 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypedDict
@@ -24,6 +25,7 @@ from numpy.typing import ArrayLike
 from rich.table import Table
 
 from palpate.errors import PalpateError
+from palpate.sweep.lines import Lines
 
 MEMORY = "memory_mb"
 """Key of the peak growth of a process's memory while it works [MB]; every axis has it."""
@@ -198,30 +200,59 @@ def exponent(sizes: ArrayLike, values: ArrayLike) -> float:
 
 
 def run(
-    names: tuple[str, ...] = tuple(AXES), small: bool = False, on_progress: Callable[[str], None] = lambda _: None
+    names: tuple[str, ...] = tuple(AXES),
+    small: bool = False,
+    resume: Path | None = None,
+    on_progress: Callable[[str], None] = lambda _: None,
 ) -> Figures:
     """Measure; the result has the keys of `palpate bench growth` in docs/json.md.
 
     Args:
         names: axes to measure.
         small: True takes the small sizes, which say less and take a moment.
+        resume: file that keeps the figures of each size as soon as they are measured; sizes in it are not measured
+            again.
         on_progress: called before each measurement.
 
     Raises:
-        PalpateError: there is no such axis, or a measurement failed.
+        PalpateError: there is no such axis, a measurement failed, or the file cannot be written.
     """
-    found = []
     for name in names:
         if name not in AXES:
             raise PalpateError(f"there is no axis {name!r}", mend=f"choose from: {', '.join(AXES)}")
-        axis = AXES[name]
-        sizes = axis.small if small else axis.sizes
-        rows = []
-        for size in sizes:
-            on_progress(f"{size:,} {axis.unit or name}")
-            rows.append(_in_a_process(name, size))
-        found.append(growth(name, axis.unit, sizes, rows))
+    found = []
+    with _measuring(resume) as measured:
+        for name in names:
+            axis = AXES[name]
+            sizes = axis.small if small else axis.sizes
+            rows = []
+            for size in sizes:
+                on_progress(f"{size:,} {axis.unit or name}")
+                rows.append(measured(name, size))
+            found.append(growth(name, axis.unit, sizes, rows))
     return {"axes": found, "cores": os.cpu_count(), "load": os.getloadavg()[0]}
+
+
+@contextmanager
+def _measuring(resume: Path | None) -> Iterator[Callable[[str, int], dict[str, float]]]:
+    """A function that returns the figures of one size, from the file if it has them."""
+    if resume is None:
+        yield _in_a_process
+        return
+    with closing(Lines(resume)) as lines:
+        lines.take_up()
+        kept: dict[tuple[str, int], dict[str, float]] = {
+            (name, size): row for name, size, row in filter(None, lines.entries)
+        }
+
+        def measured(name: str, size: int) -> dict[str, float]:
+            if (name, size) not in kept:
+                kept[name, size] = _in_a_process(name, size)
+                lines.append([[name, size, kept[name, size]]])
+                lines.sync()
+            return kept[name, size]
+
+        yield measured
 
 
 def growth(name: str, unit: str, sizes: tuple[int, ...], rows: list[dict[str, float]]) -> Growth:

@@ -61,6 +61,28 @@ def test_objects_and_fixtures_grow_no_faster_than_they_may(tmp_path, monkeypatch
     assert (tmp_path / "g.png").stat().st_size > 10_000
 
 
+def test_a_stopped_measurement_goes_on_with_the_sizes_that_are_left(tmp_path, monkeypatch):
+    done = []
+
+    def fails_at_the_second(name, size):
+        if len(done) == 1:
+            raise PalpateError("stopped")
+        done.append(size)
+        return {"stage_p50_us": float(size), "memory_mb": 1.0}
+
+    monkeypatch.setattr(growth, "_in_a_process", fails_at_the_second)
+    file = tmp_path / "growth.journal"
+    with pytest.raises(PalpateError, match="stopped"):
+        growth.run(("fixtures",), small=True, resume=file)
+    with file.open("ab") as cut:
+        cut.write(b'1234 ["fixtures", 32')  # a line that a kill has cut off
+    done.append(None)
+    (axis,) = growth.run(("fixtures",), small=True, resume=file)["axes"]
+    assert done == [2, None, 32]
+    assert axis["figures"]["stage_p50_us"] == [2.0, 32.0]
+    assert axis["exponents"]["stage_p50_us"] == pytest.approx(1.0)
+
+
 @pytest.mark.long
 def test_everything_grows_no_faster_than_it_may():
     judged(tuple(growth.AXES))
