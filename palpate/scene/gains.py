@@ -22,12 +22,14 @@ def check_stiffness(scene: Scene) -> None:
     Raises:
         SceneError: K is too large; the message names the object, the limit and the values to change.
     """
-    cap, rate, scale = scene.stability.force_cap, scene.stability.rate_cap, scene.mapping.force_scale
+    section, scale = scene.stability, scene.mapping.force_scale
+    cap, given = section.force_cap, "rate_cap" in section.model_fields_set
+    rate = section.rate_cap if given else type(section).model_fields["rate_cap"].default
     by_force, by_rate = cap / (scale * LEAST_DEPTH), rate / (scale * LEAST_SPEED)
     for i, obj in enumerate(scene.objects):
         if obj.tissue is not None:
             continue  # its stiffness begins at zero and grows with depth
-        K = max_stiffness(obj)
+        K = obj.stiffest
         if min(by_force, by_rate) >= K:
             continue
         part, place = _where_stiffest(obj, K)
@@ -43,11 +45,6 @@ def check_stiffness(scene: Scene) -> None:
             why=why,
             mend=f"use at most {min(by_force, by_rate):.4g} N/m; or raise the cap, or lower mapping.force_scale",
         )
-
-
-def max_stiffness(obj: ObjectSection) -> float:
-    """Largest stiffness of an object and its regions, along any axis [N/m]."""
-    return max(max(K) for K in (obj.stiffness, *(r.stiffness for r in obj.regions)) if K is not None)
 
 
 def _where_stiffest(obj: ObjectSection, K: float) -> tuple[str, tuple[str | int, ...]]:
@@ -68,4 +65,4 @@ def felt_stiffness(scene: Scene, index: int) -> float:
     """Stiffness of object ``index`` at the hand: scale * force_scale * force_gain * K, largest axis [N/m]."""
     gain = scene.mapping.scale * scene.mapping.force_scale * scene.torque.force_gain
     obj = scene.objects[index]
-    return gain * (touched_stiffness(scene, index) if obj.tissue is not None else max_stiffness(obj))
+    return gain * (touched_stiffness(scene, index) if obj.tissue is not None else obj.stiffest)

@@ -162,6 +162,11 @@ class ObjectSection(Section):
             )
 
     @property
+    def stiffest(self) -> float:
+        """Largest stiffness of the object and its regions, along any axis [N/m]."""
+        return max(max(K) for K in (self.stiffness, *(r.stiffness for r in self.regions)) if K is not None)
+
+    @property
     def source(self) -> str:
         """Key of the geometry: ``mesh``, ``shape``, ``sdf``, ``plane`` ..."""
         return next(key for key in _SOURCES if getattr(self, key) is not None)

@@ -347,6 +347,13 @@ class Scene(Section):
         return self
 
     @model_validator(mode="after")
+    def _fill_rate_cap(self) -> Scene:
+        stiffest = max((obj.stiffest for obj in self.objects if obj.tissue is None), default=0.0)
+        felt = self.mapping.scale * self.mapping.force_scale * stiffest
+        object.__setattr__(self, "stability", self.stability.following(felt))
+        return self
+
+    @model_validator(mode="after")
     def _check_pairs(self) -> Scene:
         pairs_module.check(self.pairs)
         return self

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 from pydantic import BeforeValidator, Field
 
@@ -10,6 +10,7 @@ from palpate import _core
 from palpate.values import NotNegative, Positive, Section
 
 _S = _core.SimulationOptions().stability
+_SPEED, _SOFT = 0.2, 250.0  # [m/s], [N/m]: a rate cap that a wall outruns gives the hand energy (docs/stability.md)
 
 Share = Annotated[NotNegative, Field(le=1.0)]
 
@@ -25,7 +26,8 @@ class StabilitySection(Section):
     force_cap: Positive = _S.force_cap
     """maximum force on the hand [N]"""
     rate_cap: Positive = _S.rate_cap
-    """maximum rate of change of the force [N/s]"""
+    """maximum rate of change of the force; when left out 50 N/s, and more where an object feels stiffer than 500 N/m:
+    0.2 m/s times the felt stiffness less 250 N/m [N/s]"""
     moment_cap: NotNegative = _S.moment_cap
     """maximum moment on the hand; 0: forces only [N m]"""
     moment_rate_cap: Positive = _S.moment_rate_cap
@@ -66,3 +68,14 @@ class StabilitySection(Section):
     """damping of the virtual coupling [N s/m]"""
     low_pass: NotNegative = _S.low_pass
     """cut-off of a low-pass filter of the force; 0: no filter [Hz]"""
+
+    def following(self, stiffness: float) -> Self:
+        """The section with a rate cap, unless it has one, at which the force follows a hand that taps.
+
+        Args:
+            stiffness: largest stiffness that the hand feels [N/m].
+        """
+        made = self.model_copy()
+        if "rate_cap" not in self.model_fields_set:
+            object.__setattr__(made, "rate_cap", max(_S.rate_cap, _SPEED * (stiffness - _SOFT)))  # still not given
+        return made

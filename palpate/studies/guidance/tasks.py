@@ -61,7 +61,7 @@ class Task:
             "mapping": {"scale": SCALE},
             "contact": {"radius": RADIUS},
             "rates": {"plant": 2000.0},
-            "stability": {"force_cap": 6.0},
+            "stability": {"force_cap": 6.0, "rate_cap": 50.0},
             "operator": {"path": [{"t": 0.0, "xyz": self.start.tolist()}]},
         }
 
