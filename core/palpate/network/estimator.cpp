@@ -12,9 +12,9 @@ constexpr double kFelt = 0.06;        // [N] smaller forces are no contact
 constexpr double kMissing = 0.2;      // [N] predicted force from which a contact that is not felt tells something
 constexpr double kPressed = 0.15;     // [N] normal force from which the force across it tells something
 constexpr double kFriction = 0.3;     // [-] standard deviation of an unknown friction coefficient
-constexpr double kUneven = 0.05;      // [-] error of the force across the normal, as a share of the normal force
-constexpr double kUnsettled = 0.5;    // [-] the same, as a share of the error along the normal
-constexpr double kCorrelated = 10.0;  // [measurements] for which these errors last
+constexpr double kUneven = 0.025;      // [-] error of the force across the normal, as a share of the normal force
+constexpr double kUnsettled = 0.2;    // [-] the same, as a share of the error along the normal
+constexpr double kCorrelated = 4.0;  // [measurements] for which these errors last
 constexpr double kBend = 0.5;         // [-] share of the second differences that counts as error
 constexpr double kExpected = 6.0;     // [-] squared innovation over its variance that needs no other cause
 constexpr double kLeastAside = 1e-4, kMostAside = 1.5e-3;  // [m] of a perturbed place
