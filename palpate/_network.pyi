@@ -619,6 +619,13 @@ class SiteOptions(EndOptions):
     def catch_up(self, arg: float, /) -> None: ...
 
     @property
+    def turn(self) -> float:
+        """Largest angular speed of the goal, and of the jaw [rad/s]."""
+
+    @turn.setter
+    def turn(self, arg: float, /) -> None: ...
+
+    @property
     def allowance(self) -> float:
         """Energy that may be spent in advance [J]."""
 
@@ -909,6 +916,11 @@ class Site:
 
     def forget_operator(self) -> None:
         """A new operator comes; what was learnt is kept."""
+
+    def rest(self) -> None:
+        """
+        The tool was moved by others: the goal begins where it is measured next.
+        """
 
     def send(self) -> Datagram:
         """The datagram that leaves now."""

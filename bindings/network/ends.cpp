@@ -58,6 +58,7 @@ void bind_options(nb::module_& m) {
       .def_rw("mass", &SiteOptions::mass, "Of the tool [kg]."_doc)
       .def_rw("speed", &SiteOptions::speed, "Largest speed of the tool's goal [m/s]."_doc)
       .def_rw("catch_up", &SiteOptions::catch_up, "The same while the tool aligns [m/s]."_doc)
+      .def_rw("turn", &SiteOptions::turn, "Largest angular speed of the goal, and of the jaw [rad/s]."_doc)
       .def_rw("allowance", &SiteOptions::allowance, "Energy that may be spent in advance [J]."_doc)
       .def_rw("estimator", &SiteOptions::estimator, "Options of the estimator."_doc);
   nb::class_<InstrumentOptions>(m, "InstrumentOptions", "A simulated instrument.")
@@ -163,6 +164,7 @@ void bind_site(nb::module_& m) {
       .def("step", &Site::step, "state"_a, "dt"_a, "One tick, dt after the last one [s]; the goal of the tool.",
            nb::rv_policy::copy)
       .def("forget_operator", &Site::forget_operator, "A new operator comes; what was learnt is kept.")
+      .def("rest", &Site::rest, "The tool was moved by others: the goal begins where it is measured next.")
       .def("send", &Site::send, "The datagram that leaves now.")
       .def_prop_ro("peer", &Site::peer, "The operator's end.")
       .def_prop_ro(

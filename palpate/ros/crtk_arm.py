@@ -19,6 +19,18 @@ FIND = 3.0
 _COUNTED = 40  # measurements after which their rate is known to 3 %
 
 
+def refusal(name: str, state: Any, starting: bool = False) -> str:
+    """Why the arm of this name and operating state (None: unknown) may not be moved, in words; empty if it may.
+
+    starting: a motion that another program began is a reason too.
+    """
+    if state is None or state.state != "ENABLED":
+        return f"{name} is {state.state if state is not None and state.state else 'without state'}, not ENABLED"
+    if not state.is_homed:
+        return f"{name} is not homed"
+    return f"{name} is busy with another motion" if starting and state.is_busy else ""
+
+
 class CrtkArm:
     """The joint topics of one arm, on a node that its owner spins.
 
@@ -68,14 +80,7 @@ class CrtkArm:
 
         starting: a motion that another program began is a reason too.
         """
-        state = self._state
-        if state is None or state.state != "ENABLED":
-            return (
-                f"{self.name} is {state.state if state is not None and state.state else 'without state'}, not ENABLED"
-            )
-        if not state.is_homed:
-            return f"{self.name} is not homed"
-        return f"{self.name} is busy with another motion" if starting and state.is_busy else ""
+        return refusal(self.name, self._state, starting)
 
     @property
     def is_busy(self) -> bool:

@@ -5,20 +5,22 @@
 #include <utility>
 
 #include "palpate/types/require.hpp"
+#include "palpate/types/so3.hpp"
 
 namespace palpate::network {
 namespace {
 
-constexpr double kNear = 0.85;        // share of the cap from which no step goes deeper
-constexpr double kRetreat = 0.05;     // [m/s] speed with which the goal leaves a force above that share
-constexpr double kNearEnough = 5e-4;  // [m] distance at which the tool counts as aligned
-constexpr double kPlayMargin = 2e-3;  // [s] beyond the 99th percentile of the age
-constexpr double kMeasurable = 0.05;  // [N] smaller forces are noise
-constexpr double kFar = 0.05;         // [m] farther objects are not touched
-constexpr double kClose = 0.01;       // [m] distance within which contacts are computed
-constexpr double kSure = 3.0;         // [standard deviations] by which a surface may be nearer than estimated
-constexpr double kBrake = 2e-3;       // [m] distance beyond that from which the tool approaches slowly
-constexpr double kDisagrees = 0.3;    // [N] margin from which the site reports that the model does not fit
+constexpr double kNear = 0.85;          // share of the cap from which no step goes deeper
+constexpr double kRetreat = 0.05;       // [m/s] speed with which the goal leaves a force above that share
+constexpr double kNearEnough = 5e-4;    // [m] distance at which the tool counts as aligned
+constexpr double kTurnedEnough = 0.05;  // [rad] the same of its orientation
+constexpr double kPlayMargin = 2e-3;    // [s] beyond the 99th percentile of the age
+constexpr double kMeasurable = 0.05;    // [N] smaller forces are noise
+constexpr double kFar = 0.05;           // [m] farther objects are not touched
+constexpr double kClose = 0.01;         // [m] distance within which contacts are computed
+constexpr double kSure = 3.0;           // [standard deviations] by which a surface may be nearer than estimated
+constexpr double kBrake = 2e-3;         // [m] distance beyond that from which the tool approaches slowly
+constexpr double kDisagrees = 0.3;      // [N] margin from which the site reports that the model does not fit
 
 }  // namespace
 
@@ -27,6 +29,7 @@ Site::Site(const SiteOptions& options, scene::Snapshot scene)
   require("remote", options.force_cap > 0.0, "force_cap", options.force_cap, "must be above 0 N");
   require("remote", options.mass > 0.0, "mass", options.mass, "must be above 0 kg");
   require("remote", options.speed > 0.0 && options.catch_up > 0.0, "speed", options.speed, "must be above 0 m/s");
+  require("remote", options.turn > 0.0, "turn", options.turn, "must be above 0 rad/s");
   for (const scene::Object& object : scene_.objects) {
     EstimatorOptions o = options.estimator;
     o.K = object.material.K.mean();
@@ -52,15 +55,17 @@ void Site::forget_operator() noexcept {
 
 const SiteGoal& Site::step(const SiteInput& in, double dt) noexcept {
   peer_.step(in.t);
-  if (!started_) {
-    goal_.X = in_.X = in.X;
-    started_ = true;
-  }
   if (!in.X.p.allFinite() || !in.v.allFinite() || !in.F.allFinite()) {  // a sensor failed: the goal rests
     goal_.v.setZero();
     goal_.flags = kHolding;
     aligning_ = true;
     return goal_;
+  }
+  if (!started_) {
+    goal_.X = in.X;
+    goal_.jaw = in.jaw;
+    in_ = in;
+    aligning_ = started_ = true;
   }
   book(in);
   learn(in);
@@ -159,9 +164,12 @@ void Site::follow(const SiteInput& in, double dt) noexcept {
     const double most = (aligning_ ? options_.catch_up : options_.speed) * dt;
     if (step.norm() > most) step *= most / step.norm();
     goal_.X.p += allowed(slowed(step, dt), in, dt);
-    goal_.X.R = played_.X.R;
-    goal_.jaw = played_.jaw;
-    if ((played_.X.p - goal_.X.p).norm() < kNearEnough || (goal_.flags & kLimited) != 0) aligning_ = false;
+    const Vec3 turn = rotation_vector(played_.X.R * goal_.X.R.transpose());
+    const double angle = turn.norm(), most_turn = options_.turn * dt;
+    goal_.X.R = angle > most_turn ? Mat3(rotation_by(turn * (most_turn / angle)) * goal_.X.R) : played_.X.R;
+    goal_.jaw += std::clamp(played_.jaw - goal_.jaw, -most_turn, most_turn);
+    if (((played_.X.p - goal_.X.p).norm() < kNearEnough && angle < kTurnedEnough) || (goal_.flags & kLimited) != 0)
+      aligning_ = false;
   } else {
     goal_.flags |= kHolding;
     goal_.X.p += allowed(Vec3::Zero(), in, dt);

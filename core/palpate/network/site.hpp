@@ -21,6 +21,7 @@ struct SiteOptions : EndOptions {
   double speed = 0.5;          ///< largest speed of the tool's goal [m/s]
   double mass = 0.2;           ///< of the tool, for its kinetic energy [kg]
   double catch_up = 0.05;      ///< the same while the tool aligns with the operator's motion [m/s]
+  double turn = 1.5;           ///< largest angular speed of the goal, and of the jaw [rad/s]
   double allowance = 1e-4;     ///< energy that the tool may spend before the hand has put in any [J]
   double capacity = 0.05;      ///< most energy that the account keeps [J]
   EstimatorOptions estimator;  ///< with the stiffness of each object as assumed one
@@ -70,6 +71,9 @@ class Site {
   void receive(const Datagram& d, double now) noexcept;
   /// A new operator comes: clock, motion and energies of the one before are forgotten, what was learnt is kept.
   void forget_operator() noexcept;
+  /// The tool was moved by others: from the next tick on the goal rests where the tool is measured, until it has
+  /// aligned with the operator's motion again.
+  void rest() noexcept { started_ = false; }
   /// One tick, dt after the last one [s].
   const SiteGoal& step(const SiteInput& in, double dt) noexcept;
   /// The packet that leaves now.

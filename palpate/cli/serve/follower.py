@@ -2,22 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from tyro.conf import Positional, arg
 
 from palpate.console import HOST
 
+if TYPE_CHECKING:
+    from palpate.ros.patient import RosPatient
+    from palpate.scene.rig import Rig
+
 
 @dataclass
 class Command:
-    """Let a simulated instrument follow an operator across the network (docs/network.md).
+    """Let an instrument, simulated or an arm over ROS 2, follow an operator across the network (docs/network.md).
 
     examples:
       palpate serve follower remote
       palpate serve follower my.yaml --host 192.168.1.7 --port 7410 --key link.key
+      palpate serve follower my.yaml --arm PSM1 --force /PSM1/tissue_cf
 
     The operator's end is `palpate run SCENE --remote HOST:PORT` with the same scene and the same key. Ctrl-C ends it.
     """
@@ -30,6 +36,15 @@ class Command:
     """Address on which it listens: 127.0.0.1 for this machine only."""
     key: Annotated[Path | None, arg(metavar="FILE")] = None
     """The shared key; default: that of `palpate keys`."""
+    arm: str | None = None
+    """Name of an arm over ROS 2 that follows by CRTK's servo_cp, such as PSM1, with the base of the scene's follower; a
+    simulated instrument when left out."""
+    force: Annotated[str | None, arg(metavar="TOPIC")] = None
+    """With --arm: topic of the measured force of the tissue on the tool (WrenchStamped)."""
+    force_axes: Literal["base", "tip"] = "base"
+    """With --arm: axes of that force, of the arm's base (as its measured_cp) or of its tip."""
+    network: bool = False
+    """With --arm: ROS 2 communicates with other machines; otherwise only within this one."""
 
     def __call__(self) -> int:
         """Serve until Ctrl-C; returns the exit code."""
@@ -46,10 +61,27 @@ class Command:
         key, console = read_key(self.key or default_path()), Console()
         rig = build(Scene.load(self.scene))
         rate = rig.scene.remote.rate if rig.scene.remote is not None else 1000.0
-        server = FollowerServer(rig, key, self.host, self.port, rate, lambda line: say(console, line))
+        patient = self._patient(rig, lambda line: say(console, line))
+        server = FollowerServer(rig, key, self.host, self.port, rate, lambda line: say(console, line), patient)
         say(console, f"listening on {self.host} port {server.port}; Ctrl-C ends it")
         with stop_signals.deferred(server.stopped):
             server.run()
         counts = f"{server.ticks} ticks, {server.missed} missed, {server.sent} packets sent, {server.strangers} refused"
         say(console, f"{counts}, largest force {server.largest:.2f} N, {server.cpu:.2f} s of processor time")
         return 0
+
+    def _patient(self, rig: Rig, on_change: Callable[[str], None]) -> RosPatient | None:
+        from palpate.errors import PalpateError
+
+        if self.arm is None:
+            if self.force is not None:
+                raise PalpateError(f"--force {self.force}: a simulated instrument measures its own force",
+                                   mend="name the arm as well: --arm PSM1")  # fmt: skip
+            return None
+        if self.force is None:
+            raise PalpateError(f"--arm {self.arm}: the force of the tissue on its tool is not known",
+                               why="the site learns the tissue from it, and keeps it below 3 N",
+                               mend="give the topic of a force sensor: --force /NAME/measured_cf")  # fmt: skip
+        from palpate.ros.patient import RosPatient
+
+        return RosPatient(rig, self.arm, self.force, self.force_axes, self.network, on_change)

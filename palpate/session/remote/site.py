@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from hashlib import sha256
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 
@@ -47,6 +47,47 @@ def world(rig: Rig) -> _core.Snapshot:
     return _network.displaced(rig.snapshot, np.asarray(section.site_shift), section.site_stiffness or 0.0)
 
 
+class Patient(Protocol):
+    """The patient's side: a site and the instrument that follows its goals, in a thread of their own."""
+
+    def start(self) -> None:
+        """Begin to follow."""
+
+    def stop(self) -> None:
+        """End following."""
+
+    def receive(self, bytes: bytes, at: float, /) -> bool:
+        """The bytes of a datagram that arrived at the own time ``at`` [s]; False unless they are valid."""
+
+    def packet(self) -> bytes:
+        """The bytes of the datagram that leaves next."""
+
+    def forget_operator(self) -> None:
+        """A new operator comes."""
+
+    def state(self) -> Any:
+        """The state after the newest tick, with ``largest``: largest force so far [N]."""
+
+    def timing(self) -> dict[str, Any]:
+        """Punctuality so far, with ``ticks`` and ``missed_ticks``."""
+
+
+def simulated(rig: Rig, rate: float) -> _network.Follower:
+    """A simulated instrument at the start of the scene's follower; rate: of its loop [Hz]."""
+    options = _network.FollowerOptions()
+    options.site, options.rate = site_options(rig), rate
+    p = (rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3]
+    return _network.Follower(options, rig.snapshot, world(rig), p)
+
+
+def site_options(rig: Rig) -> _network.SiteOptions:
+    """Options of the follower's end for a scene."""
+    options = _network.SiteOptions()
+    options.radius = rig.scene.contact.radius
+    options.mode = _network.Mode[mode(rig.scene)]
+    return options
+
+
 @dataclass
 class _Master:
     """The connected operator's end."""
@@ -58,40 +99,36 @@ class _Master:
 
 
 class FollowerServer:
-    """Listens for one operator's end, and lets a simulated instrument follow it.
+    """Listens for one operator's end, and lets an instrument follow it.
 
-    Site and instrument run in a real-time thread; the thread of `run` exchanges packets with the network.
+    Site and instrument run in a thread of their own; the thread of `run` exchanges packets with the network.
 
     Args:
         rig: the rig of the scene.
         key: the shared key.
+        rate: packets per second [Hz].
         say: takes lines for the user.
+        patient: what follows; a simulated instrument when left out.
 
     Raises:
         PalpateError: the port is taken, or the scene has bodies.
     """
 
-    def __init__(self, rig: Rig, key: bytes, host: str, port: int, rate: float, say: Callable[[str], None]) -> None:
+    def __init__(
+        self, rig: Rig, key: bytes, host: str, port: int, rate: float, say: Callable[[str], None],
+        patient: Patient | None = None,
+    ) -> None:  # fmt: skip
         held.refuse(rig.scene, "across a network")
         self.rig, self._key, self._say = rig, key, say
         self._tcp, self._udp = listen(host, port)
         self.port = int(self._tcp.getsockname()[1])  #: the port on which it listens
-        self.follower = self._made(rate)  #: site and instrument, in a real-time thread
+        self.follower = simulated(rig, rate) if patient is None else patient  #: site and instrument
         self._pump = Pump(self._udp, rate, self._receive, self._send)
         self.stopped, self._changing = self._pump.stopped, threading.Lock()  #: the event ends `run`
         self._master: _Master | None = None
         self.strangers = 0  #: packets that were refused
         self.sent = 0  #: packets
         self.cpu = 0.0  #: processor time of the process while it ran [s]
-
-    def _made(self, rate: float) -> _network.Follower:
-        rig, options = self.rig, _network.FollowerOptions()
-        site = options.site
-        site.radius = rig.scene.contact.radius
-        site.mode = _network.Mode[mode(rig.scene)]
-        options.site, options.rate = site, rate
-        p = (rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3]
-        return _network.Follower(options, rig.snapshot, world(rig), p)
 
     @property
     def largest(self) -> float:

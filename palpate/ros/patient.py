@@ -1,0 +1,227 @@
+"""The patient's side of a link over ROS 2: an arm follows an operator across the network by CRTK's servo_cp.
+
+A thread steps the site (`_network.Site`) with the arm's measured pose and the force of a sensor, and sends its goals.
+Nothing is sent before an operator has aligned, and while the arm is silent, disabled or without a force.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections import deque
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any, Literal
+
+import numpy as np
+
+from palpate import _network, ros
+from palpate.arrays import rigid, so3
+from palpate.errors import PalpateError
+from palpate.ros import topic
+from palpate.ros.background import BackgroundNode
+from palpate.ros.crtk_arm import FIND, refusal
+from palpate.scene.rig import Rig
+from palpate.session.remote.site import site_options
+
+STALE = 0.1
+"""Age from which a measured pose or force is too old [s]."""
+RATE = 250.0
+"""Rate of the site and of its goals [Hz]."""
+_LONGEST = 0.02  # longest step of the goal, however late this process is [s]
+_MOST = 4096  # packets that wait for the next step
+
+
+class RosPatient:
+    """Lets one arm over ROS 2 follow an operator across the network.
+
+    Args:
+        rig: the rig of the scene; the arm's base is that of the scene's follower.
+        arm: name of the arm on the network, such as PSM1.
+        force: topic of the force of the tissue on the tool (geometry_msgs/WrenchStamped).
+        axes: axes of that force: of the arm's base, or of its tip.
+        network: whether ROS 2 communicates with other machines.
+        say: takes lines for the user.
+
+    Raises:
+        PalpateError: the arm or the force is silent, or ROS 2 is not installed.
+    """
+
+    def __init__(
+        self, rig: Rig, arm: str, force: str, axes: Literal["base", "tip"] = "base", network: bool = False,
+        say: Callable[[str], None] = lambda _: None,
+    ) -> None:  # fmt: skip
+        self.arm, self._force, self._tip, self._say = arm, force, axes == "tip", say
+        self._X_WB = np.asarray(rig.arms.X_WB, np.float64)
+        self._site = _network.Site(site_options(rig), rig.snapshot)
+        self._inbox: deque[tuple[_network.Datagram, float]] = deque(maxlen=_MOST)
+        self._last: dict[str, tuple[Any, float]] = {}  # newest valid message of each topic, and when it came [s]
+        self._packet = _network.encode(_network.Datagram())
+        self._forget, self._stopped = threading.Event(), threading.Event()
+        self._thread = threading.Thread(target=self._run, name="palpate-patient", daemon=True)
+        self._why, self._drives = "", False
+        self._largest, self._ticks, self._missed = 0.0, 0, 0
+        self.sent = 0  #: goals
+        self._listen(network)
+
+    # -- what the server of the link calls -------------------------------------------------------------------------
+
+    def start(self) -> None:
+        """Begin to follow."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End following, and leave the network."""
+        self._stopped.set()
+        if self._thread.is_alive():
+            self._thread.join()
+        self._background.close()
+
+    def receive(self, bytes: bytes, at: float, /) -> bool:
+        """The bytes of a datagram that arrived at the own time ``at`` [s]; False unless they are valid."""
+        datagram = _network.decode(bytes)
+        if datagram is not None:
+            self._inbox.append((datagram, at))
+        return datagram is not None
+
+    def packet(self) -> bytes:
+        """The bytes of the datagram that leaves next."""
+        return self._packet
+
+    def forget_operator(self) -> None:
+        """A new operator comes; the arm rests until it has aligned."""
+        self._forget.set()
+
+    def state(self) -> SimpleNamespace:
+        """``largest``: the largest measured force so far [N]."""
+        return SimpleNamespace(largest=self._largest)
+
+    def timing(self) -> dict[str, Any]:
+        """Number of ``ticks``, and of ``missed_ticks``."""
+        return {"ticks": self._ticks, "missed_ticks": self._missed}
+
+    # -- ROS 2 -----------------------------------------------------------------------------------------------------
+
+    def _listen(self, network: bool) -> None:
+        """Subscribe, and wait until arm and force speak."""
+        ros.messages()
+        from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
+        from rclpy.qos import DurabilityPolicy, QoSProfile
+        from sensor_msgs.msg import JointState
+
+        domain = ros.load().Context(network=network).domain
+        self._background = BackgroundNode(f"palpate_follower_{self.arm}", domain)
+        here = self._background.node
+        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+        state = topic.message_type("crtk_msgs/OperatingState")
+        self._topics = {
+            "state": (state, f"/{self.arm}/operating_state"),
+            "pose": (PoseStamped, f"/{self.arm}/measured_cp"),
+            "velocity": (TwistStamped, f"/{self.arm}/measured_cv"),
+            "jaw": (JointState, f"/{self.arm}/jaw/measured_js"),
+            "force": (WrenchStamped, self._force),
+        }
+        for name, (kind, place) in self._topics.items():
+            here.create_subscription(kind, place, lambda m, name=name: self._keep(name, m),
+                                     latched if name == "state" else 1)  # fmt: skip
+        self._pose_type, self._joint_type = PoseStamped, JointState
+        self._goals = here.create_publisher(PoseStamped, f"/{self.arm}/servo_cp", 1)
+        self._jaws = here.create_publisher(JointState, f"/{self.arm}/jaw/servo_jp", 1)
+        self._background.spin()
+        end = time.monotonic() + FIND
+        while (silent := [name for name in ("state", "pose", "force") if name not in self._last]) and (
+            time.monotonic() < end
+        ):
+            time.sleep(0.02)
+        if silent and not refusal(self.arm, self._newest("state")):
+            places = ", ".join(self._topics[name][1] for name in silent)
+            self._background.close()
+            raise PalpateError(f"{self.arm} cannot follow: nothing valid on {places}",
+                               mend="check names and types with `palpate ros topic list`")  # fmt: skip
+
+    def _keep(self, name: str, message: Any) -> None:
+        header = getattr(message, "header", None)
+        if name != "state" and header is not None and not (header.stamp.sec or header.stamp.nanosec):
+            return  # a zero stamp marks invalid values
+        self._last[name] = message, time.monotonic()
+
+    def _newest(self, name: str) -> Any:
+        return self._last.get(name, (None, 0.0))[0]
+
+    def _age(self, name: str, now: float) -> float:
+        return now - self._last[name][1] if name in self._last else math.inf
+
+    # -- following -------------------------------------------------------------------------------------------------
+
+    def _run(self) -> None:
+        due = last = time.monotonic()
+        while not self._stopped.is_set():
+            now = time.monotonic()
+            self._missed += max(0, int((now - due) * RATE))
+            self._step(now, min(max(now - last, 1e-4), _LONGEST))
+            last, due = now, max(due + 1.0 / RATE, now)
+            self._ticks += 1
+            time.sleep(max(0.0, due - time.monotonic()))
+
+    def _refusal(self, now: float) -> str:
+        """Why the arm may not be moved now, in words; empty if it may."""
+        why = refusal(self.arm, self._newest("state"))
+        for name in ("pose", "force"):
+            if not why and self._age(name, now) > STALE:
+                why = f"{self._topics[name][1]} is silent"
+        return why
+
+    def _step(self, now: float, dt: float) -> None:
+        if self._forget.is_set():
+            self._forget.clear()
+            self._inbox.clear()
+            self._site.forget_operator()
+            self._rest()
+        while self._inbox:
+            self._site.receive(*self._inbox.popleft())
+        why = self._refusal(now)
+        if why != self._why:
+            self._say(f"{why}: no goal is sent" if why else f"{self.arm} is ready")
+            self._why = why
+        if why:
+            self._rest()
+            return  # packets grow old, so the operator is told
+        goal = self._site.step(self._measured(now), dt)
+        self._packet = _network.encode(self._site.send())
+        self._drives = self._drives or not goal.flags & _network.FLAG_HOLDING
+        if self._drives:
+            self._send(goal)
+
+    def _rest(self) -> None:
+        self._site.rest()
+        self._drives = False
+
+    def _measured(self, now: float) -> _network.SiteInput:
+        state, R = _network.SiteInput(), self._X_WB[:3, :3]
+        pose, force = self._newest("pose").pose, self._newest("force").wrench.force
+        p, o = pose.position, pose.orientation
+        state.t, state.X = now, self._X_WB @ so3.pose([p.x, p.y, p.z], [o.w, o.x, o.y, o.z])
+        F = np.array([force.x, force.y, force.z])
+        state.F = (state.X[:3, :3] if self._tip else R) @ F
+        self._largest = max(self._largest, float(np.linalg.norm(F)))
+        if self._age("velocity", now) <= STALE:
+            v = self._newest("velocity").twist.linear
+            state.v = R @ np.array([v.x, v.y, v.z])
+        jaw = self._newest("jaw")
+        state.jaw = float(jaw.position[0]) if jaw is not None and len(jaw.position) else 0.0
+        return state
+
+    def _send(self, goal: _network.SiteGoal) -> None:
+        X = rigid.inverse(self._X_WB) @ goal.X
+        message, stamp = self._pose_type(), self._background.node.get_clock().now().to_msg()
+        message.header.stamp = stamp
+        p, o = message.pose.position, message.pose.orientation
+        p.x, p.y, p.z = X[:3, 3].tolist()
+        o.w, o.x, o.y, o.z = so3.quaternions(X[:3, :3]).tolist()
+        self._goals.publish(message)
+        if self._newest("jaw") is not None:
+            jaw = self._joint_type()
+            jaw.header.stamp, jaw.position = stamp, [float(goal.jaw)]
+            self._jaws.publish(jaw)
+        self.sent += 1
