@@ -28,10 +28,16 @@ def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: item.nodeid.split("/")[1:2] not in [[name] for name in SLOW])
 
 
+def pytest_collection():
+    """Garbage collections while the tests are collected would pass over all those collected before."""
+    gc.disable()
+
+
 def pytest_collection_finish():
-    """Garbage collections during the tests pass over the thousands of tests and their modules."""
+    """Garbage collections during the tests would pass over the thousands of tests and their modules."""
     gc.collect()
     gc.freeze()
+    gc.enable()
 
 
 def pytest_sessionfinish(session):
@@ -79,6 +85,14 @@ def pytest_runtest_logreport(report):
 
 settings.register_profile("palpate", derandomize=True, deadline=None)
 settings.load_profile("palpate")
+
+
+@pytest.fixture
+def sweeps_in_process(monkeypatch):
+    """Sweeps start no processes, whose imports take longer than a short study; tests/sweep judges processes."""
+    from palpate.sweep import local, run
+
+    monkeypatch.setattr(local, "run", lambda work, todo, workers=None: run._serial(work, todo))
 
 
 @pytest.fixture

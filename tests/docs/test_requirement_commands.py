@@ -78,7 +78,7 @@ def test_every_command_of_the_table_has_a_form_that_runs():
 
 
 @pytest.fixture
-def place(tmp_path, monkeypatch):
+def place(tmp_path, monkeypatch, sweeps_in_process):
     """An empty working folder."""
     monkeypatch.chdir(tmp_path)
     return tmp_path

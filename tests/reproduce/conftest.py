@@ -5,6 +5,11 @@ import pytest
 from palpate.reproduce.item import Work
 
 
+@pytest.fixture(autouse=True)
+def quick(unarranged_figures, sweeps_in_process):
+    """All items draw figures, and many sweep."""
+
+
 @pytest.fixture
 def work(tmp_path):
     return Work(1, tmp_path, 1)

@@ -2,5 +2,5 @@ import pytest
 
 
 @pytest.fixture(autouse=True)
-def quick_figures(unarranged_figures):
-    """Every study draws its figures."""
+def quick(unarranged_figures, sweeps_in_process):
+    """Every study draws its figures, and most sweep."""
