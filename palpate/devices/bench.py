@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -115,49 +116,15 @@ class Bench:
         return tuple(found)
 
 
-@dataclass(frozen=True)
-class Stated:
-    """A figure that a driver states, which may be that of the vendor, beside the measured one."""
-
-    name: str
-    unit: str
-    stated: float
-    measured: float
-
-    @property
-    def agrees(self) -> bool:
-        """True if the device is as good as stated, within a tenth; a mass within a fifth either way."""
-        if self.name == "mass":
-            return abs(self.measured - self.stated) <= 0.2 * self.stated
-        if self.name == "rate":
-            return self.measured >= 0.9 * self.stated
-        return self.measured <= 1.1 * self.stated + 1e-12
-
-    def in_words(self) -> str:
-        """Both figures in a sentence."""
-        verdict = "as stated" if self.agrees else "not as stated: correct the attribute of the driver"
-        return f"{self.measured:.4g} {self.unit}, stated {self.stated:.4g} {self.unit}: {verdict}"
-
-
-def stated_by(driver: Driver, found: Bench) -> list[Stated]:
-    """What the driver states of its device, beside what was measured; what it leaves out is not compared."""
-    known = facts(driver, found.name)
-    fits = [axis.fit for axis in found.axes if axis.fit is not None]
-    steps = [axis.resolution_m for axis in found.axes if axis.resolution_m is not None]
-    rows = [Stated("rate", "Hz", known.rate, found.rate_Hz)]
-    if known.resolution > 0.0 and steps:
-        rows.append(Stated("resolution", "um", 1e6 * known.resolution, 1e6 * max(steps)))
-    if fits and "mass" in {**vars(type(driver)), **vars(driver)}:
-        rows.append(Stated("mass", "kg", known.mass, float(np.mean([fit.mass for fit in fits]))))
-    if fits and known.delay is not None:
-        rows.append(Stated("delay", "ms", 1e3 * known.delay, 1e3 * max(fit.delay for fit in fits)))
-    return rows
-
-
-def measure(driver: Driver, name: str) -> Bench:
+def measure(driver: Driver, name: str, before_push: Callable[[], None] = lambda: None) -> Bench:
     """Open a device, measure it at rest, push it with at most `PUSH` along each axis, and close it.
 
     Nobody should hold the handle, and a quarter of the workspace around it should be free.
+
+    Args:
+        driver: the driver, not yet open.
+        name: its name.
+        before_push: called after the rest of a device that pushes; what it raises ends the measurement.
 
     Raises:
         DeviceError: the driver is invalid or failed.
@@ -170,6 +137,8 @@ def measure(driver: Driver, name: str) -> Bench:
             driver.held, driver.lockstep = False, True
         rounds(driver, known, _SETTLE)
         rest = rounds(driver, known, REST)
+        if known.force_max > 0.0:
+            before_push()
         pushed = [_bench_axis(driver, known, axis) for axis in range(3)] if known.force_max > 0.0 else []
     finally:
         driver.write(np.zeros(6))

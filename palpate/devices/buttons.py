@@ -16,7 +16,9 @@ PEDALS: Final = {"clutch": CLUTCH, "camera": CAMERA, "coag": COAG}
 TABLE: Final[dict[str, dict[str, str]]] = {
     "haply": {"a": "clutch", "b": "gripper", "c": "coag"},
     "force-dimension": {"0": "clutch", "1": "camera", "2": "coag", "3": "gripper"},
+    "force_dimension.so": {"0": "clutch", "1": "camera", "2": "coag", "3": "gripper"},
     "openhaptics.so": {"1": "clutch", "2": "gripper", "3": "camera", "4": "coag"},
+    "novint.so": {"1": "clutch", "2": "gripper", "3": "camera", "4": "coag"},
     "mouse": {"right": "clutch", "left": "gripper", "middle": "camera"},
     "keyboard": {"C": "clutch", "space": "gripper", "V": "camera", "X": "coag"},
     "webxr": {"squeeze": "clutch", "trigger": "gripper", "upper": "camera", "lower": "coag"},

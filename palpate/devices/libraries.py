@@ -11,6 +11,7 @@ FOLDERS = ("/usr/lib", "/usr/lib/x86_64-linux-gnu", "/usr/lib/aarch64-linux-gnu"
 _WANTED = (
     ("force-dimension", "libdhd.so", "SDK of Force Dimension", "FORCEDIM_SDK"),
     ("openhaptics.so", "libHD.so", "OpenHaptics of 3D Systems", "OH_SDK_BASE"),
+    ("novint.so", "libhdl.so", "HDAL of Novint", "NOVINT_DEVICE_SUPPORT"),
 )
 
 

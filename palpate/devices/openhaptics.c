@@ -4,37 +4,20 @@
  *
  *     arms: {leader: {driver: ./openhaptics.so}}            # the default device, or openhaptics.so:NAME
  *
- * HDAPI calls a servo callback at 1 kHz. It copies the state out and the force in, under a lock that it never waits
- * for, and commands zero force if the newest force is older than 20 ms. HDAPI has millimetres and column-major
- * matrices; x is right, y up, z towards the user. Button 1 is the clutch, 2 closes the gripper, 3 and 4 are the pedals
- * camera and coagulation. Judged with a stand-in of HDAPI, not with a device. */
+ * HDAPI calls a servo callback at 1 kHz (servo.h). HDAPI has millimetres and column-major matrices; x is right, y up,
+ * z towards the user. Button 1 is the clutch, 2 closes the gripper, 3 and 4 are the pedals camera and coagulation.
+ * Judged with a stand-in of HDAPI, not with a device. */
 #include <HD/hd.h>
-#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
-#include <time.h>
 
-#include "driver.h"
-
-#define SILENT 0.02 /* age after which a force or a state is not used [s] */
-#define OPENING 0.5 /* angle of the gripper while its button is released [rad] */
+#include "servo.h"
 
 typedef struct device {
+  palpate_servo servo;
   HHD id;
   HDSchedulerHandle callback;
-  pthread_mutex_t lock;
-  palpate_driver_state state;
-  double force[3];
-  double written, measured; /* times [s] */
-  int failed;
 } device;
-
-static double now(void) {
-  struct timespec t;
-  clock_gettime(CLOCK_MONOTONIC, &t);
-  return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
 
 static void convert(const double transform[16], int buttons, palpate_driver_state* s) {
   memset(s, 0, sizeof *s);
@@ -45,28 +28,22 @@ static void convert(const double transform[16], int buttons, palpate_driver_stat
   if (buttons & HD_DEVICE_BUTTON_3) s->buttons |= PALPATE_BUTTON_CAMERA;
   if (buttons & HD_DEVICE_BUTTON_4) s->buttons |= PALPATE_BUTTON_COAG;
   s->buttons |= ((unsigned)buttons & 15u) * PALPATE_BUTTON_OWN(0);
-  s->gripper = (buttons & HD_DEVICE_BUTTON_2) ? 0.0 : OPENING;
+  s->gripper = (buttons & HD_DEVICE_BUTTON_2) ? 0.0 : PALPATE_SERVO_OPENING;
 }
 
 static HDCallbackCode HDCALLBACK servo(void* data) {
   device* d = data;
-  HDdouble transform[16], force[3] = {0.0, 0.0, 0.0};
+  palpate_driver_state state;
+  HDdouble transform[16], force[3];
   HDint buttons = 0;
   hdBeginFrame(d->id);
   hdGetDoublev(HD_CURRENT_TRANSFORM, transform);
   hdGetIntegerv(HD_CURRENT_BUTTONS, &buttons);
-  if (pthread_mutex_trylock(&d->lock) == 0) {
-    const double t = now();
-    convert(transform, buttons, &d->state);
-    d->measured = t;
-    if (t - d->written < SILENT) memcpy(force, d->force, sizeof force);
-    memcpy(d->force, force, sizeof force);
-    pthread_mutex_unlock(&d->lock);
-    hdSetDoublev(HD_CURRENT_FORCE, force);
-  }
+  convert(transform, buttons, &state);
+  if (palpate_servo_exchange(&d->servo, &state, force)) hdSetDoublev(HD_CURRENT_FORCE, force);
   hdEndFrame(d->id);
   if (HD_DEVICE_ERROR(hdGetError())) {
-    d->failed = 1;
+    d->servo.failed = 1;
     return HD_CALLBACK_DONE; /* HDAPI then commands no force */
   }
   return HD_CALLBACK_CONTINUE;
@@ -82,7 +59,7 @@ void* palpate_driver_open(const char* argument, palpate_driver_info* info, char*
     free(d);
     return NULL;
   }
-  pthread_mutex_init(&d->lock, NULL);
+  pthread_mutex_init(&d->servo.lock, NULL);
   hdMakeCurrentDevice(d->id);
   hdGetDoublev(HD_NOMINAL_MAX_FORCE, &force_max);
   hdEnable(HD_FORCE_OUTPUT);
@@ -97,28 +74,17 @@ void* palpate_driver_open(const char* argument, palpate_driver_info* info, char*
 }
 
 int palpate_driver_read(void* p, palpate_driver_state* state) {
-  device* d = p;
-  pthread_mutex_lock(&d->lock);
-  const int fresh = now() - d->measured < SILENT;
-  if (fresh) *state = d->state; /* otherwise the state stays not a number, and the force is zero */
-  pthread_mutex_unlock(&d->lock);
-  return d->failed;
+  return palpate_servo_read(&((device*)p)->servo, state);
 }
 
-int palpate_driver_write(void* p, const double wrench[6]) {
-  device* d = p;
-  pthread_mutex_lock(&d->lock);
-  memcpy(d->force, wrench, sizeof d->force);
-  d->written = now();
-  pthread_mutex_unlock(&d->lock);
-  return d->failed;
-}
+int palpate_driver_write(void* p, const double wrench[6]) { return palpate_servo_write(&((device*)p)->servo, wrench); }
 
 void palpate_driver_close(void* p) {
   device* d = p;
+  palpate_servo_flush(&d->servo);
   hdStopScheduler();
   hdUnschedule(d->callback);
   hdDisableDevice(d->id);
-  pthread_mutex_destroy(&d->lock);
+  pthread_mutex_destroy(&d->servo.lock);
   free(d);
 }

@@ -7,7 +7,9 @@ from html import escape
 from pathlib import Path
 
 from palpate.devices.accuracy import Accuracy
-from palpate.devices.bench import AxisBench, Bench, Stated
+from palpate.devices.bench import AxisBench, Bench
+from palpate.devices.judge import Check
+from palpate.devices.published import Stated
 from palpate.report.html import page_of, section
 from palpate.report.page import write
 
@@ -21,9 +23,16 @@ _WALL = (
 )
 _FORCE = "The force on the handle over the commanded one, by a known weight or spring, free of friction."
 _STATED = "What the driver states, which may be the vendor's figure, beside what was measured."
+_PUBLISHED = (
+    "What the vendor publishes beside what was measured; the largest force is the one that the driver commands."
+)
+_TESTED = "The checks of `palpate device test` before the first push."
 
 
-def write_device_page(out: Path, found: Bench, compared: Sequence[Accuracy], stated: Sequence[Stated]) -> Path:
+def write_device_page(
+    out: Path, found: Bench, compared: Sequence[Accuracy], stated: Sequence[Stated], published: Sequence[Stated] = (),
+    checks: Sequence[Check] = (),
+) -> Path:  # fmt: skip
     """Write the page; returns its path."""
     head = ("axis", "noise [um]", "step [um]", "mass [kg]", "damping [N s/m]", "friction [N]", "delay [ms]")
     parts = [
@@ -38,11 +47,14 @@ def write_device_page(out: Path, found: Bench, compared: Sequence[Accuracy], sta
     if compared:
         forces = [(one.by, f"{one.given:g}", f"{one.gain:.4f} +-{one.reach:.2g}", one.in_words()) for one in compared]
         parts.append(section("Force", _FORCE, _table(("by", "given [kg, N/m]", "gain [-]", ""), forces)))
-    figures = [
-        (row.name, f"{row.stated:.4g}", f"{row.measured:.4g}", row.unit, "yes" if row.agrees else "no")
-        for row in stated
-    ]
-    parts.append(section("As stated?", _STATED, _table(("figure", "stated", "measured", "unit", "agrees"), figures)))
+    parts.append(section("As stated?", _STATED, _figures(stated)))
+    if published:
+        parts.append(
+            section("As published?", f"{_PUBLISHED} Source: {escape(published[0].source)}.", _figures(published))
+        )
+    if checks:
+        rows = [(check.name, "ok" if check.passed else "failed", check.value) for check in checks]
+        parts.append(section("Driver", _TESTED, _table(("check", "", "found"), rows)))
     doubts = "".join(f"<li>{escape(doubt)}</li>" for doubt in found.doubts())
     parts.append(section("Doubts", "What the model does not explain.", f"<ul>{doubts}</ul>") if doubts else "")
     return write(out, page_of(f"Device {found.name}", "".join(parts)))
@@ -59,6 +71,13 @@ def _cells(axis: AxisBench) -> tuple[str, ...]:
     ]
     delay = f"{1e3 * f.delay:.3g} +-{1e3 * f.student * f.deviations.delay:.1g}"
     return (axis.axis, f"{1e6 * axis.noise_m:.3g}", step, *values, delay)
+
+
+def _figures(rows: Sequence[Stated]) -> str:
+    cells = [
+        (row.name, f"{row.stated:.4g}", f"{row.measured:.4g}", row.unit, "yes" if row.agrees else "no") for row in rows
+    ]
+    return _table(("figure", "stated", "measured", "unit", "agrees"), cells)
 
 
 def _table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

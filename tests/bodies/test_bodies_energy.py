@@ -33,6 +33,8 @@ def scene_of(leader, mass, rng, **stability):
 
 MTM = {"base": {"xyz": [0.345, 0.243, 0.219], "rpy_deg": [0, 0, -20]}}
 LEADERS = {"mtm_right": MTM, "six_axis": {"model": "six_axis"}, "delta": {"model": "delta"}}
+MTM_LEFT = {"model": "mtm_left", "base": {"xyz": [-0.345, 0.243, 0.219], "rpy_deg": [0, 0, 20]}}
+ALL = LEADERS | {"mtm_left": MTM_LEFT}
 
 
 @pytest.mark.parametrize("leader", LEADERS)
@@ -53,6 +55,47 @@ def test_the_coupling_alone_gives_the_hand_no_energy(leader, mass):
         rng = np.random.default_rng([seed, list(LEADERS).index(leader)])
         scene = scene_of(LEADERS[leader], mass, rng, passivity="off", force_cap=20.0, rate_cap=15000.0)
         assert Session(scene, seed=seed).run(2.4).energy_min_J >= -ALLOWANCE
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("passivity", ["on", "off"])
+@pytest.mark.parametrize("leader", ALL)
+@pytest.mark.parametrize("mass", [0.001, 0.05, None])
+def test_every_leader_gets_no_energy_in_longer_campaigns(leader, mass, passivity):
+    """Six runs each, 144 in all: with the layer, and the coupling alone without caps that act."""
+    given = {"passivity": "off", "force_cap": 20.0, "rate_cap": 15000.0} if passivity == "off" else {}
+    lowest = []
+    for seed in range(6):
+        scene = scene_of(ALL[leader], mass, np.random.default_rng([seed, 7, list(ALL).index(leader)]), **given)
+        lowest.append(Session(scene, seed=seed).run(2.4).energy_min_J)
+    print(f"{leader} {mass} {passivity}: least energy {1e3 * min(lowest):.3f} mJ")
+    assert min(lowest) >= -(1.02 if passivity == "on" else 1.0) * ALLOWANCE
+
+
+def random_device(rng):
+    """A simulated arm with friction, encoders, drives and a loop of its own, and a body of 1 g to 1 kg or fixed."""
+    name = str(rng.choice(list(ALL)))
+    leader = ALL[name] | {
+        "coulomb_scale": float(rng.uniform(0.0, 2.0)), "encoder_scale": float(rng.choice([0.0, 1.0, 4.0])),
+        "drive_lag": float(10 ** rng.uniform(-4, -2.5)), "velocity_cutoff": float(rng.choice([0.0, 100.0, 300.0])),
+    }  # fmt: skip
+    mass = None if rng.random() < 0.2 else float(10 ** rng.uniform(-3, 0))
+    scene = scene_of(leader, mass, rng)
+    return scene.model_copy(
+        update={"rates": scene.rates.model_copy(update={"haptic": float(rng.choice([500, 1000, 2000]))})}
+    )
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("part", range(6))
+def test_random_devices_get_no_energy(part):
+    """Ten runs each, 60 in all."""
+    for k in range(10):
+        seed = 10 * part + k
+        scene = random_device(np.random.default_rng([seed, 11]))
+        least = Session(scene, seed=seed).run(2.4).energy_min_J
+        print(f"random device {seed} ({scene.arms.leader.model}, {scene.rates.haptic:g} Hz): {1e3 * least:.3f} mJ")
+        assert least >= -1.02 * ALLOWANCE, seed
 
 
 def test_lockstep_repeats_bit_by_bit():

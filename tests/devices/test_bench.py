@@ -260,7 +260,9 @@ def test_commands(tmp_path, capsys):
     assert main([*command, "--weight", "0.1", "--page", str(page)]) == 0
     found = json.loads(figures.read_text())
     keys = {"name", "rate_Hz", "interval_p99_us", "fresh", "axes", "stopped", "model", "force", "stated"}
-    assert keys == set(found)
+    assert keys | {"like", "published", "checks"} == set(found)
+    assert found["like"] is None
+    assert all(check["passed"] for check in found["checks"])
     assert yaml.safe_load(out.read_text())["kind"] == "device"
     assert found["force"][0]["gain"] == pytest.approx(1.0, abs=0.01)
     stated = {row["name"]: row for row in found["stated"]}

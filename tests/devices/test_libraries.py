@@ -14,9 +14,10 @@ def test_a_library_is_found_in_the_folders_of_the_environment(tmp_path, monkeypa
     monkeypatch.setattr(module, "FOLDERS", (str(tmp_path / "nowhere"), str(tmp_path / "s*")))
     monkeypatch.setenv("LD_LIBRARY_PATH", str(tmp_path))
     monkeypatch.setenv("FORCEDIM_SDK", str(tmp_path / "sdk"))
-    dhd, hd = libraries()
+    dhd, hd, hdl = libraries()
     assert dhd.found == str(sdk / "libdhd.so.3")
     assert (hd.file, hd.found) == ("libHD.so", None)
+    assert (hdl.file, hdl.found) == ("libhdl.so", None)
     assert str(tmp_path) in hd.places
     assert str(tmp_path / "nowhere") not in hd.places, "a folder that does not exist was not searched"
 

@@ -125,8 +125,7 @@ Reading Device::judge(const Measured& found, loop::DeviceState& state) noexcept 
   if (options_.grip.empty()) state.V_LH = {found.v[0], found.v[1], found.v[2], 0.0, 0.0, 0.0};
   state.clutch = found.a;
   state.buttons = (found.a ? PALPATE_BUTTON_CLUTCH | PALPATE_BUTTON_OWN(0) : 0u) |
-                  (found.b ? PALPATE_BUTTON_OWN(1) : 0u) |
-                  (found.c ? PALPATE_BUTTON_COAG | PALPATE_BUTTON_OWN(2) : 0u);
+                  (found.b ? PALPATE_BUTTON_OWN(1) : 0u) | (found.c ? PALPATE_BUTTON_COAG | PALPATE_BUTTON_OWN(2) : 0u);
   state.gripper = found.b ? 0.0 : kOpen;
   return found.calibrated && found.ready ? Reading::measured : Reading::missing;
 }

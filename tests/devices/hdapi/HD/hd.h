@@ -1,4 +1,5 @@
-/* Stand-in for the part of OpenHaptics' HDAPI that palpate/devices/openhaptics.c uses. */
+/* The part of OpenHaptics' HDAPI that palpate/devices/openhaptics.c uses, declared as the vendor's reference guide
+ * names and types it. */
 #ifndef HD_HD_H
 #define HD_HD_H
 typedef unsigned int HHD, HDerror, HDenum, HDCallbackCode;
@@ -19,7 +20,7 @@ typedef HDCallbackCode (*HDSchedulerCallback)(void*);
 #define HD_CALLBACK_DONE 0
 #define HD_CALLBACK_CONTINUE 1
 #define HD_MAX_SCHEDULER_PRIORITY 65535
-#define HD_CURRENT_TRANSFORM 0x2003
+#define HD_CURRENT_TRANSFORM 0x2052
 #define HD_CURRENT_BUTTONS 0x2000
 #define HD_CURRENT_FORCE 0x2700
 #define HD_NOMINAL_MAX_FORCE 0x2603
