@@ -35,8 +35,14 @@ class Options(Protocol):
     pedals: str | None
     port: int
     host: str
+    remote: str | None
+    key: Path | None
     task: Any
     failed: bool
+
+    def is_remote(self, scene: Scene) -> bool:
+        """True if the scene is felt across a network."""
+        ...
 
 
 def run_pairs(command: Options, scene: Scene, viewer: bool) -> int:
@@ -60,7 +66,7 @@ def run_pairs(command: Options, scene: Scene, viewer: bool) -> int:
         summary = live_pairs(begin, run, partial(_report, console, scene, viewer), page, console)
     else:
         session = _session(command, scene, lambda line: None)
-        realtime = command.realtime or bool(driven)
+        realtime = command.realtime or bool(driven) or command.is_remote(scene)
         summary = _report(console, scene, viewer, _run(command, console, session, realtime))
     write_json(command.json, with_result(summary, command.task, console))
     return outcome.exit_code(*summary.pairs.values()) or int(command.failed)
@@ -87,6 +93,7 @@ def _session(command: Options, scene: Scene, say_progress: Callable[[str], None]
 
 
 def _run(command: Options, console: Console, session: PairsSession, realtime: bool) -> PairsSummary:
+    from palpate.cli._remote import joined
     from palpate.console.pairs import PairsProgress
 
     driven = any(rig.scene.arms.leader.driver is not None for rig in session.rigs.values())
@@ -101,8 +108,14 @@ def _run(command: Options, console: Console, session: PairsSession, realtime: bo
     with (
         PairsProgress(console, duration, mode, near, ended) as progress,
         pedals(command.pedals, session.console, realtime),
+        joined(session, command.remote, command.key) as link,
     ):
         summary = session.run(duration, realtime=realtime, on_progress=progress)
+    if link is not None:
+        each = {name: replace(one, remote=link.figures(name)) for name, one in summary.pairs.items()}
+        summary = replace(summary, pairs=each)
+        for name in each:
+            say(console, link.words(name))
     command.failed = any(ended().values())
     return summary
 

@@ -11,7 +11,7 @@ from palpate.errors import PalpateError, SceneError
 
 if TYPE_CHECKING:
     from palpate.scene import Scene
-    from palpate.session import Session
+    from palpate.session import PairsSession, Session
     from palpate.session.remote.link import RemoteLink
 
 
@@ -32,7 +32,6 @@ def require(scene: Scene, at: str | None, fast: bool) -> None:
     if fast:
         raise PalpateError("--fast has no effect across a network, which runs in real time", mend="leave it out")
     for part, given in (
-        ("pairs", scene.pairs),
         ("trackers", scene.trackers),
         ("sensors", scene.sensors),
         ("bodies", scene.bodies),
@@ -40,7 +39,7 @@ def require(scene: Scene, at: str | None, fast: bool) -> None:
         if given:
             raise SceneError(f"a scene with {part} does not run across a network", where=scene.where(part),
                              mend="leave the section out")  # fmt: skip
-    if scene.arms.leader.driver is not None:
+    if any(one.arms.leader.driver is not None for one in scene.each_pair().values()):
         raise PalpateError("a leader with a driver does not run across a network yet", mend="leave --leader out")
     section = scene.remote
     if section is not None:
@@ -48,7 +47,7 @@ def require(scene: Scene, at: str | None, fast: bool) -> None:
 
 
 @contextmanager
-def joined(session: Session, at: str | None, key: Path | None) -> Iterator[RemoteLink | None]:
+def joined(session: Session | PairsSession, at: str | None, key: Path | None) -> Iterator[RemoteLink | None]:
     """The link of a session: to the address, to processes on this machine as the scene says, or none.
 
     Raises:

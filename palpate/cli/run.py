@@ -178,7 +178,7 @@ class Command:
         from palpate.console.progress import Progress
 
         duration = session.scene.duration if self.duration is None else self.duration
-        realtime = realtime or self._is_remote(session.scene)
+        realtime = realtime or self.is_remote(session.scene)
         mode = "real time" if realtime else "lockstep, as fast as possible"
         with (
             Progress(console, duration, mode, session.nearest) as progress,
@@ -229,14 +229,15 @@ class Command:
         ended = replace(summary, interrupted=summary.interrupted and self.duration is not None)
         return outcome.exit_code(ended) or int(self.failed)
 
-    def _is_remote(self, scene: Scene) -> bool:
+    def is_remote(self, scene: Scene) -> bool:
+        """True if the scene is felt across a network."""
         return self.remote is not None or (scene.remote is not None and scene.remote.together)
 
     def _require_remote(self, scene: Scene) -> None:
         """Refuse what cannot run across a network, before anything starts."""
         from palpate.cli._remote import require
 
-        if self._is_remote(scene):
+        if self.is_remote(scene):
             require(scene, self.remote, self.fast)
         elif self.key is not None:
             raise PalpateError("--key has no effect without --remote", mend="give --remote HOST:PORT, or leave it out")

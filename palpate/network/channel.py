@@ -24,12 +24,17 @@ MAGIC = b"PLP" + bytes([_network.PACKET_VERSION])
 _HEAD = struct.Struct("<4s8sQ")  # magic with version, session, number
 TAG = 16
 DATAGRAM = _HEAD.size + _network.PACKET_SIZE + TAG
-"""Bytes of a packet on the wire, without the headers of UDP."""
+"""Bytes of a packet of one pair on the wire, without the headers of UDP."""
 _LARGEST = 2048  # of what is read from a socket of packets [bytes]
 _MOST = 64  # packets that are read at once
 _HELLO = b"PALPATE-REMOTE-1"
 _LONGEST = 65536  # of a message of the reliable channel [bytes]
 _INFO = b"palpate remote 1"
+
+
+def size(pairs: int) -> int:
+    """Bytes of a packet of so many pairs on the wire, without the headers of UDP."""
+    return DATAGRAM + (pairs - 1) * _network.PACKET_SIZE
 
 
 class RefusedError(PalpateError):

@@ -165,9 +165,10 @@ def test_a_second_master_another_scene_version_key_or_clock_is_refused(rig, foll
 
 
 def test_ends_with_different_modes_have_different_scenes():
-    here = sites.digest(scene())
-    assert sites.digest(scene(mode="direct")) != here
-    assert sites.digest(scene(network="fibre", site_shift=(0.0, 0.0, 0.001))) == here  # of the relay and the site
+    here = sites.digest({"": scene()})
+    assert sites.digest({"": scene(mode="direct")}) != here
+    assert sites.digest({"one": scene(), "other": scene()}) != here
+    assert sites.digest({"": scene(network="fibre", site_shift=(0.0, 0.0, 0.001))}) == here  # of relay and site
 
 
 def test_nobody_there_and_a_small_mtu_are_told(rig, follower, monkeypatch):
@@ -183,7 +184,7 @@ def test_nobody_there_and_a_small_mtu_are_told(rig, follower, monkeypatch):
 
 def test_strangers_move_nothing(rig, follower):
     """A flood of packets and connections of strangers: all refused, and the tool rests."""
-    before = follower.follower.state().x.copy()
+    before = follower.followers[0].state().x.copy()
     udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     for k in range(3000):
         udp.sendto(bytes([k % 256]) * (k % 300), at(follower))
@@ -192,7 +193,7 @@ def test_strangers_move_nothing(rig, follower):
             tcp.sendall(text)
     time.sleep(0.3)
     assert follower.strangers > 100  # more did not fit into the buffer of the system
-    assert abs(follower.follower.state().x - before).max() < 1e-5
+    assert abs(follower.followers[0].state().x - before).max() < 1e-5
     links.RemoteLink(session(rig), at(follower), KEY).close()
 
 

@@ -94,7 +94,7 @@ def served(rig, tissue, spinning):
     """A follower's end with the arm: server, patient, and what they said."""
     said = []
     patient = RosPatient(rig, "PSM1", "/tissue/measured_cf", say=said.append)
-    server = FollowerServer(rig, KEY, "127.0.0.1", 0, 500.0, said.append, patient)
+    server = FollowerServer(rig, KEY, "127.0.0.1", 0, 500.0, said.append, [patient])
     thread = threading.Thread(target=server.run)
     thread.start()
     yield server, patient, said

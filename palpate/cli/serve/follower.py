@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -55,14 +55,16 @@ class Command:
         from palpate.network.keys import default_path, read_key, require_cryptography
         from palpate.scene import Scene
         from palpate.scene.rig import build
+        from palpate.scene.together import build_pairs
         from palpate.session.remote.site import FollowerServer
 
         require_cryptography()
         key, console = read_key(self.key or default_path()), Console()
-        rig = build(Scene.load(self.scene))
-        rate = rig.scene.remote.rate if rig.scene.remote is not None else 1000.0
-        patient = self._patient(rig, lambda line: say(console, line))
-        server = FollowerServer(rig, key, self.host, self.port, rate, lambda line: say(console, line), patient)
+        scene = Scene.load(self.scene)
+        rigs = build_pairs(scene) if scene.pairs else {"": build(scene)}
+        rate = scene.remote.rate if scene.remote is not None else 1000.0
+        arms = self._arms(rigs, lambda line: say(console, line))
+        server = FollowerServer(rigs, key, self.host, self.port, rate, lambda line: say(console, line), arms)
         say(console, f"listening on {self.host} port {server.port}; Ctrl-C ends it")
         with stop_signals.deferred(server.stopped):
             server.run()
@@ -70,18 +72,23 @@ class Command:
         say(console, f"{counts}, largest force {server.largest:.2f} N, {server.cpu:.2f} s of processor time")
         return 0
 
-    def _patient(self, rig: Rig, on_change: Callable[[str], None]) -> RosPatient | None:
+    def _arms(self, rigs: Mapping[str, Rig], on_change: Callable[[str], None]) -> list[RosPatient]:
+        """The arm over ROS 2; none for simulated instruments."""
         from palpate.errors import PalpateError
 
         if self.arm is None:
             if self.force is not None:
                 raise PalpateError(f"--force {self.force}: a simulated instrument measures its own force",
                                    mend="name the arm as well: --arm PSM1")  # fmt: skip
-            return None
+            return []
+        if len(rigs) > 1:
+            raise PalpateError(f"--arm {self.arm}: one arm cannot follow the {len(rigs)} pairs of this scene",
+                               mend="leave --arm out, or run one pair as a scene of its own")  # fmt: skip
         if self.force is None:
             raise PalpateError(f"--arm {self.arm}: the force of the tissue on its tool is not known",
                                why="the site learns the tissue from it, and keeps it below 3 N",
                                mend="give the topic of a force sensor: --force /NAME/measured_cf")  # fmt: skip
         from palpate.ros.patient import RosPatient
 
-        return RosPatient(rig, self.arm, self.force, self.force_axes, self.network, on_change)
+        (rig,) = rigs.values()
+        return [RosPatient(rig, self.arm, self.force, self.force_axes, self.network, on_change)]

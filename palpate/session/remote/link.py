@@ -16,8 +16,9 @@ from palpate import __version__, _network
 from palpate.errors import PalpateError
 from palpate.network import channel as channels
 from palpate.scene import held
+from palpate.session.pairs import PairsSession
 from palpate.session.remote.pump import Pump
-from palpate.session.remote.site import PATIENCE, digest, mode
+from palpate.session.remote.site import PATIENCE, digest, mode, parts
 from palpate.session.session import Session
 
 MENDS = {
@@ -31,11 +32,46 @@ _IP_MTU = 14  # of the socket options of IP, on Linux
 _HEADERS = 28  # of IPv4 and UDP [bytes]
 
 
+class _Hand:
+    """One pair of a session at the operator's end."""
+
+    def __init__(self, session: Session, mode: str) -> None:
+        self.session, options = session, _network.LoopEndOptions()
+        options.radius = session.rig.scene.contact.radius
+        options.mode = _network.Mode[mode]
+        self.end = _network.LoopEnd(options, session.rig.snapshot)
+
+    def figures(self) -> dict[str, Any]:
+        """What the link has measured of this pair; keys as in docs/json/run.md."""
+        now, objects = self.end.state(), self.session.rig.snapshot.objects
+        models = [
+            {"object": obj.name, "stiffness_N_per_m": model.K, "shift_m": [float(x) for x in model.shift],
+             "margin_N": model.margin} for obj, model in zip(objects, now.models, strict=True)
+        ]  # fmt: skip
+        return {
+            "received": int(now.received),
+            "age_p50_ms": 1e3 * now.p50,
+            "age_p99_ms": 1e3 * now.p99,
+            "age_p999_ms": 1e3 * now.p999,
+            "round_trip_ms": 2e3 * now.bound,
+            "play_delay_ms": 1e3 * now.newest.play_delay,
+            "clock_offset_s": now.offset,
+            "clock_drift_ppm": 1e6 * now.drift,
+            "clock_bound_ms": 1e3 * now.bound,
+            "outages": now.outages,
+            "held_s": now.held,
+            "force_site_N": float(np.linalg.norm(now.newest.F)),
+            "tank_mJ": 1e3 * now.tank,
+            "paid_mJ": 1e3 * now.paid,
+            "models": models,
+        }
+
+
 class RemoteLink:
-    """The link of a session to a follower's end.
+    """The link of a session to a follower's end. All pairs of the session share it: each packet has all their states.
 
     Args:
-        session: the session whose hand feels the remote site; it runs in real time.
+        session: the session, of one pair or of several, whose hands feel the remote site; it runs in real time.
         at: address of the follower's end, or of a relay to it.
         key: the shared key.
         rate: packets per second [Hz].
@@ -45,15 +81,12 @@ class RemoteLink:
         through the network.
     """
 
-    def __init__(self, session: Session, at: tuple[str, int], key: bytes, rate: float = 1000.0) -> None:
+    def __init__(self, session: Session | PairsSession, at: tuple[str, int], key: bytes, rate: float = 1000.0) -> None:
         self._session, self._at = session, at
         held.refuse(session.scene, "across a network")
-        options = _network.LoopEndOptions()
-        options.radius = session.rig.scene.contact.radius
-        self.mode = mode(session.rig.scene)  #: what the hand feels
-        options.mode = _network.Mode[self.mode]
-        self._end = _network.LoopEnd(options, session.rig.snapshot)
-        self._udp = _packets_to(at)
+        self.mode = mode(session.scene)  #: what the hands feel
+        self._hands = {name: _Hand(one, self.mode) for name, one in _sessions(session).items()}
+        self._udp = _packets_to(at, len(self._hands))
         self.port = int(self._udp.getsockname()[1])  #: port to which the packets of the follower come
         self._channel = self._connect(key)
         self._pump = Pump(self._udp, rate, self._receive, self._send)
@@ -69,7 +102,13 @@ class RemoteLink:
                                mend="start it there: palpate serve follower SCENE") from None  # fmt: skip
         try:
             channel = channels.shake_hands(connection, key, operator=True)
-            channel.send({"version": __version__, "scene": digest(self._session.rig.scene), "time": time.time()})
+            channel.send(
+                {
+                    "version": __version__,
+                    "scene": digest({name: hand.session.rig.scene for name, hand in self._hands.items()}),
+                    "time": time.time(),
+                }
+            )
             answer = channel.receive()
         except OSError as error:
             raise PalpateError(f"the follower at {host}:{port} does not answer", why=str(error),
@@ -99,8 +138,9 @@ class RemoteLink:
 
     def start(self) -> None:
         """Begin to exchange packets; the loop holds until the link stands."""
-        self._session.linked = True
-        self._session.simulation.attach(self._end)
+        for hand in self._hands.values():
+            hand.session.linked = True
+            hand.session.simulation.attach(hand.end)
         self._thread.start()
 
     def close(self) -> None:
@@ -108,8 +148,9 @@ class RemoteLink:
         self._pump.stopped.set()
         if self._thread.is_alive():
             self._thread.join()
-        if not self._session.running:
-            self._session.simulation.attach(None)
+        for hand in self._hands.values():
+            if not hand.session.running:
+                hand.session.simulation.attach(None)
         self._channel.close()
         self._udp.close()
 
@@ -117,66 +158,65 @@ class RemoteLink:
         for data, _ in channels.arrived(self._udp):
             now = time.monotonic()  # after its reading: no packet arrives before it left
             payload = self._channel.opener.open(data)
-            if payload is not None:
-                self._end.receive(payload, now)
+            states = None if payload is None else parts(payload, len(self._hands))
+            for hand, state in zip(self._hands.values(), states or (), strict=False):
+                hand.end.receive(state, now)
 
     def _send(self) -> None:
         with contextlib.suppress(OSError):
-            self._udp.send(self._channel.sealer.seal(self._end.packet()))
+            self._udp.send(self._channel.sealer.seal(b"".join(hand.end.packet() for hand in self._hands.values())))
             self.sent += 1
 
     # -- results ---------------------------------------------------------------------------------------------------
 
     @property
     def state(self) -> _network.LinkState:
-        """State of the link after the newest tick."""
-        return self._end.state()
+        """State of the link after the newest tick, of the first pair."""
+        return next(iter(self._hands.values())).end.state()
 
-    def figures(self) -> dict[str, Any]:
-        """What the link has measured; keys as in docs/json/run.md."""
-        now = self.state
-        objects = self._session.rig.snapshot.objects
-        models = [
-            {"object": obj.name, "stiffness_N_per_m": model.K, "shift_m": [float(x) for x in model.shift],
-             "margin_N": model.margin} for obj, model in zip(objects, now.models, strict=True)
-        ]  # fmt: skip
+    def figures(self, pair: str = "") -> dict[str, Any]:
+        """What the link has measured of a pair, or of a session of one; keys as in docs/json/run.md."""
         return {
             "at": f"{self._at[0]}:{self._at[1]}",
             "mode": self.mode,
             "sent": self.sent,
-            "received": int(now.received),
             "refused": self._channel.opener.refused,
-            "age_p50_ms": 1e3 * now.p50,
-            "age_p99_ms": 1e3 * now.p99,
-            "age_p999_ms": 1e3 * now.p999,
-            "round_trip_ms": 2e3 * now.bound,
-            "play_delay_ms": 1e3 * now.newest.play_delay,
-            "clock_offset_s": now.offset,
-            "clock_drift_ppm": 1e6 * now.drift,
-            "clock_bound_ms": 1e3 * now.bound,
-            "outages": now.outages,
-            "held_s": now.held,
             "cpu_s": self._pump.cpu,
-            "force_site_N": float(np.linalg.norm(now.newest.F)),
-            "tank_mJ": 1e3 * now.tank,
-            "paid_mJ": 1e3 * now.paid,
-            "models": models,
+            **self._hands[pair].figures(),
         }
 
-    def words(self) -> str:
-        """One line about the link and what it has learnt."""
-        f = self.figures()
+    def words(self, pair: str = "") -> str:
+        """One line about the link and what a pair has learnt."""
+        f = self.figures(pair)
         learnt = "".join(
             f"; {m['object']}: {m['stiffness_N_per_m']:.0f} N/m, moved by {1e3 * math.hypot(*m['shift_m']):.1f} mm"
             for m in f["models"] if self.mode == "model"
         )  # fmt: skip
         ages = f"newest packet {f['age_p50_ms']:.0f} ms old (99 %: {f['age_p99_ms']:.0f})"
         counts = f"{f['received']} packets received, {f['outages']} outages"
-        return f"remote {f['at']}: round trip {f['round_trip_ms']:.0f} ms, {ages}, {counts}{learnt}"
+        of = f" of {pair}" if pair else ""
+        return f"remote {f['at']}{of}: round trip {f['round_trip_ms']:.0f} ms, {ages}, {counts}{learnt}"
 
 
-def _packets_to(at: tuple[str, int]) -> socket.socket:
-    """A socket for packets to this address.
+def _sessions(session: Session | PairsSession) -> dict[str, Session]:
+    """The session of each pair by its name; that of one pair has the name ''.
+
+    Raises:
+        PalpateError: a pair has a device as its leader.
+    """
+    if isinstance(session, Session):
+        return {"": session}
+    found: dict[str, Session] = {}
+    for name, one in session.pairs.items():
+        if not isinstance(one, Session):
+            raise PalpateError(f"pair {name} has a leader with a driver, which does not run across a network yet",
+                               mend="leave --leader out")  # fmt: skip
+        found[name] = one
+    return found
+
+
+def _packets_to(at: tuple[str, int], pairs: int) -> socket.socket:
+    """A socket for packets of so many pairs to this address.
 
     Raises:
         PalpateError: a packet does not fit through the network there.
@@ -188,7 +228,7 @@ def _packets_to(at: tuple[str, int]) -> socket.socket:
     except OSError as error:
         udp.close()
         raise PalpateError(f"{at[0]} cannot be reached", why=str(error), mend="is the network up?") from None
-    needed = channels.DATAGRAM + _HEADERS
+    needed = channels.size(pairs) + _HEADERS
     if mtu < needed:
         udp.close()
         raise PalpateError(f"the network to {at[0]} passes packets of {mtu} bytes",

@@ -7,7 +7,7 @@ import json
 import socket
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from typing import Any, Literal, Protocol
@@ -31,12 +31,20 @@ def mode(scene: Scene) -> Literal["model", "passivity", "direct"]:
     return "model" if scene.remote is None else scene.remote.mode
 
 
-def digest(scene: Scene) -> str:
-    """What both ends must have in common: objects, frames, the tool and the mode, as 16 hexadecimal digits."""
-    parts = scene.model_dump(mode="json", include={"objects", "frames", "contact", "arms"})
-    parts["arms"].pop("leader", None)
-    parts["mode"] = mode(scene)
-    return sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()[:16]
+def digest(scenes: Mapping[str, Scene]) -> str:
+    """What both ends must have in common, as 16 hexadecimal digits: of each pair objects, frames, tool and mode."""
+    each = {}
+    for name, scene in scenes.items():
+        each[name] = scene.model_dump(mode="json", include={"objects", "frames", "contact", "arms"})
+        each[name]["arms"].pop("leader", None)
+        each[name]["mode"] = mode(scene)
+    return sha256(json.dumps(each, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def parts(payload: bytes, pairs: int) -> list[bytes] | None:
+    """The bytes of each pair's datagram in a packet; None if they are not those of so many pairs."""
+    n = _network.PACKET_SIZE
+    return [payload[i * n : (i + 1) * n] for i in range(pairs)] if len(payload) == pairs * n else None
 
 
 def world(rig: Rig) -> _core.Snapshot:
@@ -99,30 +107,33 @@ class _Master:
 
 
 class FollowerServer:
-    """Listens for one operator's end, and lets an instrument follow it.
+    """Listens for one operator's end, and lets an instrument follow each of its hands.
 
-    Site and instrument run in a thread of their own; the thread of `run` exchanges packets with the network.
+    Sites and instruments run in threads of their own; the thread of `run` exchanges packets with the network.
 
     Args:
-        rig: the rig of the scene.
+        rigs: the rig of a scene of one pair, or those of all pairs by name.
         key: the shared key.
         rate: packets per second [Hz].
         say: takes lines for the user.
-        patient: what follows; a simulated instrument when left out.
+        patients: what follows each pair; simulated instruments when left out.
 
     Raises:
         PalpateError: the port is taken, or the scene has bodies.
     """
 
     def __init__(
-        self, rig: Rig, key: bytes, host: str, port: int, rate: float, say: Callable[[str], None],
-        patient: Patient | None = None,
+        self, rigs: Rig | Mapping[str, Rig], key: bytes, host: str, port: int, rate: float, say: Callable[[str], None],
+        patients: Sequence[Patient] = (),
     ) -> None:  # fmt: skip
-        held.refuse(rig.scene, "across a network")
-        self.rig, self._key, self._say = rig, key, say
+        self.rigs = {"": rigs} if isinstance(rigs, Rig) else dict(rigs)  #: of all pairs, by name
+        for rig in self.rigs.values():
+            held.refuse(rig.scene, "across a network")
+        self._key, self._say = key, say
         self._tcp, self._udp = listen(host, port)
         self.port = int(self._tcp.getsockname()[1])  #: the port on which it listens
-        self.follower = simulated(rig, rate) if patient is None else patient  #: site and instrument
+        made = patients or [simulated(rig, rate) for rig in self.rigs.values()]
+        self.followers: tuple[Patient, ...] = tuple(made)  #: site and instrument of each pair
         self._pump = Pump(self._udp, rate, self._receive, self._send)
         self.stopped, self._changing = self._pump.stopped, threading.Lock()  #: the event ends `run`
         self._master: _Master | None = None
@@ -133,17 +144,17 @@ class FollowerServer:
     @property
     def largest(self) -> float:
         """Largest force on the tissue so far [N]."""
-        return float(self.follower.state().largest)
+        return max(float(one.state().largest) for one in self.followers)
 
     @property
     def ticks(self) -> int:
-        """Ticks of the loop so far."""
-        return int(self.follower.timing()["ticks"])
+        """Ticks of all loops so far."""
+        return sum(int(one.timing()["ticks"]) for one in self.followers)
 
     @property
     def missed(self) -> int:
-        """Ticks that the loop has missed so far."""
-        return int(self.follower.timing()["missed_ticks"])
+        """Ticks that the loops have missed so far."""
+        return sum(int(one.timing()["missed_ticks"]) for one in self.followers)
 
     def stop(self) -> None:
         """End `run`."""
@@ -153,11 +164,13 @@ class FollowerServer:
         """Follow until `stop`."""
         threading.Thread(target=self._accept, name="palpate-accept", daemon=True).start()
         begin = time.process_time()
-        self.follower.start()
+        for one in self.followers:
+            one.start()
         try:
             self._pump.run()
         finally:
-            self.follower.stop()
+            for one in self.followers:
+                one.stop()
             self.cpu = time.process_time() - begin
             close(self._tcp, self._udp)
 
@@ -168,18 +181,25 @@ class FollowerServer:
         for data, sender in channels.arrived(self._udp):
             now = time.monotonic()  # after its reading: no packet arrives before it left
             payload = None if master is None else master.channel.opener.open(data)
-            if master is None or payload is None or not self.follower.receive(payload, now):
+            if master is None or payload is None or not self._taken(payload, now):
                 self.strangers += 1
                 continue
             master.heard = now
             master.at = sender  # the newest authentic packet tells where the operator's end is
+
+    def _taken(self, payload: bytes, now: float) -> bool:
+        """Give each follower its part of a packet; False unless all are valid."""
+        states = parts(payload, len(self.followers))
+        return states is not None and all(
+            one.receive(state, now) for one, state in zip(self.followers, states, strict=True)
+        )
 
     def _send(self) -> None:
         master = self._master
         if master is None or master.at is None:
             return
         with contextlib.suppress(OSError):
-            self._udp.sendto(master.channel.sealer.seal(self.follower.packet()), master.at)
+            self._udp.sendto(master.channel.sealer.seal(b"".join(one.packet() for one in self.followers)), master.at)
             self.sent += 1
 
     # -- the reliable channel --------------------------------------------------------------------------------------
@@ -208,7 +228,8 @@ class FollowerServer:
                     fault = f"another operator drives this follower: {before.name}"
                 if fault is None:
                     master = self._master = _Master(channel, f"{peer[0]}:{peer[1]}", heard=time.monotonic())
-                    self.follower.forget_operator()
+                    for one in self.followers:
+                        one.forget_operator()
             if fault is not None:
                 channel.send({"error": fault})
                 return
@@ -231,7 +252,7 @@ class FollowerServer:
         """Why an operator's end may not connect; None if it may."""
         if hello.get("version") != __version__:
             return f"this end has Palpate {__version__}, the other one {hello.get('version')}"
-        mine = digest(self.rig.scene)
+        mine = digest({name: rig.scene for name, rig in self.rigs.items()})
         if hello.get("scene") != mine:
             both = f"{mine}, the other one {hello.get('scene')}"
             return f"this end has another scene ({both}): objects, contact, follower or mode differ"
