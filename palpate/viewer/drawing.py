@@ -113,9 +113,11 @@ class Drawing:
         self._organs[index].deform(vertices, bands)
 
     def set_light(self, light: bool) -> None:
-        """Draws the objects with fewer triangles, for a browser without a graphics card."""
+        """Draws objects and fixtures with fewer triangles, for a browser without a graphics card."""
         for organ in self._organs:
             organ.set_light(light)
+        for fixture in self.fixtures:
+            fixture.set_light(light)
 
     def show_frames(self, shown: bool) -> None:
         """Shows or hides the frames of the scene."""

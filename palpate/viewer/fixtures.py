@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 import viser
+from numpy.typing import NDArray
 from viser.transforms import SE3, SO3
 
 from palpate.arrays import Array
 from palpate.guidance.steered import SteeredFixtures
+from palpate.mesh.coarse import coarser
 from palpate.record.ticks import Ticks
 from palpate.viewer.labels import Label, point_of
 from palpate.viewer.stage import FixtureMark
@@ -21,6 +23,8 @@ CURVE = 0.0012
 """Width of a drawn curve [m]."""
 LABEL = np.array([0.0, 0.0, 0.012])
 """Offset of the name from the middle [m]."""
+LIGHT_TRIANGLES = 2000
+"""Number of triangles of a body in a light picture; what is transparent is drawn twice, its far side first."""
 HANDLE = 0.05
 """Size of the handle that moves a fixture [m]."""
 
@@ -33,6 +37,8 @@ class FixtureDrawing:
         name, colour = f"/fixtures/{mark.name}", FORBIDDEN if mark.forbids else ALLOWED
         self._frame = scene.add_frame(name, show_axes=False)
         self._bodies: list[tuple[Any, float]] = []
+        self._finer: dict[int, tuple[Array, NDArray[np.int32]]] = {}  # bodies of many triangles, by their number
+        self.is_light = False
         for k, (vertices, triangles, opacity) in enumerate(
             ((mark.vertices, mark.triangles, SOLID), (mark.margin_vertices, mark.margin_triangles, MARGIN))
         ):
@@ -41,6 +47,8 @@ class FixtureDrawing:
                     f"{name}/{k}", vertices.astype(np.float32), triangles.astype(np.uint32), color=colour,
                     opacity=opacity, side="double", cast_shadow=False, receive_shadow=False,
                 )  # fmt: skip
+                if len(triangles) > LIGHT_TRIANGLES:
+                    self._finer[len(self._bodies)] = vertices, triangles
                 self._bodies.append((mesh, opacity))
         if len(mark.curve) > 1:
             scene.add_spline_catmull_rom(f"{name}/curve", points=mark.curve, thickness=CURVE, color=colour)
@@ -55,6 +63,16 @@ class FixtureDrawing:
         """Draws the fixture pale while it is off."""
         for mesh, opacity in self._bodies:
             mesh.opacity = opacity if on else OFF
+
+    def set_light(self, light: bool) -> None:
+        """Draws at most about `LIGHT_TRIANGLES` triangles of each body, or all of them again."""
+        if light == self.is_light:
+            return
+        self.is_light = light
+        for k, (vertices, triangles) in self._finer.items():
+            points, faces = coarser(vertices, triangles, LIGHT_TRIANGLES)[:2] if light else (vertices, triangles)
+            mesh, _ = self._bodies[k]
+            mesh.vertices, mesh.faces = points.astype(np.float32), faces.astype(np.uint32)
 
     def move(self, X_W: Array) -> None:
         """Sets the displacement by the handle, (4, 4), relative to the pose in the scene."""

@@ -214,7 +214,8 @@ class PairsViewer:
         ticks = {name: source.latest() for name, source in self._sources.items()}
         with self._server.atomic():
             self.picture.at(float(next(iter(ticks.values()))["t"]))
-            next(iter(self.drawings.values())).set_light(self.picture.light)
+            for drawing in self.drawings.values():
+                drawing.set_light(self.picture.light)
             presses: list[Any] = []
             for name in reversed(ticks):  # the first pair draws the objects, dented by all tools
                 presses.append(self.drawings[name].show(ticks[name], presses))

@@ -115,7 +115,8 @@ class PairsReplayViewer:
         found, self._now = self._found(t), t
         with self._server.atomic():
             self.picture.at(t)
-            next(iter(self.drawings.values())).set_light(self.picture.light)
+            for drawing in self.drawings.values():
+                drawing.set_light(self.picture.light)
             presses: list[Any] = []
             for name in reversed(found):
                 presses.append(self.drawings[name].show(found[name], presses))

@@ -9,14 +9,20 @@ import pytest
 
 pytest.importorskip("viser", reason="the viewer is not installed (extra viewer)")
 
+from palpate import _core
 from palpate.arm import Arm
 from palpate.record.ticks import TICK
+from palpate.scene import Scene
+from palpate.scene.rig import build
 from palpate.shapes.organ import organ
+from palpate.viewer import fixtures
 from palpate.viewer.arms import ArmDrawing
+from palpate.viewer.fixtures import FixtureDrawing
 from palpate.viewer.organs import LIGHT_TRIANGLES, OrganDrawing
 from palpate.viewer.page import write_page
 from palpate.viewer.picture import FULL, LIGHT, Picture, in_words, read
 from palpate.viewer.stage import ArmPlace, TouchedObject
+from palpate.viewer.staging import stage_of
 
 GPU = {"renderer": "ANGLE (a card)", "software": False, "slow": False, "fps": 60, "width": 640, "height": 700}
 NO_GPU = GPU | {"renderer": "SwiftShader <b>", "software": True, "fps": 28.4}
@@ -144,6 +150,26 @@ def test_organ_is_coarser_in_the_light_picture_within_the_error_that_it_says():
     drawing.set_light(False)
     assert np.array_equal(node.faces, triangles)
     assert drawing.error() == 0.0
+
+
+def test_fixture_is_coarser_in_the_light_picture_and_as_fine_again_in_the_full_one():
+    """The cone of 15 cm, with a sixth of its triangles, stays within 5 mm of itself at its rim, and 1 mm elsewhere."""
+    mark = stage_of(build(Scene.load("guided"))).fixtures[2]
+    made = {}
+    scene = MagicMock()
+    scene.add_mesh_simple.side_effect = lambda name, v, t, **_: made.setdefault(name, MagicMock(vertices=v, faces=t))
+    drawing = FixtureDrawing(scene, mark)
+    (node,) = made.values()
+    assert len(mark.triangles) > 2 * fixtures.LIGHT_TRIANGLES
+    drawing.set_light(True)
+    assert len(node.faces) < 1.4 * fixtures.LIGHT_TRIANGLES
+    drawn = node.vertices[np.unique(node.faces)].astype(float)
+    far = _core.Mesh(mark.vertices, mark.triangles).nearest(drawn)[0]
+    assert np.abs(far).max() < 5e-3
+    assert np.quantile(np.abs(far), 0.9) < 1e-3
+    drawing.set_light(False)
+    assert np.array_equal(node.faces, mark.triangles)
+    assert np.allclose(node.vertices, mark.vertices, atol=1e-6)
 
 
 @pytest.mark.parametrize("arm", [Arm.mtm("right"), Arm.psm("lnd")])
