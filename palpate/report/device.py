@@ -53,8 +53,8 @@ def write_device_page(
             section("As published?", f"{_PUBLISHED} Source: {escape(published[0].source)}.", _figures(published))
         )
     if checks:
-        rows = [(check.name, "ok" if check.passed else "failed", check.value) for check in checks]
-        parts.append(section("Driver", _TESTED, _table(("check", "", "found"), rows)))
+        tested = [(check.name, "ok" if check.passed else "failed", check.value) for check in checks]
+        parts.append(section("Driver", _TESTED, _table(("check", "", "found"), tested)))
     doubts = "".join(f"<li>{escape(doubt)}</li>" for doubt in found.doubts())
     parts.append(section("Doubts", "What the model does not explain.", f"<ul>{doubts}</ul>") if doubts else "")
     return write(out, page_of(f"Device {found.name}", "".join(parts)))

@@ -7,7 +7,7 @@ import secrets
 import sys
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from palpate import _core, ros, stop_signals
+from palpate.bodies.engine import World
 from palpate.errors import PalpateError
 from palpate.record.ticks import STATUS, Ticks
 from palpate.renamed import RenamedMethod
@@ -73,9 +74,9 @@ class HapticLoop:
     """The haptic node and its guardian, with the interface of a session's `Loop`."""
 
     def __init__(self, rig: Rig, devices: Devices, limits: Limits, context: Mapping[str, Any]) -> None:
-        held.refuse(rig.scene, "on ROS 2")
         self.native = ros.load(lambda text: print(text, file=sys.stderr))
         self.names, cycle = self._names(devices), self._cycle(rig, devices, limits)
+        self.rate = cycle.rate  #: of the cycle [Hz]
         self.force_cap = cycle.stability.force_cap  #: [N]
         mark = f"{os.getpid()}_{secrets.token_hex(3)}"
         writer = f"palpate_writer_{mark}"
@@ -102,6 +103,7 @@ class HapticLoop:
         except BaseException:
             self.guardian.kill()
             raise
+        self.world: World | None = None  #: the rigid bodies of the scene; None: it has none, or `join_bodies` follows
         self._soft = [k for k, obj in enumerate(rig.scene.objects) if obj.tissue is not None]
 
     def _names(self, devices: Devices) -> Any:
@@ -196,6 +198,22 @@ class HapticLoop:
         return None
 
 
+def join_bodies(rigs: Mapping[str, Rig], loops: Sequence[HapticLoop]) -> World | None:
+    """Put the tools of all loops among the rigid bodies of their scene; None for a scene without bodies.
+
+    A state of the leader and a wrench wait for up to a cycle each, which the coupling counts as delay.
+
+    Raises:
+        MissingExtraError, SceneError, MeshError: as `World`.
+    """
+    made = held.world(rigs, 2.0 / min(loop.rate for loop in loops))
+    if made is not None:
+        joined = made.core(next(iter(rigs.values())).snapshot)
+        for tool, loop in enumerate(loops):
+            loop.node.join_bodies(joined, tool)
+    return made
+
+
 def as_teleoperated(rig: Rig, devices: Devices) -> tuple[Rig, str]:
     """The scene as a running teleoperation maps it, and a sentence for the user; empty if nothing changes.
 
@@ -256,6 +274,8 @@ class HapticSession(LiveSession):
         advice = [*self.loop.advice, turned, NO_TIMEOUT if (context or {}).get("network") else ""]
         self.events = [words for words in advice if words]  #: events of the node, newest last
         super().__init__(rig, self.loop, self.limits.rate or scene.rates.haptic, scene.seed, out)
+        if not self.paired:
+            self.world = join_bodies({"": rig}, [self.loop])
 
     @property
     def state(self) -> State:

@@ -11,7 +11,7 @@ from typing import Any, Self
 
 from palpate import ros
 from palpate.errors import PalpateError
-from palpate.ros.haptics import Devices, HapticSession, Limits
+from palpate.ros.haptics import Devices, HapticSession, Limits, join_bodies
 from palpate.scene.scene import Scene
 from palpate.scene.together import build_pairs, capsules
 from palpate.session.console import Console
@@ -70,6 +70,8 @@ class HapticPairs:
                     context,
                 )
             self._join(scene, [capsules(rigs[name]) for name in self.sessions])
+            first, loops = next(iter(self.sessions.values())), [one.loop for one in self.sessions.values()]
+            first.world = join_bodies({name: one.rig for name, one in self.sessions.items()}, loops)
         except BaseException:
             self.close(interrupted=True)
             raise

@@ -30,8 +30,12 @@ def join(rigs: Mapping[str, Rig], loops: Sequence[_core.Simulation] | Sequence[_
     return made
 
 
-def world(rigs: Mapping[str, Rig]) -> World | None:
+def world(rigs: Mapping[str, Rig], delay: float = 0.0) -> World | None:
     """The bodies of a scene in an engine, with a virtual tool for each rig; None for a scene without bodies.
+
+    Args:
+        rigs: the rigs by name.
+        delay: time by which force and motion wait beyond the loop and its arms, as on a network [s].
 
     Raises:
         MissingExtraError, SceneError, MeshError: as `World`.
@@ -42,7 +46,7 @@ def world(rigs: Mapping[str, Rig]) -> World | None:
         return None
     where = scene.where("bodies")
     tools = [tool_shape(name or "tool", rig) for name, rig in rigs.items()]
-    lag = max(lag_of(rig) for rig in rigs.values())
+    lag = delay + max(lag_of(rig) for rig in rigs.values())
     return World(
         scene.bodies, scene.engine, tools, lambda name: scene.path_to(name, where), where, lag, scene.rates.haptic
     )

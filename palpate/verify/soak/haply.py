@@ -185,7 +185,7 @@ def _serve(pipe: Connection) -> None:
     with StandIn(0, Options(idle_after=_IDLE)) as service:
         pipe.send(service.port)
         act: dict[str, Callable[[Any], float]] = {
-            "fail": lambda fault: (time.monotonic(), service.fail(fault))[0],
+            "fail": lambda fault: _fail(service, fault),
             "silent": lambda begin: _silent(service, begin),
         }
         while True:
@@ -194,6 +194,13 @@ def _serve(pipe: Connection) -> None:
             except EOFError:
                 return
             pipe.send(act[name](value))
+
+
+def _fail(service: Any, fault: str) -> float:
+    """Let a fault begin; the time on the monotonic clock [s]."""
+    begin = time.monotonic()
+    service.fail(fault)
+    return begin
 
 
 def _silent(service: Any, begin: float) -> float:

@@ -82,6 +82,8 @@ void bind_node(nb::module_& m) {
            "Starts the cycle: from now on the node sends wrenches.")
       .def("stop", &HapticNode::stop, nb::call_guard<nb::gil_scoped_release>(),
            "Ends the cycle; the last wrench sent is zero.")
+      .def("join_bodies", &HapticNode::join_bodies, "bodies"_a, "tool"_a,
+           "Puts the tool among rigid bodies, as the tool of this number. To be called before the node starts.")
       .def_prop_ro("running", &HapticNode::running)
       .def("take_events", &HapticNode::take_events, "Messages for the user since the last call, oldest first.")
       .def("timing", &timing, "Computation times, response times, counts and rates.");

@@ -134,6 +134,11 @@ void HapticNode::join(std::shared_ptr<loop::Board> board, int index, std::vector
   cycle_.join(std::move(board), index, std::move(capsules), law);
 }
 
+void HapticNode::join_bodies(std::shared_ptr<loop::Bodies> bodies, int tool) {
+  if (running()) throw std::logic_error("the node runs: join_bodies() before start()");
+  cycle_.join_bodies(std::move(bodies), tool);
+}
+
 void HapticNode::start() {
   if (running()) return;
   stopping_ = force_is_zero_ = false;

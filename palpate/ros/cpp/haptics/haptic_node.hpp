@@ -55,6 +55,8 @@ class HapticNode {
   /// while the node runs.
   void join(std::shared_ptr<loop::Board> board, int index, std::vector<loop::ToolCapsule> capsules,
             contact::InstrumentLaw law);
+  /// Puts the tool among rigid bodies (loop::CrtkCycle::join_bodies). Throws as join().
+  void join_bodies(std::shared_ptr<loop::Bodies> bodies, int tool);
   void start();
   /// Reduces the force to zero, sends zero wrenches, waits for their acknowledgement (300 ms at most) and ends the
   /// threads. Does nothing if the node does not run.
