@@ -53,7 +53,7 @@ def response(depth: np.ndarray) -> tuple[float, float, float]:
 def main(duration: float = 6.0, figure: Path | None = None) -> None:
     """Run six walls and print a table."""
     # Palpate warns that the first wall may oscillate, which is intended here.
-    warnings.simplefilter("ignore", palpate.errors.PalpateWarning)
+    warnings.simplefilter("ignore", palpate.base.errors.PalpateWarning)
     block = Path(tempfile.mkdtemp()) / "block.stl"
     trimesh.creation.box(bounds=[(-60, -60, -40), (60, 60, 0)]).export(block)  # [mm]
 

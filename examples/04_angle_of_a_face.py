@@ -15,7 +15,7 @@ import numpy as np
 import tyro
 
 import palpate
-from palpate.contact.lessons.face_angle import Slide, candidates, contact_normal_error, eq20, face_angle
+from palpate.scene.contact.lessons.face_angle import Slide, candidates, contact_normal_error, eq20, face_angle
 
 RADIUS, STEP = 15e-3, 0.08e-3  # the paper's sphere [m]; a tick at 20 mm/s and 250 Hz [m]
 

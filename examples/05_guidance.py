@@ -3,7 +3,7 @@
 A hand moves its tool straight across a vessel. Then the same hand gets two fixtures: a hard fixture that forbids a
 margin around the vessel, and a fixture that guides along the line. All motions are simulated. You learn
 
-* `palpate.guidance`: a geometry, a role, a law, a policy; the same in Python and in a scene file (`to_yaml`);
+* `palpate.scene.guidance`: a geometry, a role, a law, a policy; the same in Python and in a scene file (`to_yaml`);
 * `Scene.guidance`, and the signals that a run records (`F_guidance_W`, `p_correction_W`);
 * `fixture.why(...)`, which names the terms of the force, and `fixture.plot()`.
 
@@ -16,10 +16,10 @@ import numpy as np
 import tyro
 
 import palpate
-from palpate.guidance import Fixture, Law, Role, Tube
-from palpate.guidance import Path as Line
-from palpate.guidance.plot import query
 from palpate.record import Record
+from palpate.scene.guidance import Fixture, Law, Role, Tube
+from palpate.scene.guidance import Path as Line
+from palpate.scene.guidance.plot import query
 
 VESSEL = ((0.012, -0.03, 0.055), (0.010, 0.0, 0.055), (0.012, 0.03, 0.055))  # crosses the hand's path [m]
 LINE = ((-0.03, 0.004, 0.055), (-0.01, 0.004, 0.055), (0.0, 0.003, 0.055))

@@ -21,8 +21,8 @@ from pathlib import Path
 import tyro
 
 import palpate
+from palpate.base.errors import DeviceError
 from palpate.devices import DrivenSession
-from palpate.errors import DeviceError
 from palpate.session import State
 
 SCENE = {

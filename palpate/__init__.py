@@ -8,25 +8,25 @@ from typing import TYPE_CHECKING, Any
 from palpate.renamed import NAMES, RENAMED, install, missing_name
 
 if TYPE_CHECKING:
-    from palpate import contact as contact
-    from palpate import guidance as guidance
     from palpate import planning as planning
-    from palpate import registration as registration
-    from palpate import shapes as shapes
-    from palpate import surfaces as surfaces
     from palpate.arm import Arm as Arm
-    from palpate.batch import Variation as Variation
-    from palpate.batch import simulate as simulate
-    from palpate.certificate import DeviceModel as DeviceModel
-    from palpate.certificate import certify as certify
-    from palpate.clouds import PointCloud as PointCloud
     from palpate.devices import Haptics as Haptics
-    from palpate.guidance import Fixture as Fixture
-    from palpate.mesh import Mesh as Mesh
+    from palpate.devices.certificate import DeviceModel as DeviceModel
+    from palpate.devices.certificate import certify as certify
     from palpate.record import Record as Record
     from palpate.scene import Scene as Scene
+    from palpate.scene import contact as contact
+    from palpate.scene import guidance as guidance
+    from palpate.scene.guidance import Fixture as Fixture
     from palpate.session import Session as Session
-    from palpate.tissue import Tissue as Tissue
+    from palpate.session.batch import Variation as Variation
+    from palpate.session.batch import simulate as simulate
+    from palpate.world import registration as registration
+    from palpate.world import shapes as shapes
+    from palpate.world import surfaces as surfaces
+    from palpate.world.clouds import PointCloud as PointCloud
+    from palpate.world.mesh import Mesh as Mesh
+    from palpate.world.tissue import Tissue as Tissue
 
     __version__: str
 
@@ -55,18 +55,18 @@ __all__ = [
 
 _MODULE_OF = {
     "Arm": "palpate.arm",
-    "DeviceModel": "palpate.certificate",
-    "Fixture": "palpate.guidance",
+    "DeviceModel": "palpate.devices.certificate",
+    "Fixture": "palpate.scene.guidance",
     "Haptics": "palpate.devices",
-    "Mesh": "palpate.mesh",
-    "PointCloud": "palpate.clouds",
+    "Mesh": "palpate.world.mesh",
+    "PointCloud": "palpate.world.clouds",
     "Record": "palpate.record",
     "Scene": "palpate.scene",
     "Session": "palpate.session",
-    "Tissue": "palpate.tissue",
-    "Variation": "palpate.batch",
-    "certify": "palpate.certificate",
-    "simulate": "palpate.batch",
+    "Tissue": "palpate.world.tissue",
+    "Variation": "palpate.session.batch",
+    "certify": "palpate.devices.certificate",
+    "simulate": "palpate.session.batch",
 }
 
 

@@ -90,7 +90,7 @@ settings.load_profile("palpate")
 @pytest.fixture
 def sweeps_in_process(monkeypatch):
     """Sweeps start no processes, whose imports take longer than a short study; tests/sweep judges processes."""
-    from palpate.sweep import local, run
+    from palpate.base.sweep import local, run
 
     monkeypatch.setattr(local, "run", lambda work, todo, workers=None: run._serial(work, todo))
 
@@ -104,4 +104,4 @@ def unarranged_figures(monkeypatch):
 @pytest.fixture
 def without_figures(monkeypatch):
     """Reports hold the descriptions of their figures, whose drawing tests/report checks: it takes seconds a page."""
-    monkeypatch.setattr("palpate.plotting.style.picture", lambda draw, alt: f"<p>{alt}</p>")
+    monkeypatch.setattr("palpate.base.plotting.style.picture", lambda draw, alt: f"<p>{alt}</p>")

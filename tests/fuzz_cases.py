@@ -2,7 +2,7 @@
 
 import os
 
-from palpate.verify.fuzz import FaultError
+from palpate_lab.verify.fuzz import FaultError
 
 
 def case(seed: int) -> dict[str, int]:

@@ -9,11 +9,12 @@ pytest.importorskip("ompl", reason="motion planning needs the extra planning")
 pytest.importorskip("coal", reason="motion planning needs the extra planning")
 pytest.importorskip("ruckig", reason="motion planning needs the extra planning")
 
-from palpate import Arm, surfaces
+from palpate import Arm
 from palpate.planning.problem import Problem
 from palpate.planning.robot import Robot
 from palpate.planning.timing import Limits
 from palpate.planning.world import World, obstacle
+from palpate.world import surfaces
 
 
 def at(x: float, y: float, z: float) -> np.ndarray:

@@ -63,7 +63,7 @@ def rich(point, seed):
 if __name__ == "__main__":
     import sys
 
-    from palpate.sweep import sweep
+    from palpate.base.sweep import sweep
 
     folder, journal = sys.argv[1:]
     sweep(slow, {"k": range(200), "folder": [folder]}, 7, workers=2, resume=journal)

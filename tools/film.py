@@ -23,7 +23,7 @@ from matplotlib import font_manager
 from PIL import Image, ImageDraw, ImageFont
 
 from palpate import cli
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.export.demonstration import demonstrations
 from palpate.export.episode import episode_of
 from palpate.export.video.drawing import Image as Picture

@@ -58,7 +58,7 @@ PRELOADED = ("pytest", "numpy", "scipy.optimize", "scipy.spatial.transform", "sc
              "scipy.stats", "hypothesis", "pydantic", "yaml", "trimesh", "tyro", "rich.console", "mcap.reader",
              "mcap.writer")  # fmt: skip
 """Modules that every test process starts with."""
-PRELOADED_BUT_FOR_UNITS = ("palpate.scene", "palpate.guidance")
+PRELOADED_BUT_FOR_UNITS = ("palpate.scene", "palpate.scene.guidance")
 """Further ones, which import no module that a later group mutates."""
 
 

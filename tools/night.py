@@ -148,7 +148,7 @@ def judges(workers: int = 1) -> list[Judge]:
     from fuzz import TARGETS
     from mutants import GROUPS
 
-    from palpate.verify.coverage.run import names
+    from palpate_lab.verify.coverage.run import names
 
     return [
         *(guided(target) for target in TARGETS),

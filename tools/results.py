@@ -200,9 +200,9 @@ def measured(name: str, folder: Path) -> dict[str, Any]:
     places = {"OUT": str(folder), "PALPATE_DATA": os.environ.get("PALPATE_DATA", str(ROOT.parent / "shared" / "data"))}
     arguments = [Template(word).substitute(places) for word in run.command.split()]
     if arguments[0] == "study":
-        from palpate.studies._command import SweepStudy
+        from palpate_lab.studies._command import SweepStudy
 
-        study = import_module(f"palpate.studies.{arguments[1]}.command").Command
+        study = import_module(f"palpate_lab.studies.{arguments[1]}.command").Command
         arguments += ["--figures", str(folder)]
         arguments += ["--out", str(folder / "data.nc")] if issubclass(study, SweepStudy) else []
     environment = {**os.environ, "PALPATE_DATA": places["PALPATE_DATA"]}

@@ -1,4 +1,4 @@
-"""Solve the axisymmetric indentation cases and write palpate/verify/tissue/reference.json (about 25 minutes for all).
+"""Solve the axisymmetric indentation cases and write lab/palpate_lab/verify/tissue/reference.json (about 25 minutes for all).
 
     python tools/tissue_reference.py           # only the cases that the file lacks
     python tools/tissue_reference.py --again   # all
@@ -14,8 +14,8 @@ import time
 
 import numpy as np
 
-from palpate.verify.tissue.axisymmetric import Indentation, Lump
-from palpate.verify.tissue.reference import PATH
+from palpate_lab.verify.tissue.axisymmetric import Indentation, Lump
+from palpate_lab.verify.tissue.reference import PATH
 
 # nu, yeoh, h over R (None: a half-space), deepest depth over R, and (top, radius, ratio of moduli) of a lump
 CASES = [

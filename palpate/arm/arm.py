@@ -22,12 +22,13 @@ import numpy as np
 import yaml
 from numpy.typing import ArrayLike, NDArray
 
-from palpate import _core, limits
+from palpate import _core
 from palpate.arm.shapes import DrawnJoint, Visual, drawn_joints, jaw_range, sticks, turn_about, visuals
-from palpate.arrays import Array
-from palpate.arrays.plain import Content
-from palpate.arrays.yaml_loader import OwnLoader, read_yaml
-from palpate.errors import ArmError
+from palpate.base import limits
+from palpate.base.arrays import Array
+from palpate.base.arrays.plain import Content
+from palpate.base.arrays.yaml_loader import OwnLoader, read_yaml
+from palpate.base.errors import ArmError
 
 SIDES = ("right", "left")
 INSTRUMENTS = ("lnd", "prograsp")

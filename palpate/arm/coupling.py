@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from palpate.arm.arm import Arm
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 
 
 def coupling(arm: Arm) -> Array:

@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from palpate.arm.arm import Arm
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 
 At = Literal["drives", "joints"]
 

@@ -11,12 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate import _core, limits
+from palpate import _core
 from palpate.arm.arm import Arm
 from palpate.arm.coupling import coupling
 from palpate.arm.gravity_model import GravityModel, TrainingRegion
-from palpate.arrays import Array
-from palpate.errors import OutputError, RecordingError, refuse_to_overwrite
+from palpate.base import limits
+from palpate.base.arrays import Array
+from palpate.base.errors import OutputError, RecordingError, refuse_to_overwrite
 
 PARAMETERS = 10
 _JOINTS, _POWERS = 6, 5

@@ -13,9 +13,9 @@ import numpy as np
 from palpate import _core
 from palpate.arm.arm import Arm
 from palpate.arm.drives import At, DriveMotion, DriveTrain, drive_train
-from palpate.arrays import Array
-from palpate.arrays.plain import Content
-from palpate.errors import RecordingError
+from palpate.base.arrays import Array
+from palpate.base.arrays.plain import Content
+from palpate.base.errors import RecordingError
 
 CUTOFF = 2.0  # low-pass cutoff of measured and predicted torques; the excitation lies below it [Hz]
 

@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from palpate.arm.arm import Arm, models_folder
-from palpate.arrays import Array, so3
-from palpate.errors import ArmError
+from palpate.base.arrays import Array, so3
+from palpate.base.errors import ArmError
 
 TILTS = (-30.0, 0.0, 30.0)
 """Tilts of the endoscopes of a da Vinci [deg]: down, straight, up."""

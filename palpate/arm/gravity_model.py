@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from palpate import _core
 from palpate.arm.arm import Arm
 from palpate.arm.coupling import coupling, drives
-from palpate.arrays import Array
-from palpate.arrays.plain import Content
-from palpate.arrays.yaml_loader import read_yaml
-from palpate.errors import OutputError, RecordingError, refuse_to_overwrite
+from palpate.base.arrays import Array
+from palpate.base.arrays.plain import Content
+from palpate.base.arrays.yaml_loader import read_yaml
+from palpate.base.errors import OutputError, RecordingError, refuse_to_overwrite
 
 _TITLE = """\
 # Gravity model of one {arm}: what holds it still, identified from {poses} poses. Written by `palpate calibrate`.

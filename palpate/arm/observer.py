@@ -6,8 +6,8 @@ import numpy as np
 
 from palpate import _core
 from palpate.arm.dynamics import Dynamics
-from palpate.arrays import Array
-from palpate.errors import RecordingError
+from palpate.base.arrays import Array
+from palpate.base.errors import RecordingError
 
 
 def drive_inertia(d: Dynamics) -> Array:

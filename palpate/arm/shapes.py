@@ -8,7 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 import numpy.typing as npt
 
-from palpate.arrays import Array, so3
+from palpate.base.arrays import Array, so3
 
 _STICK = 0.012  # radius of a stick [m]
 _STEEL = (0.62, 0.65, 0.69, 1.0)

@@ -10,8 +10,8 @@ from xml.etree import ElementTree
 import numpy as np
 
 from palpate.arm.arm import models_folder
-from palpate.arrays import Array, so3
-from palpate.errors import ArmError
+from palpate.base.arrays import Array, so3
+from palpate.base.errors import ArmError
 
 SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",), "capsule": ("radius", "length")}
 """Attributes of the primitives of a URDF [m]; cylinders and capsules lie along z."""

@@ -9,9 +9,9 @@ import sys
 import warnings
 from typing import Any
 
-from palpate import stop_signals
-from palpate.console import INTERRUPTED, MISTAKE
-from palpate.errors import PalpateError, PalpateWarning
+from palpate.base import stop_signals
+from palpate.base.errors import PalpateError, PalpateWarning
+from palpate.cli.terminal import INTERRUPTED, MISTAKE
 
 #: Commands that `palpate --help` lists first, in this order; the others follow in alphabetical order.
 FIRST = (

@@ -24,9 +24,9 @@ from pathlib import Path
 from types import ModuleType, UnionType
 from typing import Annotated, Any, Union, get_args, get_origin, get_type_hints
 
-from palpate import plugins
+from palpate.base import plugins
+from palpate.base.errors import PalpateError
 from palpate.cli._overview import overview
-from palpate.errors import PalpateError
 
 _OF_OTHERS: dict[str, plugins.Group] = {"palpate.cli": "palpate.commands", "palpate.studies": "palpate.studies"}
 """Groups of the entry points that add to the commands of a package."""

@@ -6,7 +6,7 @@ import math
 from dataclasses import fields, is_dataclass
 from typing import Any
 
-from palpate.errors import PalpateError
+from palpate.base.errors import PalpateError
 
 _SIGNED = {"threshold", "end"}  # options whose value may be below zero, such as Hounsfield units of a CT
 _ZERO = {"noise", "smooth", "start", "damping", "seed", "hole", "port", "openigtlink", "fle"}

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
+from palpate.base.errors import DeviceError
 from palpate.devices.driver import Driver, Facts, facts
 from palpate.devices.simulated import GRAVITY, SimulatedDevice
 from palpate.devices.trace import PUSH, Trace, rounds
-from palpate.errors import DeviceError
 
 STROKE, PERIOD, CYCLES = 0.008, 2.0, 4
 """Way from end to end [m], time of a way up and down [s], and their number after the first."""

@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.certificate import DeviceModel
+from palpate.base.arrays import Array
+from palpate.base.errors import DeviceError
+from palpate.devices.certificate import DeviceModel
 from palpate.devices.driver import Driver, Facts, facts
 from palpate.devices.identify import AxisFit, fit_axis, noise, resolution, uneven_steps
 from palpate.devices.simulated import SimulatedDevice
 from palpate.devices.trace import PUSH, Trace, rounds
-from palpate.errors import DeviceError
 
 REST = 1.0
 """Duration of the measurement at rest [s]."""
@@ -57,7 +57,7 @@ class Bench:
 
         A restoring force of the device adds to the stiffness of the wall, so it is taken from the limit.
         """
-        from palpate.certificate import certify
+        from palpate.devices.certificate import certify
 
         def limit(model: DeviceModel, reach: float) -> float:
             springs = [f.stiffness + reach * f.student * f.deviations.stiffness for f in self._fits()]

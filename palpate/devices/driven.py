@@ -10,10 +10,10 @@ import warnings
 import numpy as np
 
 from palpate import _core
-from palpate.arrays import Array
+from palpate.base.arrays import Array
+from palpate.base.errors import DeviceError, PalpateError, PalpateWarning
 from palpate.devices.driver import Driver, Facts, as_reading, facts
 from palpate.devices.loop import DeviceLoop, device_scene
-from palpate.errors import DeviceError, PalpateError, PalpateWarning
 from palpate.record.ticks import Timing
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene

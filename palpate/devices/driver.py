@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
+from palpate.base.errors import DeviceError
 from palpate.devices.loop import MASS
-from palpate.errors import DeviceError
 
 MOST_RATE = 1000.0
 """Largest rate of a driver in Python [Hz]; a driver in C (a shared object) may be faster."""

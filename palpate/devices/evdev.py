@@ -17,10 +17,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
+from palpate.base.errors import DeviceError
 from palpate.devices.buttons import CAMERA, CLUTCH, COAG
 from palpate.devices.driver import Driver, Reading
-from palpate.errors import DeviceError
 
 EVENT = struct.Struct("llHHi")
 """struct input_event: time [s, us], type, code, value."""

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
+from palpate.base.errors import DeviceError
 from palpate.devices.haply.driver import Haply
 from palpate.devices.haply.service import Address, websocket
 from palpate.devices.session import DrivenSession
-from palpate.errors import DeviceError
 from palpate.scene.scene import Scene
 
 TRIPS = 2000

@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
+from palpate.base.errors import DeviceError
 from palpate.devices.buttons import TABLE, bits
 from palpate.devices.driver import Driver, Reading
 from palpate.devices.evdev import OPENING
-from palpate.errors import DeviceError
 
 _MEND = "pip install forcedimension-core, and install the SDK of Force Dimension"
 

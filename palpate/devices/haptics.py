@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate import _core
-from palpate.arrays import Array
+from palpate.base.arrays import Array
+from palpate.base.errors import DeviceError
 from palpate.devices.loop import DeviceLoop, conditions, device_scene, explain
 from palpate.devices.session import DeviceSession
-from palpate.errors import DeviceError
 from palpate.scene.scene import Scene
 from palpate.sensing.source import Clouds
 from palpate.session.summary import Summary

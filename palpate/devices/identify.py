@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.arrays import Array
-from palpate.errors import DeviceError
+from palpate.base.arrays import Array
+from palpate.base.errors import DeviceError
 
 LONGEST = 0.06
 """Longest delay that is searched [s]."""

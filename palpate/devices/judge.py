@@ -6,11 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
+from palpate.base.errors import DeviceError
 from palpate.devices.driver import Driver, Facts, facts
 from palpate.devices.simulated import SimulatedDevice
 from palpate.devices.trace import PUSH, Trace, rounds
-from palpate.errors import DeviceError
 
 _READ = 1.0  # duration of the readings at rest [s]
 _PUSH_TIME = 0.15  # longest push in one direction [s]

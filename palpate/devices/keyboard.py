@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
+from palpate.base.errors import DeviceError
 from palpate.devices.buttons import PEDALS
 from palpate.devices.driver import Reading
 from palpate.devices.evdev import KEY, OPENING, EventDevice
-from palpate.errors import DeviceError
 
 STEP, FINE = 1e-3, 2e-4
 """Motion of a press, and of a press of a capital letter in the terminal [m]."""

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from palpate import _core
+from palpate.base.errors import DeviceError
 from palpate.devices.driven import DrivenLoop, driven_scene
 from palpate.devices.driver import Driver, facts
 from palpate.devices.haply.driver import Haply
 from palpate.devices.loop import DeviceLoop
 from palpate.devices.native import NativeLoop, is_native, load_driver, native_scene, size_of
 from palpate.devices.open import open_driver
-from palpate.errors import DeviceError
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
 

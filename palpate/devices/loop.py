@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from palpate import _core
-from palpate.arrays import Array
-from palpate.errors import PalpateError, SceneError
+from palpate.base.arrays import Array
+from palpate.base.errors import PalpateError, SceneError
 from palpate.record.ticks import STATUS, Timing
 from palpate.scene import held
 from palpate.scene.port import Port, apply

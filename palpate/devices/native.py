@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from palpate import _core
+from palpate.base.errors import DeviceError
 from palpate.devices.loop import DeviceLoop, device_scene
 from palpate.devices.trust import require_trust
-from palpate.errors import DeviceError
 from palpate.record.ticks import Timing
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
+from palpate.base.errors import DeviceError
 from palpate.devices.driver import Driver
 from palpate.devices.python_file import import_file
 from palpate.devices.trust import require_trust
-from palpate.errors import DeviceError
 
 SHIPPED = {
     "simulated": "palpate.devices.simulated:SimulatedDevice",

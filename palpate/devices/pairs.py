@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from palpate import _core
+from palpate.base.errors import DeviceError, SceneError, StateError
+from palpate.base.values import Pose
 from palpate.devices.leader import Leader, leader_of
 from palpate.devices.loop import DeviceLoop, mapped_rig
 from palpate.devices.session import DeviceSession
-from palpate.errors import DeviceError, SceneError, StateError
 from palpate.scene import held
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
@@ -21,7 +22,6 @@ from palpate.scene.together import Rigs, build_pairs
 from palpate.session.pair import Paired, Run
 from palpate.session.pairs import PairsSession, States
 from palpate.session.pairs_summary import PairsSummary
-from palpate.values import Pose
 
 _APART = 0.3
 """Distance along x at which devices are drawn whose place nobody states [m]."""

@@ -14,8 +14,8 @@ import threading
 from types import TracebackType
 from typing import Self
 
+from palpate.base.errors import DeviceError
 from palpate.devices.evdev import EVENT, KEY, find
-from palpate.errors import DeviceError
 from palpate.session.console import PEDALS, Console
 
 KINDS = {

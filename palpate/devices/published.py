@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from palpate.base.errors import DeviceError
 from palpate.devices.bench import Bench
 from palpate.devices.driver import Driver, facts
-from palpate.errors import DeviceError
 
 
 @dataclass(frozen=True)

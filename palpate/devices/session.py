@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate import stop_signals
+from palpate.base import stop_signals
 from palpate.devices.buttons import press
 from palpate.devices.driven import DrivenLoop
 from palpate.devices.driver import Driver

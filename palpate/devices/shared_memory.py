@@ -37,9 +37,9 @@ from typing import Self
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
+from palpate.base.errors import DeviceError
 from palpate.devices.driver import Driver, Reading
-from palpate.errors import DeviceError
 
 MAGIC = b"PALPATE1"
 SIZE = 256

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
+from palpate.base.errors import DeviceError
 from palpate.devices.driver import MOST_RATE, Driver, Reading
 from palpate.devices.native import header_folder
-from palpate.errors import DeviceError
 
 _ABI = 1  # PALPATE_DRIVER_ABI of driver.h
 _FUNCTIONS = ("open", "read", "write", "close")

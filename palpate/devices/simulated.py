@@ -12,9 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.arm.hands import PRESETS
+from palpate.base.arrays import Array
 from palpate.devices.driver import Driver, Reading
-from palpate.hands import PRESETS
 
 GRAVITY = 9.81  # [m/s^2]
 _SUBSTEPS = 4  # of the simulated motion in each period

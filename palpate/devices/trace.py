@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
+from palpate.base.errors import DeviceError
 from palpate.devices.driver import Driver, Facts, as_reading
 from palpate.devices.simulated import SimulatedDevice
-from palpate.errors import DeviceError
 
 PUSH = 0.5
 """Largest force of a measurement [N]."""

@@ -17,8 +17,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
 
-from palpate.errors import DeviceError
-from palpate.plugins import source
+from palpate.base.errors import DeviceError
+from palpate.base.plugins import source
 
 GROUP = "palpate.drivers"
 """Group of entry points by which a distribution offers drivers."""

@@ -14,11 +14,11 @@ from typing import Any, Final
 
 import numpy as np
 
-from palpate.arrays import Array, so3
+from palpate.base.arrays import Array, so3
+from palpate.base.errors import DeviceError
 from palpate.devices.buttons import CLUTCH, bits
 from palpate.devices.driver import Driver, Reading
 from palpate.devices.evdev import OPENING
-from palpate.errors import DeviceError
 
 HANDS: Final = ("right", "left")
 STALE = 0.1

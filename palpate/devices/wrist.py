@@ -16,12 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate import _core, limits
-from palpate.arrays import Array
-from palpate.certificate import DeviceModel, certify
+from palpate import _core
+from palpate.arm.hands import Hand
+from palpate.base import limits
+from palpate.base.arrays import Array
+from palpate.base.errors import RecordingError
+from palpate.devices.certificate import DeviceModel, certify
 from palpate.devices.identify import AxisFit, fit_axis, resolution
-from palpate.errors import RecordingError
-from palpate.hands import Hand
 
 COLUMNS = ("time_s", "angle_rad", "torque_Nm")
 LEVER = 0.05

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.arrays.intervals import holm, interval, paired, proportion
-from palpate.errors import MissingExtraError
+from palpate.base.arrays import Array
+from palpate.base.arrays.intervals import holm, interval, paired, proportion
+from palpate.base.errors import MissingExtraError
 from palpate.experiment.table import Row
 
 PEOPLE = (6, 8, 10, 12, 16, 20, 24, 32)

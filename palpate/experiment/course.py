@@ -8,9 +8,9 @@ from typing import Literal
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.arrays.polyline import evenly
-from palpate.errors import SceneError
+from palpate.base.arrays import Array
+from palpate.base.arrays.polyline import evenly
+from palpate.base.errors import SceneError
 from palpate.experiment.model import TaskSection
 from palpate.metrics import Wanted
 from palpate.metrics.force import TOUCH

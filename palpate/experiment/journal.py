@@ -12,8 +12,8 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
 
-from palpate.errors import JournalError, OutputError
-from palpate.sweep.lines import Lines, read_lines
+from palpate.base.errors import JournalError, OutputError
+from palpate.base.sweep.lines import Lines, read_lines
 
 FILE = "journal.jsonl"
 _VERSION = 1

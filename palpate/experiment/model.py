@@ -10,11 +10,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, field_validator, model_validator
 
-from palpate.errors import SceneError
-from palpate.guidance.lists import FixtureList
+from palpate.base.errors import SceneError
+from palpate.base.values import NotNegative, Number, Positive, Section, Vector
+from palpate.base.values.wording import Place, explain
 from palpate.scene import text
-from palpate.values import NotNegative, Number, Positive, Section, Vector
-from palpate.values.wording import Place, explain
+from palpate.scene.guidance.lists import FixtureList
 
 Count = Annotated[int, Field(strict=True, ge=0, le=1000)]
 Score = Annotated[Number, Field(ge=0.0, le=100.0)]

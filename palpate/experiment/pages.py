@@ -9,7 +9,7 @@ from typing import Any
 
 import viser
 
-from palpate import stop_signals
+from palpate.base import stop_signals
 from palpate.experiment.questions import Question
 
 _TEXT = '<div style="padding:6px 10px;font-size:15px;line-height:1.45" id="palpate-page">{}</div>'

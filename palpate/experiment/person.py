@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from palpate.base.errors import PalpateError
 from palpate.devices import DrivenSession
-from palpate.errors import PalpateError
 from palpate.experiment.course import Outcome, Referee
 from palpate.experiment.pages import Pages
 from palpate.experiment.plan import PlannedTrial

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.errors import MissingExtraError
+from palpate.base.errors import MissingExtraError
 from palpate.experiment.analysis import Effect, Power, means
 from palpate.experiment.model import MEASURES, ConditionSection
 from palpate.experiment.outcome import Found
@@ -20,7 +20,7 @@ from palpate.report.page import write
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from palpate.plotting.style import Canvas
+    from palpate.base.plotting.style import Canvas
 
 _SIMULATED = (
     "<strong>Simulated.</strong> All participants are simulated hands (docs/operators.md). They exercise the whole "
@@ -104,7 +104,7 @@ def _effect_table(effects: Sequence[Effect]) -> str:
 
 def _figure(found: Found) -> str:
     try:
-        from palpate.plotting.style import picture
+        from palpate.base.plotting.style import picture
     except ImportError as error:
         raise MissingExtraError("the report's figures", "report") from error
     measures = found.study.experiment.measures
@@ -116,7 +116,7 @@ def _figure(found: Found) -> str:
 def _draw(found: Found, measures: Sequence[str], canvas: Canvas) -> Figure:
     from matplotlib.figure import Figure
 
-    from palpate.plotting.style import CELL, FORCE
+    from palpate.base.plotting.style import CELL, FORCE
 
     names = list(found.study.experiment.conditions)
     columns = 1 if canvas.narrow else min(3, len(measures))

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Protocol
 
-from palpate.errors import PalpateError
+from palpate.base.errors import PalpateError
 from palpate.experiment.course import judge
 from palpate.experiment.journal import Journal
 from palpate.experiment.plan import PlannedTrial

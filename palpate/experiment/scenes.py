@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from palpate.arrays import Array
-from palpate.arrays.plain import Content
-from palpate.errors import PalpateError, SceneError
+from palpate.arm.hands import Hand
+from palpate.base.arrays import Array
+from palpate.base.arrays.plain import Content
+from palpate.base.errors import PalpateError, SceneError
 from palpate.experiment.course import SIGNALS, Course, course_of
 from palpate.experiment.model import ConditionSection, ExperimentFile
-from palpate.hands import Hand
 from palpate.scene import shipped
 from palpate.scene.overrides import override
 from palpate.scene.rig import Rig, build
@@ -19,8 +19,8 @@ from palpate.scene.scene import Scene
 from palpate.scene.surface import Bodies, placed
 
 if TYPE_CHECKING:
-    from palpate.network.conditions import Network
     from palpate.session import Session
+    from palpate.session.network.conditions import Network
 
 UNFELT = 1e-9
 """Force on the hand per force on the tool where the force is not felt [-]: the force on the tool stays known."""
@@ -123,7 +123,7 @@ class Settings:
     def _link(self, given: ConditionSection) -> Network | None:
         if given.network is None:
             return None
-        from palpate.network import network
+        from palpate.session.network import network
 
         beside = Path(self._experiment.file).parent / given.network
         return network(str(beside) if beside.is_file() else given.network)

@@ -7,12 +7,12 @@ from pathlib import Path
 
 from rich.console import Console
 
+from palpate.base.sweep import Axis, sweep
+from palpate.base.sweep.grid import Point
 from palpate.experiment.model import ExperimentFile
 from palpate.experiment.run import run_participant
 from palpate.experiment.simulated import SimulatedParticipant
 from palpate.experiment.study import Study
-from palpate.sweep import Axis, sweep
-from palpate.sweep.grid import Point
 
 
 def simulated_people(n: int) -> tuple[str, ...]:

@@ -9,16 +9,16 @@ from typing import Any, Literal
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.experiment.course import Outcome, Referee
 from palpate.experiment.model import ConditionSection
 from palpate.experiment.plan import PlannedTrial
 from palpate.experiment.questions import Question
 from palpate.experiment.scenes import Setting, Settings
-from palpate.operators import STEP, Aim, Errand, Operator, Person, Senses, perform, person
-from palpate.operators.operator import MAX_DURATION
 from palpate.record.ticks import Ticks
 from palpate.session import Session
+from palpate.simulators.operators import STEP, Aim, Errand, Operator, Person, Senses, perform, person
+from palpate.simulators.operators.operator import MAX_DURATION
 
 _ARRIVED = 1.5e-3  # remaining path at which the hand stays where it is [m]
 _STANDING = 1e-9  # width of a passage along which the hand does not move [m]

@@ -18,9 +18,9 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from palpate import limits
-from palpate.arrays.plain import plain
-from palpate.errors import JournalError, OutputError, PalpateError
+from palpate.base import limits
+from palpate.base.arrays.plain import plain
+from palpate.base.errors import JournalError, OutputError, PalpateError
 from palpate.experiment.journal import FILE, Journal, Progress, progress_of
 from palpate.experiment.model import ExperimentFile
 from palpate.experiment.plan import Plan, PlannedTrial, plan_of

@@ -7,7 +7,7 @@ import io
 from pathlib import Path
 from typing import Any
 
-from palpate.errors import OutputError
+from palpate.base.errors import OutputError
 from palpate.experiment.questions import scored
 from palpate.experiment.study import Study
 

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from palpate.arrays import Array, so3
+from palpate.base.arrays import Array, so3
 from palpate.record.bags.bag import Bag
 from palpate.record.bags.tracks import ArmTracks, Track
 from palpate.record.ticks import SIGNALS, Ticks

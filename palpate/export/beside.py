@@ -8,8 +8,8 @@ from datetime import UTC, datetime
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.errors import RecordError
+from palpate.base.arrays import Array
+from palpate.base.errors import RecordError
 from palpate.export.bag_ticks import BagTicks
 from palpate.export.demonstration import Demonstration
 from palpate.record.reader import Record

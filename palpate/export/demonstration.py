@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from palpate.arm import NAMES, Arm
-from palpate.arrays.plain import Content
-from palpate.arrays.yaml_loader import load
-from palpate.errors import PalpateError, RecordError
+from palpate.base.arrays.plain import Content
+from palpate.base.arrays.yaml_loader import load
+from palpate.base.errors import PalpateError, RecordError
 from palpate.export.bag_ticks import BagTicks
 from palpate.record.bags.bag import Bag
 from palpate.record.bags.open import open_any

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.arrays import Array
-from palpate.errors import RecordError
+from palpate.base.arrays import Array
+from palpate.base.errors import RecordError
 from palpate.export.bag_ticks import BagTicks
 from palpate.export.demonstration import Demonstration
 from palpate.export.frames import ArmFrames, frames_of

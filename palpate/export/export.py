@@ -10,8 +10,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from palpate import plugins
-from palpate.errors import PalpateError
+from palpate.base import plugins
+from palpate.base.errors import PalpateError
 from palpate.export.beside import with_forces
 from palpate.export.demonstration import Demonstration, demonstrations
 from palpate.export.folder import require_free, whole_folder

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from palpate.errors import OutputError
+from palpate.base.errors import OutputError
 
 
 @contextmanager

@@ -13,8 +13,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.arrays import Array
-from palpate.errors import PalpateError, RecordError
+from palpate.base.arrays import Array
+from palpate.base.errors import PalpateError, RecordError
 from palpate.record.ticks import Ticks
 
 SIGNALS = (

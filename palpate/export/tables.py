@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.errors import PalpateError, RecordError
+from palpate.base.errors import PalpateError, RecordError
 from palpate.export.bag_ticks import BagTicks
 from palpate.export.demonstration import Demonstration, free_name
 from palpate.export.frames import SIGNALS as OF_BAGS

@@ -7,7 +7,7 @@ The instrument is a follower of Palpate under its whole haptic cycle: guidance, 
 act as on a person's device.
 """
 
-from palpate.errors import MissingExtraError
+from palpate.base.errors import MissingExtraError
 
 try:
     import gymnasium

@@ -16,10 +16,10 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.arrays.checks import vector
+from palpate.base.arrays import Array
+from palpate.base.arrays.checks import vector
+from palpate.base.errors import PalpateError
 from palpate.devices.haptics import Haptics
-from palpate.errors import PalpateError
 from palpate.gym.mixing import Authority, Hand, Mixer
 from palpate.gym.observation import PARTS, observe, space_of
 from palpate.gym.policy import Policy

@@ -15,15 +15,15 @@ import numpy as np
 from gymnasium.error import ResetNeeded
 
 from palpate import _core
-from palpate.arrays import Array
-from palpate.bodies.engine import World as Engine
-from palpate.errors import PalpateError
+from palpate.base.arrays import Array
+from palpate.base.errors import PalpateError
 from palpate.gym.world import RATE, Motion, World, cycle_at
 from palpate.record.ticks import TICK_DOUBLES, Ticks, as_ticks
 from palpate.scene import held, soft
 from palpate.scene.rig import Rig
 from palpate.scene.together import capsules
-from palpate.tasks.hand import OPEN
+from palpate.session.tasks.hand import OPEN
+from palpate.world.bodies.engine import World as Engine
 
 Action = Literal["twist", "pose"]
 

@@ -7,8 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from palpate.arrays import Array, rigid
-from palpate.errors import PalpateError
+from palpate.base.arrays import Array, rigid
+from palpate.base.errors import PalpateError
 from palpate.gym.observation import Observation
 from palpate.gym.policy import Policy
 from palpate.gym.world import Motion

@@ -9,8 +9,8 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from palpate.arrays import Array
-from palpate.errors import PalpateError
+from palpate.base.arrays import Array
+from palpate.base.errors import PalpateError
 from palpate.record.ticks import Ticks
 
 PARTS = ("pose", "joints", "force", "contact", "goal")

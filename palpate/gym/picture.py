@@ -7,13 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.bodies.engine import World
 from palpate.export.video.arms import ArmBodies
 from palpate.export.video.drawing import Canvas
 from palpate.export.video.film import color_of, endoscope
 from palpate.export.video.solids import SolidBodies
 from palpate.record.ticks import Ticks
 from palpate.scene.rig import Rig
+from palpate.world.bodies.engine import World
 
 
 class Eye:

@@ -9,9 +9,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
+from palpate.base.errors import MissingExtraError, PalpateError
 from palpate.devices.python_file import import_file
-from palpate.errors import MissingExtraError, PalpateError
 from palpate.gym.observation import PARTS, Observation
 
 Policy: TypeAlias = Callable[[Observation], Any]

@@ -5,14 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.arrays import Array
-from palpate.errors import PalpateError
+from palpate.base.arrays import Array
+from palpate.base.errors import PalpateError
 from palpate.gym.instruments import Instruments
 from palpate.gym.world import World
 from palpate.record.ticks import Ticks
 from palpate.scene.rig import Rig
-from palpate.tasks import Judge, TaskResult, judge_in, look
-from palpate.tasks.hand import OPEN
+from palpate.session.tasks import Judge, TaskResult, judge_in, look
+from palpate.session.tasks.hand import OPEN
 
 _CLOSED = 0.5 * OPEN  # pinch angle below which a closing hand marks a place [rad]
 

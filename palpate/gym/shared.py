@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
+from palpate.base.errors import PalpateError
 from palpate.devices.driver import Driver, Reading, as_reading
 from palpate.devices.session import DrivenSession
-from palpate.errors import PalpateError
 from palpate.gym.mixing import Authority, Hand, Mixer
 from palpate.gym.observation import PARTS, observe
 from palpate.gym.policy import Policy

@@ -7,9 +7,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.arrays import Array
-from palpate.arrays.checks import positive
-from palpate.errors import PalpateError
+from palpate.base.arrays import Array
+from palpate.base.arrays.checks import positive
+from palpate.base.errors import PalpateError
 from palpate.gym.world import World
 from palpate.record.ticks import Ticks
 from palpate.scene.rig import Rig

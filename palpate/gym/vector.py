@@ -12,8 +12,9 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 from numpy.typing import NDArray
 
-from palpate.arrays import Array
-from palpate.errors import PalpateError
+from palpate.base.arrays import Array
+from palpate.base.errors import PalpateError
+from palpate.base.sweep.local import cores
 from palpate.gym.instruments import Action, Instruments
 from palpate.gym.observation import MORE, PARTS, Observation, observe, poses, space_of
 from palpate.gym.picture import Eye
@@ -21,7 +22,6 @@ from palpate.gym.scene_task import SceneTask
 from palpate.gym.tasks import TASKS, Task
 from palpate.gym.world import RATE, Motion, World
 from palpate.scene.scene import Scene
-from palpate.sweep.local import cores
 
 
 class PalpateVectorEnv(VectorEnv[Observation, NDArray[np.float64], NDArray[Any]]):

@@ -10,16 +10,16 @@ from typing import Any
 import numpy as np
 
 from palpate import _core
-from palpate.arrays import Array
-from palpate.arrays.checks import positive
+from palpate.base.arrays import Array
+from palpate.base.arrays.checks import positive
+from palpate.base.errors import PalpateError, SceneError
 from palpate.devices.loop import device_options, device_port, device_scene
-from palpate.errors import PalpateError, SceneError
 from palpate.scene import held
 from palpate.scene.overrides import override
 from palpate.scene.rig import MATERIALS, Rig, build, with_materials
 from palpate.scene.scene import Scene
 from palpate.scene.surface import Bodies
-from palpate.tasks import drawn
+from palpate.session.tasks import drawn
 
 RATE = 1000.0
 """Ticks of the haptic cycle per second [Hz]."""

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 
 NEED, HARM = 1.0, 3.0
 """Force that a task needs, and force that harms the tissue, where a task states none [N]."""

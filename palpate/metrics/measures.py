@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from palpate.arrays import Array
-from palpate.arrays.peaks import SustainedPeak
-from palpate.arrays.polyline import distance
+from palpate.base.arrays import Array
+from palpate.base.arrays.peaks import SustainedPeak
+from palpate.base.arrays.polyline import distance
 from palpate.metrics.force import HARM, NEED, TOUCH, force_sensitivity
 from palpate.metrics.smoothness import log_dimensionless_jerk, movements, sparc
 from palpate.record import Record

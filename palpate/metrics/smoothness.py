@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 
 PADDING, CUTOFF, LEAST = 4, 10.0, 0.05
 """SPARC: powers of two by which the spectrum is refined; highest frequency [Hz]; smallest amplitude that counts."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.errors import PlanningError
+from palpate.base.arrays import Array
+from palpate.base.errors import PlanningError
 from palpate.planning.checker import Checker
 from palpate.planning.problem import Problem
 from palpate.planning.result import Plan

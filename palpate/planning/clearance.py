@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.planning.checker import Checker, Nearest
 from palpate.planning.result import Clearance
 from palpate.planning.timing import Trajectory

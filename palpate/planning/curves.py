@@ -8,7 +8,7 @@ from math import comb
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 
 
 @dataclass(frozen=True)

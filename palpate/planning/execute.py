@@ -15,8 +15,8 @@ from collections.abc import Callable
 import numpy as np
 
 from palpate import _core
-from palpate.arrays import Array
-from palpate.errors import PlanningError
+from palpate.base.arrays import Array
+from palpate.base.errors import PlanningError
 from palpate.planning.ahead import Ahead, require_arm, require_start
 from palpate.planning.orders import Orders, Phase
 from palpate.planning.problem import Problem

@@ -8,11 +8,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
+from palpate.base.plotting import style
+from palpate.base.plotting.style import CAP, FORCE, INK, MUTED, SURFACE, TOOL, Canvas
 from palpate.planning.problem import Problem
 from palpate.planning.result import Plan
-from palpate.plotting import style
-from palpate.plotting.style import CAP, FORCE, INK, MUTED, SURFACE, TOOL, Canvas
 
 _SHADES = ("#e3b7a5", "#cfc57e", "#b9c7a3", "#c9b3d6", "#b7c9d6")
 _POSES = 7  # instruments drawn along the motion

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.arrays import Array
-from palpate.errors import MissingExtraError
+from palpate.base.arrays import Array
+from palpate.base.errors import MissingExtraError
 from palpate.planning.shapes import Capsule
 
 if TYPE_CHECKING:
-    from palpate.mesh import Mesh
-    from palpate.surfaces.surface import Surface
+    from palpate.world.mesh import Mesh
+    from palpate.world.surfaces.surface import Surface
 
 _SPECK = 1e-5  # size of the triangle that stands for a point of a cloud [m]
 _PLANE = 10.0  # half of the box that bounds a half-space for culling [m]
@@ -102,8 +102,8 @@ def of_surface(surface: Mesh | Surface) -> Solid:
     """
     import coal
 
-    from palpate import surfaces
-    from palpate.mesh import Mesh
+    from palpate.world import surfaces
+    from palpate.world.mesh import Mesh
 
     if isinstance(surface, Mesh):
         return mesh(surface.vertices, surface.triangles)

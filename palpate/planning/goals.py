@@ -12,12 +12,12 @@ import yaml
 
 from palpate import _core
 from palpate.arm import Arm
-from palpate.arrays import Array
-from palpate.arrays.so3 import matrices
-from palpate.arrays.yaml_loader import read_yaml
-from palpate.errors import PlanningError
+from palpate.base.arrays import Array
+from palpate.base.arrays.so3 import matrices
+from palpate.base.arrays.yaml_loader import read_yaml
+from palpate.base.errors import PlanningError
+from palpate.base.values.units import convert
 from palpate.planning.kinematics import pose_of
-from palpate.values.units import convert
 
 _RESTARTS = 24  # random starts of the inverse kinematics
 _SAME = 1e-3  # solutions nearer than this in all joints are one [rad, m]

@@ -13,8 +13,8 @@ from xml.etree import ElementTree
 import numpy as np
 
 from palpate.arm import Arm
-from palpate.arrays import Array
-from palpate.errors import ArmError
+from palpate.base.arrays import Array
+from palpate.base.errors import ArmError
 
 
 @dataclass(frozen=True)

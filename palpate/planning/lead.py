@@ -18,13 +18,13 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.guidance.fixture import Fixture
-from palpate.guidance.one_line import LEAD, WALL
+from palpate.base.arrays import Array
 from palpate.planning import planners, shorten
 from palpate.planning.checker import Checker
 from palpate.planning.problem import Problem
 from palpate.planning.result import Plan, tip_path
+from palpate.scene.guidance.fixture import Fixture
+from palpate.scene.guidance.one_line import LEAD, WALL
 
 TIMEOUT = 0.1
 """Time after which a new search gives up; it is examined between the steps of the search [s]."""

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.arm import Arm, urdf
-from palpate.arrays import Array
-from palpate.errors import ArmError, MeshError, PlanningError
-from palpate.mesh import files
+from palpate.base.arrays import Array
+from palpate.base.errors import ArmError, MeshError, PlanningError
+from palpate.world.mesh import files
 
 
 @dataclass(frozen=True)

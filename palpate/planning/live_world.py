@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate import _core
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.planning import geometry
 from palpate.planning.problem import Problem
 from palpate.planning.world import Obstacle, World

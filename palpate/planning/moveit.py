@@ -15,12 +15,12 @@ from xml.etree import ElementTree
 import numpy as np
 import yaml
 
-from palpate import limits
 from palpate.arm.urdf import SIZES
-from palpate.arrays import Array
-from palpate.arrays.so3 import quaternions
-from palpate.arrays.yaml_loader import MOST_OF_PLAN, Dumper, load_all
-from palpate.errors import OutputError, PlanningError
+from palpate.base import limits
+from palpate.base.arrays import Array
+from palpate.base.arrays.so3 import quaternions
+from palpate.base.arrays.yaml_loader import MOST_OF_PLAN, Dumper, load_all
+from palpate.base.errors import OutputError, PlanningError
 from palpate.planning import moveit_scene, shorten
 from palpate.planning.allowed import disabled_pairs
 from palpate.planning.checker import Checker

@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.arrays.so3 import quaternions
+from palpate.base.arrays import Array
+from palpate.base.arrays.so3 import quaternions
 from palpate.planning.problem import Problem
 from palpate.planning.world import Obstacle
 

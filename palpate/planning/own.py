@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.planning import geometry
 from palpate.planning.robot import Placed, Robot
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from palpate.arm import Arm
-from palpate.arrays import Array
-from palpate.errors import PlanningError
+from palpate.base.arrays import Array
+from palpate.base.errors import PlanningError
 from palpate.planning.checker import Checker
 from palpate.planning.curves import line
 from palpate.planning.robot import Robot

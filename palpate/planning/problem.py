@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from palpate.arm import NAMES, Arm, models_folder
-from palpate.arrays import Array, rigid
-from palpate.errors import ArmError, PlanningError, SceneError
+from palpate.base.arrays import Array, rigid
+from palpate.base.errors import ArmError, PlanningError, SceneError
 from palpate.planning import clearance as clearances
 from palpate.planning import geometry, goals, planners, refusals, shorten
 from palpate.planning.checker import Checker
@@ -21,7 +21,7 @@ from palpate.planning.result import Plan
 from palpate.planning.robot import Attached, Robot
 from palpate.planning.timing import Limits, Trajectory
 from palpate.planning.world import World, instrument, obstacle
-from palpate.surfaces import LiveCloud
+from palpate.world.surfaces import LiveCloud
 
 if TYPE_CHECKING:
     from palpate.scene import Scene

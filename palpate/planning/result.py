@@ -11,11 +11,11 @@ import numpy as np
 import yaml
 
 from palpate.arm import Arm
-from palpate.arrays import Array
-from palpate.arrays.plain import plain
-from palpate.arrays.so3 import quaternions
-from palpate.arrays.yaml_loader import MOST_OF_PLAN, Dumper, read_yaml
-from palpate.errors import OutputError, PlanningError
+from palpate.base.arrays import Array
+from palpate.base.arrays.plain import plain
+from palpate.base.arrays.so3 import quaternions
+from palpate.base.arrays.yaml_loader import MOST_OF_PLAN, Dumper, read_yaml
+from palpate.base.errors import OutputError, PlanningError
 from palpate.planning.curves import Curve
 from palpate.planning.timing import Limits, Trajectory
 

@@ -14,7 +14,7 @@ from scipy.sparse.csgraph import connected_components
 
 from palpate.arm import Arm
 from palpate.arm.shapes import Visual
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.planning import geometry, links, shapes
 from palpate.planning.geometry import Solid
 from palpate.planning.kinematics import Kinematics

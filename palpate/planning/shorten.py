@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.planning.checker import Checker
 from palpate.planning.curves import Curve, corner, line
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate.arrays import Array, rigid
-from palpate.errors import PlanningError
+from palpate.base.arrays import Array, rigid
+from palpate.base.errors import PlanningError
 from palpate.planning.planners import levers
 from palpate.planning.problem import Problem
 from palpate.planning.result import Plan

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from palpate.arm import Arm
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.planning.curves import Curve
 
 _SPEED_UP = 0.25  # default time in which a joint reaches its speed [s]

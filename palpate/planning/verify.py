@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.planning import geometry
 from palpate.planning.allowed import disabled_pairs
 from palpate.planning.problem import Problem

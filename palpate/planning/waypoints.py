@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.errors import PlanningError
+from palpate.base.arrays import Array
+from palpate.base.errors import PlanningError
 from palpate.planning.checker import Blocked, Checker
 from palpate.planning.curves import Curve, line
 from palpate.planning.result import Plan

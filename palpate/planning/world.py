@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.errors import SceneError
+from palpate.base.arrays import Array
+from palpate.base.errors import SceneError
 from palpate.planning import geometry
 from palpate.planning.geometry import Solid
 from palpate.planning.robot import Robot
 
 if TYPE_CHECKING:
-    from palpate.mesh import Mesh
-    from palpate.surfaces.surface import Surface
+    from palpate.world.mesh import Mesh
+    from palpate.world.surfaces.surface import Surface
 
 Distance = Callable[[Array], Array]
 """Signed distances (k,) [m] of points (k, 3) [m], negative inside."""
@@ -61,7 +61,7 @@ class Obstacle:
 
 def obstacle(name: str, surface: Mesh | Surface, X_WO: Array) -> Obstacle:
     """An object of a scene; an open mesh has no inside and is treated as a surface."""
-    from palpate.mesh import Mesh
+    from palpate.world.mesh import Mesh
 
     solid, note = geometry.of_surface(surface), ""
     inside: Distance | None = None

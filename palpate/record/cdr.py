@@ -6,7 +6,7 @@ import struct
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 
 _HEAD = b"\x00\x01\x00\x00"
 

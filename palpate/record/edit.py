@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.errors import OutputError, RecordError
+from palpate.base.errors import OutputError, RecordError
 from palpate.record.layout import GROUPS, group_of_topic, type_name
 from palpate.record.mcap_file import MESSAGE_HEAD, Block, McapFile
 from palpate.record.mcap_scan import Index, Place, scan

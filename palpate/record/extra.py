@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.arrays import Array, so3
+from palpate.base.arrays import Array, so3
 from palpate.record.cdr import Cdr
 from palpate.record.ticks import Ticks
 

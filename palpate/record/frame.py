@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from palpate.arrays import Array
-from palpate.errors import MissingExtraError
+from palpate.base.arrays import Array
+from palpate.base.errors import MissingExtraError
 from palpate.record.ticks import Signal, Ticks
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.record.ticks import Ticks
 
 NAMES = ("coupling", "low_pass", "passivity", "caps")

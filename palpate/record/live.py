@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate.arrays import Array, so3
+from palpate.base.arrays import Array, so3
 from palpate.record.ticks import Ticks
 
 STATUS = ("not seen yet", "tracked", "lost")

@@ -23,8 +23,8 @@ from mcap.data_stream import ReadDataStream
 from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 
-from palpate import limits
-from palpate.errors import RecordError
+from palpate.base import limits
+from palpate.base.errors import RecordError
 from palpate.record.mcap_file import MAGIC, MESSAGE_HEAD
 
 _MOST_RATIO = 64  # unpacked bytes for each byte of a file: telemetry reaches 10

@@ -13,7 +13,7 @@ import numpy as np
 from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
-from palpate.errors import RecordError
+from palpate.base.errors import RecordError
 from palpate.record import per_signal
 from palpate.record.layout import CDR, Layout, field_name, group_of_topic
 from palpate.record.mcap_file import MESSAGE_HEAD

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.errors import RecordError
+from palpate.base.errors import RecordError
 from palpate.record.mcap_scan import Index, damaged, scan
 from palpate.record.pieces import Group, groups_of
 from palpate.record.snapshots import CAMERA, SHAPES, BodyTrack, Track

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.record.cdr import Cdr
 
 RATE = 25.0

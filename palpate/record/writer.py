@@ -14,9 +14,9 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from palpate.arrays import Array
-from palpate.arrays.yaml_loader import Dumper
-from palpate.errors import OutputError
+from palpate.base.arrays import Array
+from palpate.base.arrays.yaml_loader import Dumper
+from palpate.base.errors import OutputError
 from palpate.record.extra import RATE, Extra
 from palpate.record.extra_writer import ExtraWriter
 from palpate.record.group_writer import GroupWriter, nanoseconds

@@ -9,7 +9,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from palpate.errors import MissingExtraError
+from palpate.base.errors import MissingExtraError
 from palpate.record.bags.bag import Bag
 from palpate.record.bags.summary import summary_of
 from palpate.record.bags.tracks import ArmTracks, Track
@@ -18,7 +18,7 @@ from palpate.report.page import write
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from palpate.plotting.style import Canvas
+    from palpate.base.plotting.style import Canvas
 
 _MOST_EVENTS = 300
 
@@ -40,7 +40,7 @@ def report(bag: Bag) -> str:
         MissingExtraError: matplotlib is not installed.
     """
     try:
-        from palpate.plotting.style import picture
+        from palpate.base.plotting.style import picture
     except ImportError as error:
         raise MissingExtraError("the report's figures", "report") from error
 
@@ -70,7 +70,7 @@ def report(bag: Bag) -> str:
 def _draw(arm: ArmTracks, canvas: Canvas) -> Figure:
     from matplotlib.figure import Figure as Drawn
 
-    from palpate.plotting.style import JOINTS, curve
+    from palpate.base.plotting.style import JOINTS, curve
 
     figure = Drawn(figsize=(canvas.width, 4.4), layout="constrained")
     rows = figure.subplots(2, 1, sharex=True)

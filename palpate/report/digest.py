@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.record.reader import Record
 from palpate.record.ticks import STATUS, Ticks
 from palpate.report.touches import Touched

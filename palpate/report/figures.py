@@ -10,12 +10,12 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
-from palpate.plotting.style import CAP, CELL, DEPTH, FORCE, INK, JOINTS, MUTED, PHASES, Canvas, curve
+from palpate.base.plotting.style import CAP, CELL, DEPTH, FORCE, INK, JOINTS, MUTED, PHASES, Canvas, curve
 from palpate.report.assumptions import FAST_FORCE
 from palpate.report.grasp import grasp_of
 from palpate.report.run import Run
 from palpate.report.soft import soft_law
-from palpate.tissue import indentation
+from palpate.world.tissue import indentation
 
 SHADED = 80
 """Phases of a run up to which they are shaded; more would be narrower than the lines."""

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.arm import Arm
-from palpate.errors import MissingExtraError, PalpateError
+from palpate.base.errors import MissingExtraError, PalpateError
 from palpate.record.reader import Record
 from palpate.record.ticks import STATUS
 from palpate.report import elements, energy, imperfections, rates, tracked
@@ -30,7 +30,7 @@ from palpate.session.summary import Summary
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from palpate.plotting.style import Canvas
+    from palpate.base.plotting.style import Canvas
 
 
 def write_report(record: str | Path, out: str | Path | None = None) -> Path:
@@ -63,7 +63,7 @@ def report(record: Record) -> str:
 
 def _page(run: Run) -> str:
     try:
-        from palpate.plotting.style import picture
+        from palpate.base.plotting.style import picture
         from palpate.report import figures, remote, views
     except ImportError as error:
         raise MissingExtraError("the report's figures", "report") from error

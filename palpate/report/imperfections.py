@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from html import escape
 
-from palpate import hands
-from palpate.errors import PalpateError
+from palpate.arm import hands
+from palpate.base.errors import PalpateError
 from palpate.record.reader import Record
 from palpate.scene.scene import Scene
 from palpate.session.recorded import recorded_scene

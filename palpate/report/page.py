@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from palpate.errors import OutputError
+from palpate.base.errors import OutputError
 
 
 def write(page: Path, text: str) -> Path:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.errors import MissingExtraError, RecordError, SceneError
+from palpate.base.errors import MissingExtraError, RecordError, SceneError
 from palpate.record.reader import Record
 from palpate.report.html import page_of, section, write_report
 from palpate.report.page import write
@@ -22,7 +22,7 @@ from palpate.session.run_folder import SCENE
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from palpate.plotting.style import Canvas
+    from palpate.base.plotting.style import Canvas
 
 _STORY = "Force on each hand over time; below, the force with which the instruments push each other."
 _MEETING = "How close the instruments and the handles came. The forces of two instruments on each other are opposite."
@@ -77,7 +77,7 @@ def write_pairs_report(folder: Path, out: Path | None = None, each: bool = True)
 
 def _text(folder: Path, runs: dict[str, Run]) -> str:
     try:
-        from palpate.plotting.style import picture
+        from palpate.base.plotting.style import picture
     except ImportError as error:
         raise MissingExtraError("the report's figures", "report") from error
     links = ", ".join(
@@ -129,7 +129,7 @@ def _meetings(runs: dict[str, Run]) -> str:
 def _story(runs: dict[str, Run], canvas: Canvas) -> Figure:
     from matplotlib.figure import Figure as NewFigure
 
-    from palpate.plotting.style import JOINTS, curve
+    from palpate.base.plotting.style import JOINTS, curve
 
     figure = NewFigure(figsize=(canvas.width, 4.2), layout="constrained")
     force, push = figure.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])

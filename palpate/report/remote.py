@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from palpate.plotting.style import CAP, DEPTH, FORCE, MUTED, Canvas, curve
+from palpate.base.plotting.style import CAP, DEPTH, FORCE, MUTED, Canvas, curve
 from palpate.report.run import Run
 
 _FELT = 0.05  # N; smaller forces are no contact

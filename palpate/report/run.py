@@ -11,8 +11,8 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from palpate.arrays.plain import Content
-from palpate.arrays.yaml_loader import load
+from palpate.base.arrays.plain import Content
+from palpate.base.arrays.yaml_loader import load
 from palpate.record.reader import Record
 from palpate.record.ticks import Ticks
 from palpate.report.digest import Digest
@@ -73,7 +73,7 @@ class Run:
     def sphere_names(self) -> list[str]:
         """Names of the tool's spheres, the one at the tip first; only ["tip"] if the scene cannot be rebuilt."""
         from palpate.arm import Arm
-        from palpate.errors import PalpateError
+        from palpate.base.errors import PalpateError
 
         try:
             from palpate.scene.tool import tool_spheres
@@ -161,13 +161,13 @@ class Run:
     @cached_property
     def surface(self) -> list[tuple[NDArray[np.float64], NDArray[np.int32]]]:
         """Touched surfaces in W, to draw: vertices (n, 3) [m] and triangles (m, 3). Empty if they cannot be rebuilt."""
-        from palpate.errors import PalpateError
+        from palpate.base.errors import PalpateError
 
         try:
-            from palpate.mesh import quiet
-            from palpate.mesh.coarse import MOST_TRIANGLES
             from palpate.scene.surface import placed
             from palpate.session.recorded import recorded_scene
+            from palpate.world.mesh import quiet
+            from palpate.world.mesh.coarse import MOST_TRIANGLES
 
             with quiet():  # the run has warned of defects in the meshes
                 surfaces = placed(recorded_scene(self.record))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import yaml
 from rich.table import Table
 
-from palpate.arrays.yaml_loader import load
+from palpate.base.arrays.yaml_loader import load
 from palpate.record.lag import WORDS as FILTERS
 from palpate.record.withheld import LASTING, SHIFT, WORDS
 from palpate.session.summary import Summary, Totals

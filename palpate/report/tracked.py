@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.record import live
 from palpate.record.ticks import Ticks
 

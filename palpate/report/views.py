@@ -9,9 +9,9 @@ from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from palpate.arrays import Array
-from palpate.arrays.so3 import unit
-from palpate.plotting.style import INK, MUTED, PROXY, SURFACE, TOOL, Canvas
+from palpate.base.arrays import Array
+from palpate.base.arrays.so3 import unit
+from palpate.base.plotting.style import INK, MUTED, PROXY, SURFACE, TOOL, Canvas
 from palpate.report.run import Run
 
 _LIGHT = np.array([-0.4, -0.5, 0.77])

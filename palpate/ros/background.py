@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Self
 
 from palpate import ros
-from palpate.node_thread import NodeThread
+from palpate.base.node_thread import NodeThread
 
 
 class BackgroundNode:

@@ -26,8 +26,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import ModuleType
 
-from palpate import dds_security
-from palpate.errors import RosMissingError
+from palpate.base import dds_security
+from palpate.base.errors import RosMissingError
 from palpate.ros import where
 
 HERE = Path(__file__).parent

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.errors import SceneError
+from palpate.base.errors import SceneError
 from palpate.record.ticks import as_ticks
 from palpate.ros.around.convert import WORLD, latched, transforms
 from palpate.scene.rig import build

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.errors import PalpateError
+from palpate.base.arrays import Array
+from palpate.base.errors import PalpateError
 from palpate.ros import topic
 
 if TYPE_CHECKING:

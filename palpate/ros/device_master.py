@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.devices.buttons import OWN, own_names
 from palpate.devices.driver import Driver, Facts, Reading, as_reading, facts
 from palpate.ros import topic

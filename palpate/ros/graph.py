@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from palpate import ros
-from palpate.arrays import Array
-from palpate.errors import PalpateError
+from palpate.base.arrays import Array
+from palpate.base.errors import PalpateError
 from palpate.ros import topic
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from palpate.plotting.style import Canvas
+    from palpate.base.plotting.style import Canvas
 
 SETTLED = 1.5
 """The network is discovered when it has not grown for this time [s]."""
@@ -190,7 +190,7 @@ def draw(graph: Graph, path: Path) -> int:
 
     Topics that connect two nodes, or else those with messages, are drawn.
     """
-    from palpate.plotting.style import png
+    from palpate.base.plotting.style import png
 
     shown = [one for one in graph.topics if one.publishers and one.subscribers]
     shown = shown or [one for one in graph.topics if one.messages]
@@ -202,7 +202,7 @@ def draw(graph: Graph, path: Path) -> int:
 def _drawing(shown: list[TopicFacts], canvas: Canvas) -> Figure:
     from matplotlib.figure import Figure as NewFigure
 
-    from palpate.plotting.style import JOINTS
+    from palpate.base.plotting.style import JOINTS
 
     left = list(dict.fromkeys(node for one in shown for node in one.publishers))
     right = list(dict.fromkeys(node for one in shown for node in one.subscribers))

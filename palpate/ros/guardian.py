@@ -16,7 +16,7 @@ import time
 from collections.abc import Mapping
 from typing import Any
 
-from palpate.errors import PalpateError
+from palpate.base.errors import PalpateError
 
 
 class Guardian:

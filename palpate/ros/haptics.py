@@ -14,9 +14,9 @@ from typing import Any
 
 import numpy as np
 
-from palpate import _core, ros, stop_signals
-from palpate.bodies.engine import World
-from palpate.errors import PalpateError
+from palpate import _core, ros
+from palpate.base import stop_signals
+from palpate.base.errors import PalpateError
 from palpate.record.ticks import STATUS, Ticks
 from palpate.renamed import RenamedMethod
 from palpate.ros import jitter
@@ -30,6 +30,7 @@ from palpate.session import LiveSession, State
 from palpate.session.faults import SeenFaults
 from palpate.session.run_folder import require_writable
 from palpate.session.summary import Summary
+from palpate.world.bodies.engine import World
 
 FORCE_CAP = 1.0
 """Default force cap on real arms [N]; only --force-cap can raise it."""

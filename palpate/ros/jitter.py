@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.ros import causes
 
 SECONDS = 1.0

@@ -19,7 +19,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from palpate.errors import OutputError, PalpateError
+from palpate.base.errors import OutputError, PalpateError
 from palpate.ros.roles import Role, role_of, topics
 
 DAYS = 3650

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.errors import PlanningError
+from palpate.base.arrays import Array
+from palpate.base.errors import PlanningError
 from palpate.planning.checker import Checker
 from palpate.planning.execute import Execution
 from palpate.planning.orders import Orders, Phase

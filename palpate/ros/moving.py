@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.errors import PalpateError, PlanningError
+from palpate.base.arrays import Array
+from palpate.base.errors import PalpateError, PlanningError
 from palpate.planning.ahead import require_start
 from palpate.planning.orders import Orders, Phase
 from palpate.ros import topic

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Self
 
 from palpate import ros
-from palpate.errors import PalpateError
+from palpate.base.errors import PalpateError
 from palpate.ros.haptics import Devices, HapticSession, Limits, join_bodies
 from palpate.scene.scene import Scene
 from palpate.scene.together import build_pairs, capsules

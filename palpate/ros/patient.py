@@ -17,8 +17,8 @@ from typing import Any, Literal
 import numpy as np
 
 from palpate import _network, ros
-from palpate.arrays import rigid, so3
-from palpate.errors import PalpateError
+from palpate.base.arrays import rigid, so3
+from palpate.base.errors import PalpateError
 from palpate.ros import topic
 from palpate.ros.background import BackgroundNode
 from palpate.ros.crtk_arm import FIND, refusal

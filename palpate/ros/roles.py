@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cache
 
-from palpate.errors import PalpateError
+from palpate.base.errors import PalpateError
 
 _MEASURED = (
     "*/measured_*",

@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from palpate.arrays import Array, rigid
-from palpate.arrays.so3 import pose
-from palpate.errors import PlanningError
+from palpate.base.arrays import Array, rigid
+from palpate.base.arrays.so3 import pose
+from palpate.base.errors import PlanningError
 from palpate.planning.sound import apart
 from palpate.ros import topic
 from palpate.ros.crtk_arm import FIND, CrtkArm

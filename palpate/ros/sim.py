@@ -7,7 +7,7 @@ import time
 from collections.abc import Sequence
 from typing import Any
 
-from palpate.errors import PalpateError
+from palpate.base.errors import PalpateError
 from palpate.ros import build
 from palpate.simulators import dvrk
 

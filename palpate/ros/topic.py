@@ -13,7 +13,7 @@ import numpy as np
 import yaml
 
 from palpate import ros
-from palpate.errors import PalpateError
+from palpate.base.errors import PalpateError
 
 _PACKAGE = re.compile(r"[a-z][a-z0-9_]*")  # name of a ROS package
 FIND = 3.0

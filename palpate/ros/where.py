@@ -12,7 +12,7 @@ import sysconfig
 from dataclasses import dataclass
 from pathlib import Path
 
-from palpate.errors import RosMissingError
+from palpate.base.errors import RosMissingError
 
 _RELEASES = {5: "Humble", 6: "Iron", 9: "Jazzy", 10: "Kilted"}  # by the major version of rcl
 _GUARD = "_ROS_WHEELS_BOOTSTRAP_COMPLETE"  # set by the wheels' start-up code

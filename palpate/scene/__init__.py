@@ -1,5 +1,6 @@
 """Scene files: all inputs of a run, read from YAML. Errors name the line in the file."""
 
+from palpate.base.values import Pose
 from palpate.scene.leader import LeaderSection
 from palpate.scene.mapping import MappingSection
 from palpate.scene.model import (
@@ -14,7 +15,6 @@ from palpate.scene.model import (
 from palpate.scene.operator import OperatorSection, PalpateSection, WayPoint
 from palpate.scene.scene import Scene
 from palpate.scene.stability import StabilitySection
-from palpate.values import Pose
 
 __all__ = [
     "ArmsSection",

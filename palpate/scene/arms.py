@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.arm import Arm
-from palpate.arrays import Array, so3
-from palpate.errors import SceneError
+from palpate.base.arrays import Array, so3
+from palpate.base.errors import SceneError
 from palpate.scene import placing
 from palpate.scene.hand import HandPlan
 from palpate.scene.scene import Scene

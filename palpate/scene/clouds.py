@@ -8,11 +8,11 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, model_validator
 
-from palpate import surfaces
-from palpate.clouds import PointCloud
-from palpate.clouds.table import Unit
-from palpate.errors import CloudError
-from palpate.values import NotNegative, Positive, Section, Vector
+from palpate.base.errors import CloudError
+from palpate.base.values import NotNegative, Positive, Section, Vector
+from palpate.world import surfaces
+from palpate.world.clouds import PointCloud
+from palpate.world.clouds.table import Unit
 
 _GRAZING = 0.2  # smallest cosine of the angle between normal and line of sight at which a sensor sees a point
 
@@ -31,8 +31,8 @@ class SampleSection(Section):
 
     def make(self, viewpoint: Vector | None, name: str) -> PointCloud:
         """The cloud; with a viewpoint only the points whose surface faces it."""
-        from palpate import shapes
-        from palpate.registration.clouds import sampled
+        from palpate.world import shapes
+        from palpate.world.registration.clouds import sampled
 
         make = {"organ": shapes.organ, "gallbladder": shapes.gallbladder}[self.shape]
         vertices, triangles = make(30_000)

@@ -7,7 +7,8 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, WithJsonSchema
 
-from palpate import _core, plugins
+from palpate import _core
+from palpate.base import plugins
 
 _OURS = tuple(_core.contact_methods())
 

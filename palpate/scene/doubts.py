@@ -7,14 +7,14 @@ import warnings
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.contact import touchable
-from palpate.errors import FrameError, PalpateWarning, SceneError
-from palpate.mesh import Mesh
+from palpate.base.arrays import Array
+from palpate.base.errors import FrameError, PalpateWarning, SceneError
 from palpate.scene import placing
+from palpate.scene.contact import touchable
 from palpate.scene.scene import Scene
 from palpate.scene.sensors import SensorSection
 from palpate.scene.surface import PlacedSurface
+from palpate.world.mesh import Mesh
 
 _HAND_BEARS = 50.0  # [N] above it no device of the field pushes, and no hand holds
 _HAND_TURNS = 5.0  # [N m]

@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from palpate.values import Number, Pose, Positive, Section
+from palpate.base.values import Number, Pose, Positive, Section
 
 
 class EndoscopeSection(Section):

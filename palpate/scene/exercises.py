@@ -18,10 +18,10 @@ from xml.etree import ElementTree as Xml
 
 import numpy as np
 
-from palpate import limits
 from palpate.arm import urdf
-from palpate.arrays import Array, so3
-from palpate.errors import ArmError, SceneError
+from palpate.base import limits
+from palpate.base.arrays import Array, so3
+from palpate.base.errors import ArmError, SceneError
 
 _ABOVE = 0.19  # height of the follower's base above the lowest fixed object [m]
 _TOOL = 0.07  # height of the tool at the start above it [m]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from palpate import _core
-from palpate.values import NotNegative, Positive, Section
+from palpate.base.values import NotNegative, Positive, Section
 
 _E = _core.EstimateOptions()
 Presence = Literal["both", "virtual", "real"]

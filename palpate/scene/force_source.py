@@ -9,8 +9,8 @@ import yaml
 
 from palpate import _core
 from palpate.arm import Arm
-from palpate.arrays.yaml_loader import read_yaml
-from palpate.errors import PalpateWarning, RecordingError, SceneError
+from palpate.base.arrays.yaml_loader import read_yaml
+from palpate.base.errors import PalpateWarning, RecordingError, SceneError
 from palpate.scene.scene import Scene
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from palpate.errors import SceneError
+from palpate.base.errors import SceneError
 from palpate.scene.model import ObjectSection
 from palpate.scene.scene import Scene
 

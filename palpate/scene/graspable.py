@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field
 
 from palpate import _core
-from palpate.values import Pose, Positive, Section
+from palpate.base.values import Pose, Positive, Section
 
 CARRIED = -2
 """`link` of a contact sphere on the object that the jaws carry."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from palpate import _core
 from palpate.arm import Arm
-from palpate.errors import SceneError
+from palpate.base.errors import SceneError
 from palpate.scene.scene import Scene
 
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate import _core
-from palpate.arrays import Array
-from palpate.errors import SceneError
+from palpate.base.arrays import Array
+from palpate.base.errors import SceneError
 from palpate.scene import doubts
 from palpate.scene.jaws import GripPoint
 from palpate.scene.scene import Scene

@@ -6,8 +6,8 @@ from typing import Annotated
 
 from pydantic import Field, ValidationError
 
-from palpate.errors import DeviceError
-from palpate.values import NotNegative, Section
+from palpate.base.errors import DeviceError
+from palpate.base.values import NotNegative, Section
 
 _TEXTS = ("id", "url", "grip")  # options that are no numbers
 

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from palpate import _core
-from palpate.bodies import shapes
-from palpate.bodies.engine import JawShape, ToolShape, World
-from palpate.bodies.shapes import Solid
-from palpate.errors import SceneError
+from palpate.base.errors import SceneError
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
 from palpate.scene.tool import ToolSphereSection, tool_sphere
+from palpate.world.bodies import shapes
+from palpate.world.bodies.engine import JawShape, ToolShape, World
+from palpate.world.bodies.shapes import Solid
 
 
 def join(rigs: Mapping[str, Rig], loops: Sequence[_core.Simulation] | Sequence[_core.DeviceCycle]) -> World | None:

@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field, model_validator
 
 from palpate import _core
-from palpate.values import NotNegative, Number, Positive, Section
+from palpate.base.values import NotNegative, Number, Positive, Section
 
 _M = _core.MappingOptions()
 _Angle = Annotated[Number, Field(ge=-3.2, le=3.2)]

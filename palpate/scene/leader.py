@@ -11,9 +11,9 @@ from pydantic_core import CoreSchema
 
 from palpate import _core
 from palpate.arm import NAMES
+from palpate.base.values import NotNegative, Number, Pose, Positive, Section
 from palpate.scene.haply import HaplySection
 from palpate.scene.jaws import GripperSection
-from palpate.values import NotNegative, Number, Pose, Positive, Section
 
 _C = _core.SimulationOptions()
 

@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from palpate import _core
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.scene.rig import Rig
 
 

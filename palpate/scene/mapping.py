@@ -10,8 +10,8 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
 from palpate import _core
-from palpate.errors import SceneError
-from palpate.values import NotNegative, Number, Positive, Section, Vector
+from palpate.base.errors import SceneError
+from palpate.base.values import NotNegative, Number, Positive, Section, Vector
 
 _C = _core.MappingOptions()
 _R = _C.recentring

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from palpate import _core
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.scene.model import ObjectSection
 from palpate.scene.tissue import MotionSection, RegionSection
 

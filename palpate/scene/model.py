@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator, model_validator
 
 from palpate import _core
+from palpate.base.values import Color, Diagonal, NotNegative, Number, Pose, Positive, Section
 from palpate.record.ticks import SIGNALS
 from palpate.scene.clouds import CloudSection
 from palpate.scene.contact_method import ContactMethod
@@ -27,7 +28,6 @@ from palpate.scene.solids import (
 from palpate.scene.stability import Share
 from palpate.scene.tissue import Motions, RegionSection, check_friction
 from palpate.scene.tool import ToolSphereSection
-from palpate.values import Color, Diagonal, NotNegative, Number, Pose, Positive, Section
 
 _C = _core.SimulationOptions()
 _M = _core.Material()

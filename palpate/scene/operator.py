@@ -7,10 +7,11 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field, ValidationInfo, WithJsonSchema, model_validator
 
-from palpate import _core, hands
-from palpate.errors import RecordingError
+from palpate import _core
+from palpate.arm import hands
+from palpate.base.errors import RecordingError
+from palpate.base.values import NotNegative, Number, Positive, Section, Vector
 from palpate.scene.jaws import GripPoint, check_times
-from palpate.values import NotNegative, Number, Positive, Section, Vector
 
 _C = _core.SimulationOptions()
 
@@ -21,7 +22,7 @@ def _known(name: str) -> str:
     raise ValueError(f"there is no hand {name!r} | use one of {', '.join(hands.PRESETS)}; or a file, my_hand.yaml")
 
 
-#: Name of a hand of `palpate.hands`, or the path of a hand file relative to the scene file.
+#: Name of a hand of `palpate.arm.hands`, or the path of a hand file relative to the scene file.
 HandName = Annotated[
     str,
     AfterValidator(_known),

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
-from palpate.arrays.plain import Content
-from palpate.errors import SceneError, format_place
+from palpate.base.arrays.plain import Content
+from palpate.base.errors import SceneError, format_place
+from palpate.base.values.wording import Place, explain
 from palpate.scene.operator import load_hand
 from palpate.scene.scene import Scene
-from palpate.values.wording import Place, explain
 
 
 def override(scene: Scene, overrides: Mapping[str, Any]) -> Scene:

@@ -7,15 +7,15 @@ from collections.abc import Mapping
 from itertools import combinations
 from typing import Any
 
-from palpate.arrays.plain import Content
-from palpate.errors import ValueAtError
-from palpate.guidance.lists import FixtureList
+from palpate.base.arrays.plain import Content
+from palpate.base.errors import ValueAtError
+from palpate.base.values import NotNegative, Positive, Section
 from palpate.scene.force import ForceSection
+from palpate.scene.guidance.lists import FixtureList
 from palpate.scene.mapping import MappingSection
 from palpate.scene.model import ArmsSection, ContactSection, TorqueSection
 from palpate.scene.operator import OperatorSection
 from palpate.scene.stability import StabilitySection
-from palpate.values import NotNegative, Positive, Section
 
 MOST = 8
 """Largest number of pairs in a scene."""

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 
 from palpate.arm.ecm import Ecm, follows_picture
-from palpate.arrays import Array
-from palpate.errors import ArmError, SceneError
+from palpate.base.arrays import Array
+from palpate.base.errors import ArmError, SceneError
 from palpate.scene.ecm import EcmSection
 from palpate.scene.hand import HandPlan
 from palpate.scene.scene import Scene

@@ -5,11 +5,11 @@ from __future__ import annotations
 from functools import partial
 
 from palpate import _core
-from palpate.arrays import Array, rigid
-from palpate.errors import FrameError, SceneError
-from palpate.frames import Edge, FrameGraph, FrameSection, files
-from palpate.frames.graph import WORLD
+from palpate.base.arrays import Array, rigid
+from palpate.base.errors import FrameError, SceneError
 from palpate.scene.scene import Scene
+from palpate.world.frames import Edge, FrameGraph, FrameSection, files
+from palpate.world.frames.graph import WORLD
 
 ARMS = ("leader", "follower")
 

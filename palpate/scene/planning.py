@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field, field_validator
 
-from palpate.values import NotNegative, Number, Pose, Positive, Section
+from palpate.base.values import NotNegative, Number, Pose, Positive, Section
 
 Joints = Annotated[tuple[Number, ...], Field(min_length=1, max_length=12)]
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from palpate import _core
 from palpate.arm import Arm
-from palpate.arrays import Array
-from palpate.hands import PRESETS
+from palpate.arm.hands import PRESETS
+from palpate.base.arrays import Array
 from palpate.scene.stability import StabilitySection
 
 _DEFAULT = _core.StabilityOptions()

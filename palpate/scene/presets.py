@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 from typing import Any
 
-from palpate.arrays.plain import Content
+from palpate.base.arrays.plain import Content
 
 #: `paper`: Munawar and Fischer 2016. SPR of 30 mm diameter (Fig 12), 500 Hz (section 2.4), Table 1's stable middle row.
 #: `as-shipped`: the authors' published code of the time: haptics at 100 Hz without damping, collision at 250 Hz.

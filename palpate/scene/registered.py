@@ -6,15 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.arrays.rigid import inverse, transform
-from palpate.errors import SceneError
-from palpate.frames import FrameSection
-from palpate.registration.clouds import sampled
-from palpate.registration.procedure import Organ
+from palpate.base.arrays import Array
+from palpate.base.arrays.rigid import inverse, transform
+from palpate.base.errors import SceneError
 from palpate.scene import surface
 from palpate.scene.registration import RegistrationSection
 from palpate.scene.scene import Scene
+from palpate.world.frames import FrameSection
+from palpate.world.registration.clouds import sampled
+from palpate.world.registration.procedure import Organ
 
 _SAMPLES = 20_000  # points spread over the organ
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from palpate.values import NotNegative, Pose, Positive, Section, Vector
+from palpate.base.values import NotNegative, Pose, Positive, Section, Vector
 
 
 class CameraSection(Section):

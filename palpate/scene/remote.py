@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from palpate.values import Positive, Section, Vector
+from palpate.base.values import Positive, Section, Vector
 
 
 class RemoteSection(Section):

@@ -10,11 +10,9 @@ import yaml
 
 from palpate import _core
 from palpate.arm.gravity_model import GravityModel
-from palpate.arrays import Array
-from palpate.arrays.yaml_loader import Dumper
-from palpate.errors import PalpateWarning, RecordingError, SceneError
-from palpate.frames import FrameGraph
-from palpate.guidance.context import FixtureContext
+from palpate.base.arrays import Array
+from palpate.base.arrays.yaml_loader import Dumper
+from palpate.base.errors import PalpateWarning, RecordingError, SceneError
 from palpate.scene import (
     arms,
     contact_method,
@@ -31,8 +29,10 @@ from palpate.scene import (
     surface,
     tool,
 )
+from palpate.scene.guidance.context import FixtureContext
 from palpate.scene.scene import Scene
-from palpate.surfaces import DistanceGrid
+from palpate.world.frames import FrameGraph
+from palpate.world.surfaces import DistanceGrid
 
 
 @dataclass(frozen=True)

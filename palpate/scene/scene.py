@@ -12,17 +12,16 @@ from pydantic import Field, PrivateAttr, ValidationError, model_validator
 
 from palpate import _core
 from palpate.arm import NAMES, Arm
-from palpate.arrays.yaml_loader import Dumper
-from palpate.bodies import BodySection, EngineSection
-from palpate.bodies.sections import check as check_bodies
-from palpate.errors import ArmError, SceneError, ValueAtError, format_place
-from palpate.frames import FrameSection
-from palpate.guidance.lists import FixtureList, with_unique_names
+from palpate.base.arrays.yaml_loader import Dumper
+from palpate.base.errors import ArmError, SceneError, ValueAtError, format_place
+from palpate.base.values import NotNegative, Positive, Section, Vector
+from palpate.base.values.wording import Place, explain
 from palpate.scene import exercises, presets, shipped, text
 from palpate.scene import pairs as pairs_module
 from palpate.scene.ecm import EcmSection
 from palpate.scene.force import ForceSection
 from palpate.scene.graspable import GraspableSection
+from palpate.scene.guidance.lists import FixtureList, with_unique_names
 from palpate.scene.mapping import MappingSection
 from palpate.scene.model import (
     ArmsSection,
@@ -41,8 +40,9 @@ from palpate.scene.sensors import SensorSection, with_topics
 from palpate.scene.stability import StabilitySection
 from palpate.scene.task import TaskSection
 from palpate.scene.trackers import TrackerSection
-from palpate.values import NotNegative, Positive, Section, Vector
-from palpate.values.wording import Place, explain
+from palpate.world.bodies import BodySection, EngineSection
+from palpate.world.bodies.sections import check as check_bodies
+from palpate.world.frames import FrameSection
 
 _C = _core.SimulationOptions()
 _VARIABLE = re.compile(r"\$\{(\w+)(?::-([^}]*))?\}")

@@ -7,8 +7,8 @@ from typing import Any
 
 from pydantic.json_schema import GenerateJsonSchema, JsonSchemaValue
 
+from palpate.base.values.descriptions import descriptions, unit_of
 from palpate.scene.scene import Scene
-from palpate.values.descriptions import descriptions, unit_of
 
 
 class _Described(GenerateJsonSchema):

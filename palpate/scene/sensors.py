@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
+from palpate.base.values import NotNegative, Pose, Positive, Section
 from palpate.scene.stability import Share
-from palpate.values import NotNegative, Pose, Positive, Section
 
 Pixels = Annotated[int, Field(strict=True, ge=8, le=2048)]
 

@@ -6,8 +6,8 @@ import numpy as np
 
 from palpate import _core
 from palpate.arm import Arm
-from palpate.arrays import Array
-from palpate.errors import SceneError
+from palpate.base.arrays import Array
+from palpate.base.errors import SceneError
 from palpate.scene.scene import Scene
 
 _SURE = 0.8  # fraction of the limit that is accepted: the inertia of the arm changes with its pose

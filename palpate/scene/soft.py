@@ -10,13 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
 
-from palpate import _core, tissue
-from palpate.arrays import Array
-from palpate.errors import MeshError
-from palpate.mesh import Mesh
-from palpate.tissue import PRESETS, TetMesh, Tissue, TissueMaterial
-from palpate.tissue.material import HIGHEST_POISSON, MOST_TERMS
-from palpate.values import NotNegative, Positive, Section, Vector
+from palpate import _core
+from palpate.base.arrays import Array
+from palpate.base.errors import MeshError
+from palpate.base.values import NotNegative, Positive, Section, Vector
+from palpate.world import tissue
+from palpate.world.mesh import Mesh
+from palpate.world.tissue import PRESETS, TetMesh, Tissue, TissueMaterial
+from palpate.world.tissue.material import HIGHEST_POISSON, MOST_TERMS
 
 
 def _known(name: str) -> str:
@@ -129,7 +130,7 @@ class TissueSection(Section):
     """Soft tissue that deforms. Values that are left out are those of the preset."""
 
     preset: PresetName = "liver"
-    """material with published values; palpate.tissue.PRESETS names its sources"""
+    """material with published values; palpate.world.tissue.PRESETS names its sources"""
     young: Positive | None = None
     """Young's modulus at small strain, after full relaxation [Pa]"""
     poisson: _Poisson | None = None
@@ -186,7 +187,7 @@ class TissueSection(Section):
         """Tetrahedra of the object with the numbers of its parts: from a file, or filling a closed surface.
 
         Raises:
-            MeshError, MissingExtraError: see `palpate.tissue.load` and `palpate.tissue.tetrahedralize`; a part, or a
+            MeshError, MissingExtraError: see `palpate.world.tissue.load` and `palpate.world.tissue.tetrahedralize`; a part, or a
                 fixed spot, without any tetrahedra or nodes.
         """
         if path is None:

@@ -6,8 +6,8 @@ from typing import Annotated
 
 from pydantic import Field
 
-from palpate import surfaces
-from palpate.values import Positive, Section
+from palpate.base.values import Positive, Section
+from palpate.world import surfaces
 
 _Even = Annotated[int, Field(strict=True, ge=2, le=12, multiple_of=2)]
 

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import BeforeValidator, Field
 
 from palpate import _core
-from palpate.values import NotNegative, Positive, Section
+from palpate.base.values import NotNegative, Positive, Section
 
 _S = _core.SimulationOptions().stability
 _SPEED, _SOFT = 0.2, 250.0  # [m/s], [N/m]: a rate cap that a wall outruns gives the hand energy (docs/stability.md)

@@ -13,17 +13,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate import _core, surfaces
-from palpate.arrays import Array
-from palpate.errors import CloudError, MeshError, PalpateWarning, SceneError, SurfaceError
-from palpate.mesh import Mesh
-from palpate.mesh.coarse import drawable
-from palpate.mesh.denoise import denoise
+from palpate import _core
+from palpate.base.arrays import Array
+from palpate.base.errors import CloudError, MeshError, PalpateWarning, SceneError, SurfaceError
 from palpate.scene import materials, placing
 from palpate.scene.clouds import CloudSection
 from palpate.scene.model import ObjectSection
 from palpate.scene.scene import Scene
 from palpate.scene.trackers import TrackerSection
+from palpate.world import surfaces
+from palpate.world.mesh import Mesh
+from palpate.world.mesh.coarse import drawable
+from palpate.world.mesh.denoise import denoise
 
 
 @dataclass(frozen=True)
@@ -158,7 +159,7 @@ def _body(scene: Scene, index: int) -> Mesh | surfaces.Surface:
     if obj.shape is None:
         made: surfaces.Surface = getattr(obj, obj.source).make(obj.name)
         return made
-    from palpate import shapes
+    from palpate.world import shapes
 
     make = {"organ": shapes.organ, "gallbladder": shapes.gallbladder, "duodenum": shapes.duodenum}[obj.shape]
     try:

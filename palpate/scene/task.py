@@ -7,8 +7,8 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from palpate.errors import ValueAtError
-from palpate.values import NotNegative, Positive, Section, Vector
+from palpate.base.errors import ValueAtError
+from palpate.base.values import NotNegative, Positive, Section, Vector
 
 
 class PlaceSection(Section):

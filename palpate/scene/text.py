@@ -7,13 +7,13 @@ from pathlib import Path
 
 import yaml
 
-from palpate import limits
-from palpate.arrays.plain import Content
-from palpate.arrays.yaml_loader import Loader, TooLargeError
-from palpate.errors import SceneError
-from palpate.guidance import one_line
+from palpate.base import limits
+from palpate.base.arrays.plain import Content
+from palpate.base.arrays.yaml_loader import Loader, TooLargeError
+from palpate.base.errors import SceneError
+from palpate.base.values.wording import Place
 from palpate.scene import shipped
-from palpate.values.wording import Place
+from palpate.scene.guidance import one_line
 
 
 def read(path: Path) -> str:

@@ -9,8 +9,8 @@ from pydantic import BeforeValidator, Field, GetJsonSchemaHandler, model_validat
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from palpate.arrays import Array
-from palpate.values import Diagonal, NotNegative, Number, Positive, Section, Vector
+from palpate.base.arrays import Array
+from palpate.base.values import Diagonal, NotNegative, Number, Positive, Section, Vector
 
 
 class RegionSection(Section):

@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 
 from palpate import _core
-from palpate.errors import SceneError
+from palpate.base.errors import SceneError
 from palpate.scene import soft
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene

@@ -12,9 +12,9 @@ from pydantic import Field
 
 from palpate import _core
 from palpate.arm import Arm
-from palpate.arrays import Array
-from palpate.errors import SceneError
-from palpate.values import Positive, Section, Vector
+from palpate.base.arrays import Array
+from palpate.base.errors import SceneError
+from palpate.base.values import Positive, Section, Vector
 
 TIP = "tip"
 

@@ -7,9 +7,9 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, model_validator
 
+from palpate.base.values import NotNegative, Positive, Section
 from palpate.scene.stability import Share
 from palpate.scene.tissue import Motions
-from palpate.values import NotNegative, Positive, Section
 
 
 class FaultSection(Section):

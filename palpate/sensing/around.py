@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.arrays.rigid import displaced
-from palpate.clouds import PointCloud
+from palpate.base.arrays import Array
+from palpate.base.arrays.rigid import displaced
 from palpate.sensing.depth_camera import Body, DepthErrors, SimulatedDepthCamera
+from palpate.world.clouds import PointCloud
 
 _GOLDEN = np.pi * (3.0 - np.sqrt(5.0))  # turn between neighbouring views [rad]
 _DISTANCE = 2.2  # of the camera from the middle, in largest extents of the body

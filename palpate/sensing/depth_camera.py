@@ -9,8 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate import _core
-from palpate.arrays import Array
-from palpate.arrays.rigid import inverse
+from palpate.base.arrays import Array
+from palpate.base.arrays.rigid import inverse
 from palpate.sensing.lens import Image, Lens
 
 RIM = 0.02

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import numpy.typing as npt
 
-from palpate.errors import CloudError
+from palpate.base.errors import CloudError
 from palpate.sensing.source import CloudFrame
 
 Points = npt.NDArray[np.floating]

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-from palpate.arrays import Array, so3
-from palpate.errors import SceneError
+from palpate.base.arrays import Array, so3
+from palpate.base.errors import SceneError
 from palpate.record.ticks import Ticks
 from palpate.scene import tool
 from palpate.scene.rig import Rig

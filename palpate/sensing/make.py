@@ -7,8 +7,8 @@ from functools import partial
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.errors import CloudError, FrameError, SceneError
+from palpate.base.arrays import Array
+from palpate.base.errors import CloudError, FrameError, SceneError
 from palpate.record.ticks import Ticks
 from palpate.scene.rig import Rig
 from palpate.sensing.source import CloudSource

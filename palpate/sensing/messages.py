@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from palpate.clouds import MAX_POINTS
-from palpate.errors import CloudError
+from palpate.base.errors import CloudError
+from palpate.world.clouds import MAX_POINTS
 
 _TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 8: "f8"}  # sensor_msgs/PointField
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 
 _ALIKE = 1.2e-3  # two displacements that differ by less are one motion, and not a jump [m]
 _SMOOTH = 0.6  # share of a new velocity in the filtered one [-]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 
 _RING = 2.5  # outer radius of the points around the hole that determine the patch, in radii of the hole
 _LEAST = 24  # points that determine it at least

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.clouds import PointCloud
-from palpate.clouds.files import DEPTH_IMAGES
-from palpate.errors import CloudError, RecordError
+from palpate.base.arrays import Array
+from palpate.base.errors import CloudError, RecordError
 from palpate.record.bags.library import open_bag
 from palpate.sensing import messages
 from palpate.sensing.source import CloudFrame
+from palpate.world.clouds import PointCloud
+from palpate.world.clouds.files import DEPTH_IMAGES
 
 _FILES = (".pcd", ".ply", ".npz", ".xyz")
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from palpate import dds_security
-from palpate.arrays import Array, so3
-from palpate.errors import CloudError, MissingExtraError, PalpateError
-from palpate.node_thread import NodeThread, remove, silence
+from palpate.base import dds_security
+from palpate.base.arrays import Array, so3
+from palpate.base.errors import CloudError, MissingExtraError, PalpateError
+from palpate.base.node_thread import NodeThread, remove, silence
 from palpate.sensing import messages
 from palpate.sensing.source import CloudFrame
 from palpate.sensing.tf_tree import TfTree

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from palpate import _core
-from palpate.arrays import Array
-from palpate.errors import SceneError
+from palpate.base.arrays import Array
+from palpate.base.errors import SceneError
 from palpate.record import live
 from palpate.record.ticks import Ticks, as_ticks
 from palpate.scene import materials, placing, surface

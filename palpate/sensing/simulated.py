@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.scene.sensors import SimulatedCameraSection
 from palpate.sensing.depth_camera import DepthErrors, DepthPicture, SimulatedDepthCamera
 from palpate.sensing.lens import Lens

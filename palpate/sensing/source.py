@@ -9,8 +9,8 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 import numpy.typing as npt
 
-from palpate.arrays import Array
-from palpate.clouds.table import Colors
+from palpate.base.arrays import Array
+from palpate.world.clouds.table import Colors
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from palpate.arrays import Array
-from palpate.clouds.neighbourhoods import Sampling, sampling
+from palpate.base.arrays import Array
 from palpate.record.ticks import Ticks
 from palpate.scene.clouds import CloudSection
 from palpate.sensing.gate import Gate
@@ -17,7 +16,8 @@ from palpate.sensing.instrument import Instrument
 from palpate.sensing.motion import SurfaceMotion
 from palpate.sensing.patch import patch
 from palpate.sensing.source import CloudFrame
-from palpate.surfaces.points import Scales
+from palpate.world.clouds.neighbourhoods import Sampling, sampling
+from palpate.world.surfaces.points import Scales
 
 if TYPE_CHECKING:
     from palpate import _tissue

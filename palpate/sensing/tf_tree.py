@@ -7,8 +7,8 @@ from collections import deque
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.arrays.rigid import inverse
+from palpate.base.arrays import Array
+from palpate.base.arrays.rigid import inverse
 
 _KEPT = 64  # transforms of a moving child
 _DEEPEST = 64  # frames in a chain

@@ -7,15 +7,15 @@ from collections.abc import Callable, Iterable
 import numpy as np
 import numpy.typing as npt
 
-from palpate import surfaces
 from palpate.arm.shapes import Visual
-from palpate.arrays import Array
-from palpate.arrays.rigid import transform
+from palpate.base.arrays import Array
+from palpate.base.arrays.rigid import transform
 from palpate.record import live
 from palpate.record.ticks import Ticks
 from palpate.scene.rig import Rig
 from palpate.sensing.depth_camera import Body
-from palpate.shapes import analytic
+from palpate.world import surfaces
+from palpate.world.shapes import analytic
 
 TISSUE = ((140, 40, 32), (196, 120, 92), (120, 140, 70), (190, 150, 110))
 """Colours of the objects, red, green, blue."""

@@ -11,14 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.bodies.engine import World
+from palpate.base.arrays import Array
 from palpate.record import snapshots
 from palpate.record.ticks import Ticks, as_ticks
 from palpate.scene.live_targets import SharedTargets
 from palpate.scene.rig import Rig
 from palpate.sensing import sensing as sensing_module
 from palpate.sensing.source import Clouds, as_sources
+from palpate.sensing.trackers.tracking import PERIOD, Tracking
 from palpate.session import execution as plan_execution
 from palpate.session import nearest
 from palpate.session.camera import CameraArm
@@ -27,7 +27,7 @@ from palpate.session.execution import PlanExecution
 from palpate.session.loop import Loop
 from palpate.session.periodic import every
 from palpate.session.recording import RecordedLoop
-from palpate.trackers.tracking import PERIOD, Tracking
+from palpate.world.bodies.engine import World
 
 
 class AttendedLoop(RecordedLoop):

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from palpate.arm.ecm import R_CD
-from palpate.arrays import Array, so3
-from palpate.errors import ArmError
+from palpate.base.arrays import Array, so3
+from palpate.base.errors import ArmError
 from palpate.record.ticks import Ticks
 from palpate.scene.placed_ecm import PlacedEcm
 from palpate.session import machine

@@ -16,7 +16,7 @@ import threading
 from collections.abc import Callable, Sequence
 from typing import Any, Final, Protocol
 
-from palpate.errors import StateError
+from palpate.base.errors import StateError
 from palpate.session import machine
 
 PEDALS: Final = {

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from palpate import _core
-from palpate.errors import PalpateError
+from palpate.base.errors import PalpateError
 
 NAMES = tuple(name for name, member in vars(_core.Controls).items() if isinstance(member, property))
 """Names of all controls."""

@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 import numpy as np
 
 from palpate import _core
-from palpate.arrays import Array
-from palpate.errors import PlanningError, StateError
+from palpate.base.arrays import Array
+from palpate.base.errors import PlanningError, StateError
 from palpate.record.ticks import Ticks
 from palpate.session import machine
 

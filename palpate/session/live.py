@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, Self
 import numpy as np
 
 from palpate import _core
-from palpate.errors import PalpateError, StateError
-from palpate.guidance.fixture import Fixture
-from palpate.guidance.lists import with_unique_names
-from palpate.guidance.steered import SteeredFixtures
+from palpate.base.errors import PalpateError, StateError
 from palpate.record.ticks import as_ticks
+from palpate.scene.guidance.fixture import Fixture
+from palpate.scene.guidance.lists import with_unique_names
+from palpate.scene.guidance.steered import SteeredFixtures
 from palpate.scene.rig import Rig
 from palpate.sensing.source import Clouds
 from palpate.session import execution as plan_execution
@@ -210,7 +210,7 @@ class LiveSession(AttendedLoop):
 
     def why(self) -> str:
         """Explain in words the present guidance force: all contributions, and the terms of the largest."""
-        from palpate.guidance.why import OperatorInput, explain_tick
+        from palpate.scene.guidance.why import OperatorInput, explain_tick
 
         tick, scene = self.latest(), self.rig.scene
         V_WT = np.r_[scene.mapping.scale * self.rig.arms.X_WL[:3, :3] @ np.asarray(tick["v_LH"]), np.zeros(3)]

@@ -10,7 +10,7 @@ import difflib
 from typing import Final
 
 from palpate import _core
-from palpate.errors import StateError
+from palpate.base.errors import StateError
 
 STATES: Final = {name: words for name, words, _ in _core.session_states()}
 """Meaning of each state, in the order of the numbers in the signal ``session_state``."""

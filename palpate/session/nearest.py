@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate import _core
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.record.ticks import Ticks
 from palpate.scene.rig import Rig
-from palpate.trackers.sending import object_poses
+from palpate.sensing.trackers.sending import object_poses
 
 _AXES = ("x", "y", "z")
 

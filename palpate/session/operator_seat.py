@@ -6,11 +6,11 @@ import threading
 import weakref
 from collections.abc import Callable, Sequence
 
+from palpate.sensing.trackers.tracking import PERIOD
 from palpate.session.camera import CameraArm
 from palpate.session.console import Console, Hand
 from palpate.session.pair import Paired
 from palpate.session.periodic import every
-from palpate.trackers.tracking import PERIOD
 
 
 class OperatorSeat:

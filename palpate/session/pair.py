@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Protocol
 
 from palpate import _core
-from palpate.arrays import Array
-from palpate.bodies.engine import World
+from palpate.base.arrays import Array
 from palpate.record.snapshots import Snapshot
 from palpate.record.ticks import Ticks
 from palpate.scene.rig import Rig
@@ -17,6 +16,7 @@ from palpate.session.camera import CameraArm
 from palpate.session.live import LiveSession
 from palpate.session.pairs_summary import Met
 from palpate.session.session import Session
+from palpate.world.bodies.engine import World
 
 
 class Run(Protocol):

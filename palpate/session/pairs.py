@@ -13,13 +13,15 @@ from typing import Any
 
 import numpy as np
 
-from palpate import _core, stop_signals
-from palpate.errors import PalpateError, SceneError, StateError
+from palpate import _core
+from palpate.base import stop_signals
+from palpate.base.errors import PalpateError, SceneError, StateError
 from palpate.record.ticks import Ticks, as_ticks
 from palpate.scene import held
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
 from palpate.scene.together import Rigs, build_pairs, capsules
+from palpate.sensing.trackers.tracking import PERIOD
 from palpate.session import tool_exchange
 from palpate.session.backlog import loop_first
 from palpate.session.camera import CameraArm
@@ -34,7 +36,6 @@ from palpate.session.session import BATCH, UNWATCHED_BATCH
 from palpate.session.state import State
 from palpate.session.summary import Summary
 from palpate.session.swap import swapped
-from palpate.trackers.tracking import PERIOD
 
 States = Mapping[str, State]
 """State of each pair at its newest tick, by name."""

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import yaml
 
-from palpate.errors import OutputError
+from palpate.base.errors import OutputError
 
 if TYPE_CHECKING:
     from palpate.session.live import LiveSession

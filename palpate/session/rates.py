@@ -10,10 +10,10 @@ import numpy as np
 
 from palpate.record.snapshots import RATE, Track
 from palpate.record.ticks import Ticks, Timing
+from palpate.sensing.trackers.tracking import PERIOD
 from palpate.session.live import LiveSession
 from palpate.session.samples import Samples
 from palpate.session.snapshots import soft_objects
-from palpate.trackers.tracking import PERIOD
 
 
 @dataclass(frozen=True)

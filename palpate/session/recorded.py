@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from palpate.bodies import BodySection
-from palpate.errors import SceneError
+from palpate.base.errors import SceneError
 from palpate.record.reader import Record
 from palpate.record.snapshots import BodyTrack, Track, topic_of
 from palpate.scene.model import ObjectSection
 from palpate.scene.scene import Scene
 from palpate.session.run_folder import SCENE
+from palpate.world.bodies import BodySection
 
 
 def recorded_scene(record: Record) -> Scene:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from palpate.arm import Arm
-from palpate.arrays import Array, so3
-from palpate.bodies.shapes import Primitive, Solid, by_color, triangles
+from palpate.base.arrays import Array, so3
 from palpate.record.extra import (
     MARKERS,
     TEXT,
@@ -21,8 +20,9 @@ from palpate.record.snapshots import BODY, CAMERA, JOINTS, SHAPE, topic_of
 from palpate.record.ticks import Ticks
 from palpate.scene import held
 from palpate.scene.rig import Rig
+from palpate.sensing.trackers.sending import object_poses
 from palpate.session.snapshots import soft_objects
-from palpate.trackers.sending import object_poses
+from palpate.world.bodies.shapes import Primitive, Solid, by_color, triangles
 
 MOST_TRIANGLES = 8_000
 """Limit above which an object is stored with a coarser mesh."""

@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from datetime import datetime, timedelta
 from pathlib import Path
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.record.snapshots import Snapshot
 from palpate.record.ticks import Ticks, Timing, as_ticks
 from palpate.record.writer import CHUNKS_PER_SECOND, Recorder

@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 from pathlib import Path
 
-from palpate.errors import OutputError, PalpateError
+from palpate.base.errors import OutputError, PalpateError
 
 SCENE = "scene.yaml"
 """File next to a record: the scene, with the paths of its files on the machine of the run."""

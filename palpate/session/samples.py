@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 
 MOST = 400_000
 """Number of samples that are kept [-]; even."""

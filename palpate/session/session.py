@@ -10,14 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from palpate import _core, stop_signals
-from palpate.arrays import Array
-from palpate.errors import PalpateError, SceneError, StateError
+from palpate import _core
+from palpate.base import stop_signals
+from palpate.base.arrays import Array
+from palpate.base.errors import PalpateError, SceneError, StateError
 from palpate.record.ticks import Ticks, as_ticks
 from palpate.scene import held
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.sensing.source import Clouds
+from palpate.sensing.trackers.tracking import PERIOD
 from palpate.session import tool_exchange
 from palpate.session.backlog import loop_first
 from palpate.session.live import DRAIN, LiveSession
@@ -25,7 +27,6 @@ from palpate.session.loop import LockstepLoop, Rows
 from palpate.session.run_folder import require_writable
 from palpate.session.state import State
 from palpate.session.summary import Summary
-from palpate.trackers.tracking import PERIOD
 
 BATCH = 0.1  # simulated time per batch of ticks in lockstep [s]
 UNWATCHED_BATCH = (

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from palpate.arrays import Array, so3
+from palpate.base.arrays import Array, so3
 from palpate.record.extra import WORLD, transform_message
 from palpate.record.snapshots import (
     BODY,

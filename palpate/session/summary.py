@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.arrays.peaks import SustainedPeak
+from palpate.base.arrays.peaks import SustainedPeak
 from palpate.record.lag import Lags
 from palpate.record.ticks import STATUS, Ticks
 from palpate.record.withheld import Withheld
@@ -58,7 +58,7 @@ class Summary:
     record_sha256: str | None = None
     remote: dict[str, Any] | None = None  # the link to a follower across a network; None: there was none
 
-    to_json = RenamedMethod("palpate.arrays.plain.plain(summary)")
+    to_json = RenamedMethod("palpate.base.arrays.plain.plain(summary)")
 
 
 class Totals:

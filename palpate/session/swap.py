@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from palpate.errors import StateError
+from palpate.base.errors import StateError
 from palpate.scene.overrides import override
 from palpate.scene.scene import Scene
 

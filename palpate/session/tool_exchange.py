@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from palpate.arm import INSTRUMENTS, Arm
-from palpate.errors import SceneError, StateError
+from palpate.base.errors import SceneError, StateError
 from palpate.record.ticks import Ticks
 from palpate.scene.overrides import override
 from palpate.scene.scene import Scene

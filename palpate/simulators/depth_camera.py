@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate import _core
-from palpate.arrays import Array
-from palpate.arrays.rigid import inverse
+from palpate.base.arrays import Array
+from palpate.base.arrays.rigid import inverse
 
 _FAR, _NEAR = 2.0, 5e-5  # range of the camera, distance from the surface at which a ray has arrived [m]
 _STEPS = 200  # steps of a ray at most

@@ -29,7 +29,7 @@ from numpy.typing import ArrayLike
 
 from palpate import _dvrk
 from palpate.arm import Arm, models_folder
-from palpate.errors import ArmError
+from palpate.base.errors import ArmError
 
 #: Names of the arms that can be simulated.
 ARMS = ("MTMR", "MTML", "PSM1", "PSM2", "PSM3", "ECM")

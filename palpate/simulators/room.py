@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.arrays.rigid import displaced, inverse
-from palpate.errors import SceneError
-from palpate.registration.cloud_files import read_cloud
+from palpate.base.arrays import Array
+from palpate.base.arrays.rigid import displaced, inverse
+from palpate.base.errors import SceneError
 from palpate.scene.registered import at, section
 from palpate.scene.rig import build
 from palpate.scene.scene import Scene
 from palpate.simulators.depth_camera import DepthCamera
 from palpate.simulators.touching_hand import TouchingHand
+from palpate.world.registration.cloud_files import read_cloud
 
 
 class Room:

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import yaml
 
-from palpate.arrays import Array, so3
-from palpate.arrays.yaml_loader import OwnLoader
-from palpate.errors import PalpateError
+from palpate.base.arrays import Array, so3
+from palpate.base.arrays.yaml_loader import OwnLoader
+from palpate.base.errors import PalpateError
 from palpate.record.ticks import Ticks, as_ticks
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene

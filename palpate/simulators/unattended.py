@@ -6,11 +6,11 @@ from collections.abc import Callable
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.errors import RegistrationError
-from palpate.registration.procedure import Procedure, from_view, nothing_felt
+from palpate.base.arrays import Array
+from palpate.base.errors import RegistrationError
 from palpate.scene.registered import RegisteredOrgan
 from palpate.simulators.room import Room
+from palpate.world.registration.procedure import Procedure, from_view, nothing_felt
 
 MOST_MISSES = 4
 """Places at which nothing is felt, after which the session gives up [-]."""

@@ -12,7 +12,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from palpate import stop_signals
+from palpate.base import stop_signals
 from palpate.record.reader import Record
 from palpate.record.ticks import Ticks
 from palpate.session import Session

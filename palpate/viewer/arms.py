@@ -10,7 +10,7 @@ import viser
 from viser.transforms import SE3
 
 from palpate.arm.shapes import Visual
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.viewer.solids import merged
 from palpate.viewer.stage import ArmPlace
 

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from palpate.arm import Arm
-from palpate.arrays import Array
-from palpate.arrays.so3 import matrices, quaternions
-from palpate.errors import PalpateError, RecordError
+from palpate.base.arrays import Array
+from palpate.base.arrays.so3 import matrices, quaternions
+from palpate.base.errors import PalpateError, RecordError
 from palpate.record.bags.bag import Bag
 from palpate.record.bags.tracks import ArmTracks, Track
 from palpate.record.ticks import TICK, Ticks

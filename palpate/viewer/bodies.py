@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import viser
 
-from palpate.arrays import Array
-from palpate.arrays.so3 import quaternions
-from palpate.bodies.shapes import Solid, by_color, triangles
+from palpate.base.arrays import Array
+from palpate.base.arrays.so3 import quaternions
+from palpate.world.bodies.shapes import Solid, by_color, triangles
 
 
 class BodiesDrawing:

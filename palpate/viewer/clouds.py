@@ -6,10 +6,10 @@ import numpy as np
 import viser
 from viser.transforms import SE3
 
-from palpate.arrays import Array
-from palpate.clouds.table import Colors
+from palpate.base.arrays import Array
 from palpate.sensing.sensing import Sensing
 from palpate.sensing.source import CloudFrame
+from palpate.world.clouds.table import Colors
 
 MOST = 25_000
 """Number of points that are drawn; of larger clouds a part."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import viser
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.record.ticks import Ticks
 from palpate.viewer.bodies import jaw_slider
 from palpate.viewer.controls import set_value

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 import viser
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.record.ticks import Ticks
 from palpate.viewer.stage import Stage
 

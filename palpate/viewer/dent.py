@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 
 STEEPEST = 0.9
 """Largest contact radius over the sphere's radius [-]: a deeper sphere sits at the bottom of a funnel."""

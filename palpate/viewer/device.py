@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 import viser
 
-from palpate.arrays import Array, so3
+from palpate.base.arrays import Array, so3
 from palpate.record.ticks import Ticks
 from palpate.viewer.stage import DeviceMark
 

@@ -9,7 +9,7 @@ import viser
 from numpy.typing import NDArray
 
 from palpate.arm.ecm import Ecm
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.record.ticks import Ticks
 from palpate.scene.placed_ecm import PlacedEcm
 from palpate.viewer.arms import ArmDrawing, Color

@@ -9,12 +9,12 @@ import viser
 from numpy.typing import NDArray
 from viser.transforms import SE3, SO3
 
-from palpate.arrays import Array
-from palpate.guidance.steered import SteeredFixtures
-from palpate.mesh.coarse import coarser
+from palpate.base.arrays import Array
 from palpate.record.ticks import Ticks
+from palpate.scene.guidance.steered import SteeredFixtures
 from palpate.viewer.labels import Label, point_of
 from palpate.viewer.stage import FixtureMark
+from palpate.world.mesh.coarse import coarser
 
 ALLOWED, FORBIDDEN = (42, 157, 92), (200, 55, 45)
 SOLID, MARGIN, OFF = 0.35, 0.15, 0.06

@@ -7,7 +7,7 @@ import viser
 from viser.transforms import SE3
 
 from palpate.record.ticks import Ticks
-from palpate.trackers.simulated import SPHERES
+from palpate.sensing.trackers.simulated import SPHERES
 from palpate.viewer.labels import Label, point_of
 from palpate.viewer.stage import PlacedFrame
 

@@ -8,7 +8,7 @@ import time
 import numpy as np
 import viser
 
-from palpate.arrays import Array, so3
+from palpate.base.arrays import Array, so3
 from palpate.viewer.controls import set_value
 from palpate.viewer.drawing import Drawing
 

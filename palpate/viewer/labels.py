@@ -10,7 +10,7 @@ import numpy as np
 import viser
 from viser.transforms import SO3
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 
 Anchor = Literal[
     "bottom-center", "center-left", "center-right", "top-center", "bottom-left", "bottom-right", "top-left", "top-right"

@@ -8,14 +8,14 @@ from numpy.typing import NDArray
 from viser.transforms import SE3
 
 from palpate import _core
-from palpate.arrays import Array
-from palpate.mesh.coarse import coarser
+from palpate.base.arrays import Array
 from palpate.record import live
 from palpate.record.ticks import Ticks
 from palpate.viewer.dent import Press
 from palpate.viewer.patch import PatchCutter
 from palpate.viewer.skins import BandedSkin, Color, ColoredSkin, PlainSkin, Skin
 from palpate.viewer.stage import RegionMark, TouchedObject
+from palpate.world.mesh.coarse import coarser
 
 TINT: Color = (222, 178, 62)
 """Colour of a region: of the object's triangles inside the region, and of the region's own body."""

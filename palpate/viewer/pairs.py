@@ -11,7 +11,7 @@ from typing import Any, cast
 import numpy as np
 import viser
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.record.ticks import Ticks
 from palpate.session import LiveSession, PairsSession
 from palpate.session.console import PEDALS, Console

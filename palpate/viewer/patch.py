@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.viewer.dent import Press, pressed, refined
 
 _LARGER = 1.4  # radius of a new cut over the reach of the dent [-]

@@ -13,7 +13,7 @@ from typing import Any, cast
 
 import viser
 
-from palpate import limits
+from palpate.base import limits
 from palpate.viewer.controls import set_value
 
 MODES = ("automatic", "full", "light")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import viser
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.viewer.bodies import BodiesDrawing
 from palpate.viewer.drawing import Drawing
 from palpate.viewer.soft_objects import SoftObjects

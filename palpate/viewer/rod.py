@@ -6,7 +6,7 @@ import numpy as np
 import viser
 from viser.transforms import SE3
 
-from palpate.arrays.so3 import pose
+from palpate.base.arrays.so3 import pose
 from palpate.record.ticks import Ticks
 from palpate.scene.graspable import GraspableSection
 

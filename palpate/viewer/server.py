@@ -11,8 +11,8 @@ import socket
 from html import escape
 from weakref import WeakKeyDictionary
 
+from palpate.base.errors import MissingExtraError, PortError
 from palpate.devices.webxr import PAGES
-from palpate.errors import MissingExtraError, PortError
 from palpate.viewer.gate import Gate
 
 try:

@@ -8,7 +8,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 
 Color = tuple[int, int, int]
 BANDS: tuple[Color, ...] = (

@@ -9,7 +9,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.viewer.drawing import Drawing
 from palpate.viewer.skins import BANDS
 from palpate.viewer.stage import Stage

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.arm.shapes import Visual
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 
 SIDES = 16
 """Sides of a drawn cylinder: its surface is at most 1.9 % of the radius inside the true one."""

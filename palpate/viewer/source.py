@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Protocol
 
-from palpate.guidance.steered import SteeredFixtures
 from palpate.record.ticks import Ticks
+from palpate.scene.guidance.steered import SteeredFixtures
 
 
 class Source(Protocol):

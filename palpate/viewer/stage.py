@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from palpate.arm import Arm
-from palpate.arrays import Array
-from palpate.bodies.shapes import Solid
+from palpate.base.arrays import Array
 from palpate.record.snapshots import BodyTrack, Track
 from palpate.record.ticks import Ticks
 from palpate.scene.graspable import GraspableSection
 from palpate.scene.placed_ecm import PlacedEcm
 from palpate.scene.tool import LinkSphere
+from palpate.world.bodies.shapes import Solid
 
 
 @dataclass(frozen=True)

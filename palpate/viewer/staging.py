@@ -9,22 +9,19 @@ from functools import partial
 import numpy as np
 
 from palpate import _core
-from palpate.arrays import Array, rigid
-from palpate.certificate import certify_all
-from palpate.errors import PalpateError, RecordError
-from palpate.frames import FrameGraph
-from palpate.guidance.context import FixtureContext
-from palpate.guidance.fixture import Fixture
-from palpate.guidance.plot import curve, drawing
-from palpate.mesh import Mesh
-from palpate.mesh.coarse import MOST_TRIANGLES
-from palpate.mesh.colors import colors_of
+from palpate.base.arrays import Array, rigid
+from palpate.base.errors import PalpateError, RecordError
+from palpate.base.values.units import FILE_UNITS
+from palpate.devices.certificate import certify_all
 from palpate.record import live
 from palpate.record.reader import Record
 from palpate.record.snapshots import CAMERA
 from palpate.record.ticks import Ticks
 from palpate.scene import held, materials, placing
 from palpate.scene.gains import touched_stiffness
+from palpate.scene.guidance.context import FixtureContext
+from palpate.scene.guidance.fixture import Fixture
+from palpate.scene.guidance.plot import curve, drawing
 from palpate.scene.model import ObjectSection
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
@@ -32,7 +29,6 @@ from palpate.scene.soft import is_soft, rest_shape
 from palpate.scene.surface import PlacedSurface
 from palpate.session import nearest
 from palpate.session.recorded import body_track, recorded_scene, shape_track
-from palpate.values.units import FILE_UNITS
 from palpate.viewer.stage import (
     ArmPlace,
     DeviceMark,
@@ -43,6 +39,10 @@ from palpate.viewer.stage import (
     TargetMark,
     TouchedObject,
 )
+from palpate.world.frames import FrameGraph
+from palpate.world.mesh import Mesh
+from palpate.world.mesh.coarse import MOST_TRIANGLES
+from palpate.world.mesh.colors import colors_of
 
 _NEAR, _AROUND_HAND = 0.2, 0.045  # [m]
 

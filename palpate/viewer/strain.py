@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 
 
 class SurfaceStrain:

@@ -15,7 +15,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from palpate.arrays import Array, so3
+from palpate.base.arrays import Array, so3
 from palpate.record.ticks import Ticks
 from palpate.viewer.controls import set_value
 

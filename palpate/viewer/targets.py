@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import viser
 
-from palpate.arrays import Array, so3
+from palpate.base.arrays import Array, so3
 from palpate.viewer.labels import Label
 from palpate.viewer.stage import TargetMark
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import viser
 
-from palpate.arrays import Array
-from palpate.arrays.so3 import pose
+from palpate.base.arrays import Array
+from palpate.base.arrays.so3 import pose
 from palpate.record.ticks import SIGNALS, Ticks
 from palpate.viewer.stage import Stage
 

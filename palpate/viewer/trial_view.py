@@ -9,7 +9,7 @@ from html import escape
 import numpy as np
 import viser
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.record.ticks import Ticks
 from palpate.session import LiveSession
 from palpate.viewer.control_panel import HandBall

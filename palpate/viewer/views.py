@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import viser
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.viewer.controls import set_value
 from palpate.viewer.drawing import Drawing
 from palpate.viewer.inset import Inset

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import palpate
-from palpate.errors import ArmError
+from palpate.base.errors import ArmError
 
 PARAMETERS = {
     "base_radius": 0.10,

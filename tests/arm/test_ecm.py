@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate.arm.ecm import TILTS, Ecm
-from palpate.errors import ArmError
+from palpate.base.errors import ArmError
 
 TABLE = [(90, 0.0, 90), (-90, 0.0, -90), (90, -0.3822, 0), (0, 0.3829, 0)]  # alpha [deg], d [m], offset [deg]
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import palpate
-from palpate.errors import ArmError
+from palpate.base.errors import ArmError
 
 # Tip poses for given joints, rounded to 1e-5 (1e-4 for two positions), computed from the published tables.
 VECTORS = [

@@ -7,7 +7,7 @@ import pytest
 
 import palpate
 from palpate.arm import models_folder
-from palpate.errors import ArmError
+from palpate.base.errors import ArmError
 
 
 def test_models_equal_the_generators_output(monkeypatch):

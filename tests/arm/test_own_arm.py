@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import palpate
 from palpate.arm import models_folder
-from palpate.errors import ArmError, SceneError
+from palpate.base.errors import ArmError, SceneError
 from palpate.scene.rig import build
 from palpate.scene.scene import Scene
 

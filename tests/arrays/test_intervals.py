@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import binomtest, t, ttest_rel
 
-from palpate.arrays.intervals import LEAST, holm, interval, paired, proportion
+from palpate.base.arrays.intervals import LEAST, holm, interval, paired, proportion
 
 
 def change(before, after):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.arrays.peaks import SustainedPeak, sustained
+from palpate.base.arrays.peaks import SustainedPeak, sustained
 
 
 @pytest.mark.parametrize("seconds", [2, 60])

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from palpate.arrays.plain import plain
+from palpate.base.arrays.plain import plain
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.arrays import rigid, so3
+from palpate.base.arrays import rigid, so3
 
 
 def random_pose(rng: np.random.Generator) -> np.ndarray:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from palpate.arrays import so3
+from palpate.base.arrays import so3
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 import pytest
 import yaml
 
-from palpate.arrays import yaml_loader
+from palpate.base.arrays import yaml_loader
 
 
 def bomb(levels, width):

@@ -7,10 +7,10 @@ import pytest
 
 import palpate
 from palpate import Scene, Session, Variation
-from palpate.batch import MEASURED
-from palpate.errors import PalpateError, SceneError
-from palpate.hands import PRESETS
+from palpate.arm.hands import PRESETS
+from palpate.base.errors import PalpateError, SceneError
 from palpate.record import as_ticks
+from palpate.session.batch import MEASURED
 
 TEXT = """\
 objects:

@@ -8,8 +8,8 @@ import pytest
 pytest.importorskip("mujoco")
 
 from palpate import _core
-from palpate.bodies import BodySection, EngineSection, engine
-from palpate.bodies.engine import JawShape, ToolShape, World
+from palpate.world.bodies import BodySection, EngineSection, engine
+from palpate.world.bodies.engine import JawShape, ToolShape, World
 
 G = 9.81
 MU = 0.5

@@ -9,7 +9,7 @@ import pytest
 
 pytest.importorskip("mujoco")
 
-from palpate.arrays.so3 import pose
+from palpate.base.arrays.so3 import pose
 from palpate.export.demonstration import demonstrations
 from palpate.export.episode import episode_of
 from palpate.export.formats.lerobot.columns import NAMINGS
@@ -106,7 +106,7 @@ def test_a_data_set_holds_the_poses_of_the_bodies(run, naming):
 
 def test_a_film_shows_the_fall(run):
     pytest.importorskip("moderngl")
-    from palpate.errors import PalpateError
+    from palpate.base.errors import PalpateError
     from palpate.export.video.film import Film
 
     (found,) = demonstrations([run[0].path])

@@ -13,12 +13,12 @@ import trimesh
 from test_closed_forms import BLOCK, FLOOR, STEP, G, held, world_of
 
 from palpate import _core
-from palpate.bodies import BodySection, EngineSection
-from palpate.bodies.engine import ToolShape, World
 from palpate.record.ticks import as_ticks
 from palpate.scene import Scene
 from palpate.scene.rig import build
 from palpate.session import Session
+from palpate.world.bodies import BodySection, EngineSection
+from palpate.world.bodies.engine import ToolShape, World
 
 PLATE = {"name": "plate", "mass": 0.004, "friction": 0.1, "touches": False, "pose": {"xyz": (0, 0, 0.0845)},
          "parts": [{"box": (0.003, 0.02, 0.003)}]}  # fmt: skip

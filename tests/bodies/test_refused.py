@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from palpate.errors import MissingExtraError, PalpateError
+from palpate.base.errors import MissingExtraError, PalpateError
 from palpate.scene import Scene, held
 from palpate.scene.rig import build
 from palpate.session import Session

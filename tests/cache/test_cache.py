@@ -7,8 +7,9 @@ import sys
 import numpy as np
 import pytest
 
-from palpate import cache, shapes
-from palpate.cache import store
+from palpate.base import cache
+from palpate.base.cache import store
+from palpate.world import shapes
 
 ARRAYS = {"vertices": np.linspace(0.0, 1.0, 30).reshape(10, 3), "triangles": np.arange(12, dtype=np.int32)}
 

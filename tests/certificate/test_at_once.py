@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import palpate
-from palpate.certificate import certify_all
-from palpate.certificate.at_once import _gap, _points, _stroke, groups
-from palpate.certificate.scene import warn_outside
-from palpate.certificate.touched import touched
-from palpate.errors import PalpateWarning
+from palpate.base.errors import PalpateWarning
+from palpate.devices.certificate import certify_all
+from palpate.devices.certificate.at_once import _gap, _points, _stroke, groups
+from palpate.devices.certificate.scene import warn_outside
+from palpate.devices.certificate.touched import touched
 from palpate.scene.rig import build
 
 REST = """

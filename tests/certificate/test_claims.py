@@ -7,12 +7,12 @@ import pytest
 
 import palpate
 from palpate import _verify
-from palpate.certificate import certify_all, trials
-from palpate.certificate.certificate import Case, Certificate, judge
-from palpate.certificate.device import as_viscous
-from palpate.certificate.scene import _DIRECTIONS, _along, _poses, worst_of
-from palpate.errors import OutputError, RecordingError
-from palpate.hands import PRESETS
+from palpate.arm.hands import PRESETS
+from palpate.base.errors import OutputError, RecordingError
+from palpate.devices.certificate import certify_all, trials
+from palpate.devices.certificate.certificate import Case, Certificate, judge
+from palpate.devices.certificate.device import as_viscous
+from palpate.devices.certificate.scene import _DIRECTIONS, _along, _poses, worst_of
 from palpate.scene.rig import build
 
 DEVICE = palpate.DeviceModel(mass=0.3, damping=0.6, rate=1000, delay=0.009, filter=50, quantum=1e-5, friction=0.05)

@@ -7,11 +7,11 @@ import pytest
 
 import palpate
 from palpate import _verify
-from palpate.arrays.plain import plain
-from palpate.certificate import classical
-from palpate.certificate.device import is_device
-from palpate.errors import PalpateError
-from palpate.hands import PRESETS
+from palpate.arm.hands import PRESETS
+from palpate.base.arrays.plain import plain
+from palpate.base.errors import PalpateError
+from palpate.devices.certificate import classical
+from palpate.devices.certificate.device import is_device
 
 NORMAL = PRESETS["normal"]
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import linalg
 
-from palpate.certificate.exponential import expm
+from palpate.devices.certificate.exponential import expm
 
 
 @pytest.mark.parametrize("size", [1e-8, 1e-3, 1.0, 5.0, 20.0])

@@ -8,10 +8,10 @@ import pytest
 
 import palpate
 from palpate import _core, _guidance
-from palpate.certificate import certify_all
-from palpate.certificate.arms import HeldLeader, felt
-from palpate.certificate.entry import entries, stiffness
-from palpate.certificate.guidance import entry, entry_summary, fixture_springs, total_stiffness
+from palpate.devices.certificate import certify_all
+from palpate.devices.certificate.arms import HeldLeader, felt
+from palpate.devices.certificate.entry import entries, stiffness
+from palpate.devices.certificate.guidance import entry, entry_summary, fixture_springs, total_stiffness
 from palpate.record.ticks import as_ticks
 from palpate.scene.rig import build
 

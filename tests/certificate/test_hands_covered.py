@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import palpate
-from palpate.certificate import trials
-from palpate.certificate.words import LESS, hands_covered
-from palpate.hands import PRESETS
+from palpate.arm.hands import PRESETS
+from palpate.devices.certificate import trials
+from palpate.devices.certificate.words import LESS, hands_covered
 
 DEVICES = {
     "light": palpate.DeviceModel(0.08, 0.2, 1000.0),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from palpate.certificate.loop import SampledLoop, _illinois, difference, modes, zero_order_hold
+from palpate.devices.certificate.loop import SampledLoop, _illinois, difference, modes, zero_order_hold
 
 
 def device(m=0.3, b=0.5, k=0.0, T=1e-3, delay=0.0, cutoff=0.0):

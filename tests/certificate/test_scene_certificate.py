@@ -10,14 +10,14 @@ from scipy.spatial.transform import Rotation
 
 import palpate
 from palpate import _core
-from palpate.certificate import certify_all
-from palpate.certificate.arms import HeldLeader
-from palpate.certificate.scene import _DIRECTIONS, _Arms, _settled, warn_outside
-from palpate.certificate.touched import touched
-from palpate.errors import PalpateError, PalpateWarning
+from palpate.base.errors import PalpateError, PalpateWarning
+from palpate.devices.certificate import certify_all
+from palpate.devices.certificate.arms import HeldLeader
+from palpate.devices.certificate.scene import _DIRECTIONS, _Arms, _settled, warn_outside
+from palpate.devices.certificate.touched import touched
 from palpate.scene.rig import build
-from palpate.studies.certificate import arms as certificate_arms
 from palpate.viewer.staging import stable_below
+from palpate_lab.studies.certificate import arms as certificate_arms
 
 SCENE = """
 objects: [{name: table, plane: {size: 0.3}, stiffness: 800, damping: 1}]

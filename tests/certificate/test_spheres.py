@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 import palpate
-from palpate.certificate import certify_all
-from palpate.certificate.arms import HeldLeader
-from palpate.certificate.coupled import CoupledLoop
-from palpate.certificate.loop import SampledLoop, modes
-from palpate.certificate.scene import _Arms
-from palpate.certificate.spheres import Spheres, longest, plane_contacts, postures
-from palpate.certificate.touched import touched
+from palpate.devices.certificate import certify_all
+from palpate.devices.certificate.arms import HeldLeader
+from palpate.devices.certificate.coupled import CoupledLoop
+from palpate.devices.certificate.loop import SampledLoop, modes
+from palpate.devices.certificate.scene import _Arms
+from palpate.devices.certificate.spheres import Spheres, longest, plane_contacts, postures
+from palpate.devices.certificate.touched import touched
 from palpate.scene.rig import build
-from palpate.studies.certificate import arms as certificate_arms
+from palpate_lab.studies.certificate import arms as certificate_arms
 
 SCENE = """
 objects: [{{name: table, plane: {{size: 0.3}}, stiffness: {K}, damping: {B}}}]

@@ -6,10 +6,10 @@ from scipy import signal
 
 import palpate
 from palpate import _core
-from palpate.certificate import arms, certify_all, words
-from palpate.certificate.certificate import Case, advice
-from palpate.certificate.scene import _servo_lag
-from palpate.hands import PRESETS
+from palpate.arm.hands import PRESETS
+from palpate.devices.certificate import arms, certify_all, words
+from palpate.devices.certificate.certificate import Case, advice
+from palpate.devices.certificate.scene import _servo_lag
 
 FACTS = words.LoopFacts(0.009, 1000.0, 0.6, 12.34, "hand light")
 

@@ -4,10 +4,10 @@ import json
 
 import pytest
 
-from palpate.cli.bench import viewer as command
-from palpate.errors import PalpateError
+from palpate.base.errors import PalpateError
 from palpate.scene import shipped
-from palpate.verify.bench import viewer
+from palpate_lab.commands.bench import viewer as command
+from palpate_lab.verify.bench import viewer
 
 ROW = {
     "renderer": "none", "quality": "light", "size": [1200, 700], "drawn": [300, 200], "triangles": 1, "draw_calls": 1,

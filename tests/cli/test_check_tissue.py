@@ -7,9 +7,9 @@ import warnings
 import pytest
 
 from palpate import Tissue
-from palpate.cli.check.tissue import inspect_tissue, warn_of_tissue
-from palpate.errors import PalpateWarning
-from palpate.tissue.blocks import block
+from palpate.base.errors import PalpateWarning
+from palpate.cli.commands.check.tissue import inspect_tissue, warn_of_tissue
+from palpate.world.tissue.blocks import block
 
 
 def words_of(soft, radius=0.0):

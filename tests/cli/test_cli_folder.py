@@ -32,7 +32,10 @@ def test_files_are_commands_and_folders_are_groups_or_commands_in_parts(tmp_path
     assert found["parts"].module == "listed_commands.parts.command"
 
 
-@pytest.mark.parametrize("package", ["palpate.cli", "palpate.cli.bench", "palpate.cli.calibrate", "palpate.cli.ros"])
+@pytest.mark.parametrize(
+    "package",
+    ["palpate.cli", "palpate_lab.commands.bench", "palpate.cli.commands.calibrate", "palpate.cli.commands.ros"],
+)
 def test_every_command_has_a_summary_and_can_be_called(package):
     first = import_module(package).FIRST
     found = entries(package, first)

@@ -6,7 +6,7 @@ import json_contract
 import numpy as np
 import pytest
 
-from palpate.tissue import indentation, viscosity
+from palpate.world.tissue import indentation, viscosity
 
 
 def test_command_prints_and_writes_the_documented_keys(palpate, tmp_path):

@@ -10,7 +10,8 @@ import json_contract
 import pytest
 
 import palpate
-from palpate.cli import _licenses, main
+from palpate.cli import main
+from palpate.cli.commands import _licenses
 
 PACKAGE = Path(palpate.__file__).parent
 

@@ -7,7 +7,7 @@ import pytest
 import yaml
 from json_contract import keys
 
-from palpate.arrays import rigid, so3
+from palpate.base.arrays import rigid, so3
 
 M = np.array([[0, 0, 0], [0.1, 0, 0], [0, 0.08, 0], [0, 0, 0.06], [0.07, 0.05, 0.02], [0.02, 0.09, 0.05]])
 X = rigid.rigid(so3.about([0.0, 0.6, 0.8], 1.0), [0.1, -0.05, 0.2])

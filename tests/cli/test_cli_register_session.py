@@ -10,18 +10,18 @@ from json_contract import keys
 from rich.console import Console
 
 from palpate.arm import models_folder
-from palpate.arrays import rigid
-from palpate.cli.register import _attended, _viewer
-from palpate.errors import PalpateError, RegistrationError
-from palpate.mesh import Mesh
-from palpate.registration.clouds import sampled
-from palpate.registration.procedure import Organ, Procedure
-from palpate.registration.touches import Guess
+from palpate.base.arrays import rigid
+from palpate.base.errors import PalpateError, RegistrationError
+from palpate.cli.commands.register import _attended, _viewer
 from palpate.scene import Scene, placing
 from palpate.scene.registered import RegisteredOrgan, at
-from palpate.shapes.organ import organ
-from palpate.trackers import SimulatedTracker
-from palpate.trackers.pointer import TrackedPointer
+from palpate.sensing.trackers import SimulatedTracker
+from palpate.sensing.trackers.pointer import TrackedPointer
+from palpate.world.mesh import Mesh
+from palpate.world.registration.clouds import sampled
+from palpate.world.registration.procedure import Organ, Procedure
+from palpate.world.registration.touches import Guess
+from palpate.world.shapes.organ import organ
 
 SHIPPED = (models_folder().parent / "scenes" / "registration.yaml").read_text()
 

@@ -14,8 +14,8 @@ import pytest
 from effort import LONG
 
 from palpate import __version__
-from palpate.console.view import free_port
-from palpate.errors import PortError
+from palpate.base.errors import PortError
+from palpate.cli.terminal.view import free_port
 from palpate.record import Record
 from palpate.session.summary import summarise
 

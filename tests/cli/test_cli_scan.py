@@ -7,10 +7,10 @@ import json_contract
 import numpy as np
 import pytest
 
-import palpate.scan
+import palpate.world.scan
 from palpate.cli import main
-from palpate.clouds import PointCloud
-from palpate.mesh import Mesh
+from palpate.world.clouds import PointCloud
+from palpate.world.mesh import Mesh
 
 SCENE = "objects: [{name: ball, sphere: {radius: 0.04}}]\n"
 
@@ -94,8 +94,10 @@ def test_views_that_are_far_apart_without_poses_make_no_organ(tmp_path, capsys, 
         cloud.save(Path(path))
     out, more = tmp_path / "organ.ply", ["--json", "-"]
     made = []  # both commands scan the same views, which takes seconds
-    scan = palpate.scan.scan
-    monkeypatch.setattr("palpate.scan.scan", lambda *a, **k: made[0] if made else made.append(scan(*a, **k)) or made[0])
+    scan = palpate.world.scan.scan
+    monkeypatch.setattr(
+        "palpate.world.scan.scan", lambda *a, **k: made[0] if made else made.append(scan(*a, **k)) or made[0]
+    )
     assert main(["scan", *paths, "--out", str(out), *more]) == 1
     assert not out.exists()
     told = capsys.readouterr()

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from palpate import Scene, cli
-from palpate.errors import SceneError
+from palpate.base.errors import SceneError
 from palpate.scene import shipped
 
 SCENES = Path(__file__).parents[2] / "scenes"

@@ -10,7 +10,7 @@ from palpate.scene import Scene
 from palpate.scene.rig import build
 
 pytest.importorskip("pyigtl", reason="OpenIGTLink needs the extra tracking")
-from palpate.trackers.openigtlink import OpenIGTLinkTracker
+from palpate.sensing.trackers.openigtlink import OpenIGTLinkTracker
 
 SCENE = """\
 objects: [{name: ball, sphere: {radius: 0.03}}]

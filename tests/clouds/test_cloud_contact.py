@@ -6,8 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate import PointCloud, contact, surfaces
-from palpate.verify.bench import cloud_organ
+from palpate import PointCloud
+from palpate.scene import contact
+from palpate.world import surfaces
+from palpate_lab.verify.bench import cloud_organ
 
 DATA = Path(os.environ.get("PALPATE_DATA") or Path(__file__).resolve().parents[3] / "shared" / "data") / "clouds"
 KINECT = sorted(DATA.glob("*.pcd"))

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import palpate
-from palpate.clouds import MAX_POINTS, table
-from palpate.errors import CloudError
+from palpate.base.errors import CloudError
+from palpate.world.clouds import MAX_POINTS, table
 
 P = np.array([[0.5, 1.0, -2.0], [0.25, 0.0, 4.0], [0.125, 1.0, 1.0]])
 N = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [0.6, 0.0, 0.8]])

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from palpate import PointCloud
-from palpate.clouds.neighbourhoods import layer_gap, sampling
-from palpate.errors import PalpateWarning
-from palpate.surfaces import PointSurface
-from palpate.surfaces.points import Scales
+from palpate.base.errors import PalpateWarning
+from palpate.world.clouds.neighbourhoods import layer_gap, sampling
+from palpate.world.surfaces import PointSurface
+from palpate.world.surfaces.points import Scales
 
 
 def sheet(rng, n=3000, side=0.05, noise=1e-4, z=0.0):

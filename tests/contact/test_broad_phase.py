@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from palpate import _core
-from palpate.mesh.files import write
 from palpate.record.ticks import SIGNALS, as_ticks
 from palpate.scene import Scene, rig
-from palpate.shapes.analytic import SHAPES
+from palpate.world.mesh.files import write
+from palpate.world.shapes.analytic import SHAPES
 
 SIDE, STEP = 5, 0.012
 

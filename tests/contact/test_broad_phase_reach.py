@@ -5,8 +5,8 @@ import pytest
 
 from palpate import _core, _verify
 from palpate._tissue import PointSurface
-from palpate.arrays import so3
-from palpate.shapes.analytic import SHAPES
+from palpate.base.arrays import so3
+from palpate.world.shapes.analytic import SHAPES
 
 RATE = 1000.0
 RADII = (0.002, 0.0007, 0.008)

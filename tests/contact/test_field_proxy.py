@@ -5,9 +5,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate import _core, surfaces
-from palpate.contact import render
-from palpate.shapes.analytic import SHAPES
+from palpate import _core
+from palpate.scene.contact import render
+from palpate.world import surfaces
+from palpate.world.shapes.analytic import SHAPES
 
 RADIUS, K = 2e-3, 500.0
 PILLOW = surfaces.ImplicitSurface.of_half_lengths((0.03, 0.02, 0.04), (4, 2, 6))

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate import _core
-from palpate.contact import render
+from palpate.scene.contact import render
 
 RADIUS, K = 2e-3, 500.0
 FLOOR = _core.Mesh(

@@ -7,10 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate import PointCloud, _core, surfaces
-from palpate.contact import render
-from palpate.mesh import Mesh
-from palpate.shapes import analytic
+from palpate import PointCloud, _core
+from palpate.scene.contact import render
+from palpate.world import surfaces
+from palpate.world.mesh import Mesh
+from palpate.world.shapes import analytic
 
 RADIUS, K, MU = 2e-3, 800.0, 0.6
 

@@ -5,9 +5,9 @@ import pytest
 
 import palpate
 from palpate import _core
-from palpate.contact.rendering import snapshot_of
 from palpate.scene import ContactSection
-from palpate.shapes.analytic import SHAPES, Box, Groove, Sphere
+from palpate.scene.contact.rendering import snapshot_of
+from palpate.world.shapes.analytic import SHAPES, Box, Groove, Sphere
 
 K, R = 500.0, 0.002  # [N/m], [m]
 METHODS = _core.contact_methods()
@@ -214,7 +214,7 @@ def test_paper_plane_on_convex_and_smooth_surfaces(shape):
     assert error.max() < np.degrees(np.sqrt(R**2 - 0.001**2) * curvature)
 
 
-@pytest.mark.filterwarnings("ignore::palpate.errors.PalpateWarning")
+@pytest.mark.filterwarnings("ignore::palpate.base.errors.PalpateWarning")
 def test_fact_paper_plane_pushes_into_a_wall_of_a_sharp_concave_edge():
     """Eq 20 assumes "locally convex". In a V of 60 degrees the walls' normals are 120 degrees apart."""
     wall = np.radians(60)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import palpate
-from palpate.contact.algorithm1 import trace_algorithm1
+from palpate.scene.contact.algorithm1 import trace_algorithm1
 
 K, R = 500.0, 0.002  # [N/m], [m]
 
@@ -146,7 +146,7 @@ def test_at_most_fifteen_points():
     v = np.array([[a, b, 0.0] for a in x for b in x])
     i = (np.arange(40)[:, None] * 41 + np.arange(40)).ravel()
     f = np.vstack([np.column_stack([i, i + 41, i + 42]), np.column_stack([i, i + 42, i + 1])])
-    with pytest.warns(palpate.errors.PalpateWarning, match="open"):
+    with pytest.warns(palpate.base.errors.PalpateWarning, match="open"):
         t = trace_algorithm1((v, f), (0, 0, 0.001), radius=R, stiffness=K)
     assert len(t.points) == 15
 

@@ -8,8 +8,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from palpate import _core
-from palpate.contact import render
-from palpate.shapes.analytic import SHAPES
+from palpate.scene.contact import render
+from palpate.world.shapes.analytic import SHAPES
 
 RADIUS, K = 2e-3, 500.0
 

@@ -7,8 +7,8 @@ import pytest
 from scipy.optimize import minimize
 
 from palpate import _core
-from palpate.contact import render
-from palpate.shapes.analytic import MM, SHAPES, Box, Sphere
+from palpate.scene.contact import render
+from palpate.world.shapes.analytic import MM, SHAPES, Box, Sphere
 
 RADIUS, K = 2e-3, 500.0
 

@@ -7,9 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate import _core, surfaces
-from palpate.mesh import Mesh
-from palpate.shapes import analytic
+from palpate import _core
+from palpate.world import surfaces
+from palpate.world.mesh import Mesh
+from palpate.world.shapes import analytic
 
 RADIUS = 2e-3
 

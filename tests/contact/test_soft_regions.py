@@ -9,8 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import palpate
-from palpate import _core, surfaces
-from palpate.errors import SceneError
+from palpate import _core
+from palpate.base.errors import SceneError
+from palpate.world import surfaces
 
 RADIUS = 2e-3
 PLANE, BALL = surfaces.Plane(), surfaces.Sphere(0.02)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from palpate import _core
-from palpate.contact import render
-from palpate.shapes.analytic import SHAPES
+from palpate.scene.contact import render
+from palpate.world.shapes.analytic import SHAPES
 
 RADIUS, K = 2e-3, 500.0
 SQUARE = (np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]), np.array([[0, 1, 2], [0, 2, 3]], np.int32))

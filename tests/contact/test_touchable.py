@@ -6,14 +6,14 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-import palpate.contact
+import palpate.scene.contact
 from palpate import _core
-from palpate.contact import touchable
-from palpate.contact.judging import RADIUS, STIFFNESS
-from palpate.mesh import Mesh, index
-from palpate.shapes.analytic import SHAPES
-from palpate.shapes.paths import tool_path
-from palpate.studies.radius import work as study
+from palpate.scene.contact import touchable
+from palpate.scene.contact.judging import RADIUS, STIFFNESS
+from palpate.world.mesh import Mesh, index
+from palpate.world.shapes.analytic import SHAPES
+from palpate.world.shapes.paths import tool_path
+from palpate_lab.studies.radius import work as study
 
 
 @pytest.mark.parametrize(("name", "triangles"), [("torus", 1000), ("torus", 10_000), ("wavy", 1000), ("wavy", 10_000)])

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate import _core
-from palpate.contact import render
-from palpate.shapes import analytic
+from palpate.scene.contact import render
+from palpate.world.shapes import analytic
 
 K = 400.0
 

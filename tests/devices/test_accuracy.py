@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
+from palpate.base.errors import DeviceError
 from palpate.devices import accuracy
 from palpate.devices.simulated import SimulatedDevice, Truth
-from palpate.errors import DeviceError
 
 
 def asked(words, log=None):

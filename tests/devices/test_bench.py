@@ -10,13 +10,13 @@ import yaml
 from drivers import Still
 
 import palpate
+from palpate.base.errors import DeviceError, RecordingError
 from palpate.cli import main
 from palpate.devices import Driver, Reading
 from palpate.devices.bench import measure
 from palpate.devices.identify import fit_axis, noise, resolution
 from palpate.devices.judge import judge_driver
 from palpate.devices.simulated import SimulatedDevice, Truth
-from palpate.errors import DeviceError, RecordingError
 
 LIGHT = Truth(mass=0.08, damping=0.2, friction=0.03, noise=0.0, resolution=3e-5, delay=0)
 MIDDLE = Truth(noise=3e-5, resolution=1e-5)
@@ -295,5 +295,5 @@ def test_nothing_is_pushed_without_consent(capsys):
 )
 def test_wrong_device_file_is_refused_with_the_cause(tmp_path, text, words):
     (tmp_path / "d.yaml").write_text(text)
-    with pytest.raises((RecordingError, palpate.errors.PalpateError), match=words):
+    with pytest.raises((RecordingError, palpate.base.errors.PalpateError), match=words):
         palpate.DeviceModel.load(tmp_path / "d.yaml")

@@ -6,11 +6,11 @@ import re
 import pytest
 import yaml
 
+from palpate.base.errors import DeviceError
 from palpate.cli import main
 from palpate.devices import published
 from palpate.devices.published import TABLE, Stated, published_of
 from palpate.devices.simulated import SimulatedDevice, Truth
-from palpate.errors import DeviceError
 
 
 class Terminal:

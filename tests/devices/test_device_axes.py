@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import palpate
+from palpate.base.errors import PalpateError
 from palpate.devices.driven import DrivenLoop
-from palpate.errors import PalpateError
 from palpate.scene import Scene
-from palpate.verify.fuzz.loops.port import rotations, work_held
+from palpate_lab.verify.fuzz.loops.port import rotations, work_held
 
 SCENE = """
 objects: [{name: ball, sphere: {radius: 0.03}, stiffness: 500, damping: 0}]

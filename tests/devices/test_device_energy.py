@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import palpate
-from palpate.guidance import Fixture, Sphere
+from palpate.scene.guidance import Fixture, Sphere
 
 ALLOWANCE, CREDIT = 5e-4, 0.03
 FLOOR = {"name": "floor", "plane": {}, "stiffness": 1200.0}

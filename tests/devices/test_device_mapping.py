@@ -6,8 +6,8 @@ import pytest
 from test_haptics import CAP, RATE_CAP, K, pose, scene
 
 import palpate
+from palpate.base.errors import SceneError
 from palpate.devices import DrivenSession
-from palpate.errors import SceneError
 from palpate.record.reader import Record
 from palpate.scene import MappingSection
 

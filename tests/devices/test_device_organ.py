@@ -8,8 +8,8 @@ import pytest
 from palpate import Scene
 from palpate.devices.loop import DeviceLoop, device_scene
 from palpate.scene.together import build_pairs
-from palpate.tissue import TetMesh, save
-from palpate.tissue.blocks import block
+from palpate.world.tissue import TetMesh, save
+from palpate.world.tissue.blocks import block
 
 pytest.importorskip("meshio", reason="extra tissue")
 

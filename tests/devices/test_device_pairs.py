@@ -8,10 +8,10 @@ import pytest
 from drivers import Still
 
 from palpate import _core
+from palpate.base.errors import DeviceError, SceneError, StateError
 from palpate.cli import main
 from palpate.devices import DrivenPairs, Reading
 from palpate.devices.buttons import CAMERA, CLUTCH, COAG
-from palpate.errors import DeviceError, SceneError, StateError
 from palpate.record.ticks import as_ticks
 from palpate.scene import Scene
 

@@ -11,8 +11,8 @@ import pytest
 from test_haptics import CAP, scene
 
 import palpate
+from palpate.base.errors import DeviceError
 from palpate.devices import DrivenSession, open_driver
-from palpate.errors import DeviceError
 from palpate.record.reader import Record
 
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from test_driven import run
 
+from palpate.base.errors import DeviceError
 from palpate.devices.evdev import OPENING, Gamepad, Mouse, find
-from palpate.errors import DeviceError
 
 LISTED = """I: Bus=0003 Vendor=046d Product=c077 Version=0111
 N: Name="Logitech USB Optical Mouse"

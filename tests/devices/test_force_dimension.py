@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from test_driven import run
 
+from palpate.base.errors import DeviceError
 from palpate.devices.force_dimension import ForceDimension
-from palpate.errors import DeviceError
 
 
 class StandIn(types.ModuleType):

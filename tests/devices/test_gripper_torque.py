@@ -6,10 +6,10 @@ import pytest
 from test_haptics import pose
 
 import palpate
+from palpate.base.errors import DeviceError, PalpateWarning
 from palpate.devices import Reading
 from palpate.devices.driven import DrivenLoop
 from palpate.devices.driver import facts
-from palpate.errors import DeviceError, PalpateWarning
 
 CAP = 0.004  # [N m]
 

@@ -17,12 +17,12 @@ pytest.importorskip("websockets", reason="the stand-in needs the extra haply")
 
 from scipy.spatial.transform import Rotation
 
+from palpate.base.errors import DeviceError
 from palpate.devices import DrivenSession
 from palpate.devices.haply.driver import Haply
 from palpate.devices.haply.messages import DIALECTS, Config, Grip
 from palpate.devices.haply.service import Address
 from palpate.devices.haply.stand_in import MIDDLE, Options, StandIn
-from palpate.errors import DeviceError
 from palpate.record.reader import Record
 from palpate.scene import Scene
 from palpate.scene.haply import HaplySection

@@ -14,9 +14,9 @@ pytest.importorskip("websockets", reason="the stand-in needs the extra haply")
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
+from palpate.base.errors import DeviceError
 from palpate.devices.haply.messages import DIALECTS, Grip
 from palpate.devices.haply.stand_in import FAULTS, MIDDLE, Fault, Options, StandIn
-from palpate.errors import DeviceError
 
 XYZ = {"x": float, "y": float, "z": float}
 XYZW = {**XYZ, "w": float}

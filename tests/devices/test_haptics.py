@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import palpate
-from palpate.errors import DeviceError, PalpateError
-from palpate.guidance import Fixture, Sphere
+from palpate.base.errors import DeviceError, PalpateError
 from palpate.record.reader import Record
 from palpate.record.ticks import STATUS
+from palpate.scene.guidance import Fixture, Sphere
 
 K, RADIUS, CAP, RATE_CAP = 400.0, 0.002, 3.0, 50.0
 CLOSED_FORM = {"passivity": "off"}  # the force is K times depth; with the observer it may be less

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from test_driven import run
 
+from palpate.base.errors import DeviceError
 from palpate.devices.evdev import OPENING
 from palpate.devices.keyboard import FINE, SPEED, STEP, Keyboard
-from palpate.errors import DeviceError
 
 
 @pytest.fixture

@@ -10,9 +10,9 @@ import pytest
 from test_driven import with_driver
 from test_haptics import CAP
 
+from palpate.base.errors import DeviceError
 from palpate.devices import DrivenSession
 from palpate.devices.native import header_folder
-from palpate.errors import DeviceError
 
 SOURCE = Path(__file__).with_name("c_driver.c")
 CC = shutil.which("cc") or shutil.which("gcc")

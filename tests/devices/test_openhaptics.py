@@ -10,9 +10,9 @@ import pytest
 from test_haptics import CAP, scene
 
 import palpate
+from palpate.base.errors import DeviceError
 from palpate.devices import DrivenSession
 from palpate.devices.native import header_folder
-from palpate.errors import DeviceError
 
 HERE = Path(__file__).parent
 SHIM = Path(palpate.__file__).parent / "devices" / "openhaptics.c"

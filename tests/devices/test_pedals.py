@@ -5,8 +5,8 @@ import time
 
 import pytest
 
+from palpate.base.errors import DeviceError
 from palpate.devices.pedals import KINDS, PedalDevice, parse
-from palpate.errors import DeviceError
 from palpate.session.console import PEDALS, Console
 
 KEY = 1

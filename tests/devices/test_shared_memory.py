@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from test_driven import with_driver
 
+from palpate.base.errors import DeviceError
 from palpate.devices import DrivenSession
 from palpate.devices.shared_memory import SIZE, Server, SharedMemoryDevice, path_of
-from palpate.errors import DeviceError
 
 ROOT = Path(__file__).resolve().parents[2]
 DEVICE = """

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from palpate.base.errors import DeviceError
 from palpate.cli import main
 from palpate.devices.native import header_folder
 from palpate.devices.shared_object import SharedObject
-from palpate.errors import DeviceError
 
 CC = shutil.which("cc") or shutil.which("gcc")
 pytestmark = pytest.mark.skipif(CC is None, reason="no C compiler")

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 import palpate
+from palpate.base.errors import DeviceError
 from palpate.devices import DrivenSession, open_driver, trust
-from palpate.errors import DeviceError
 
 SCENE = "objects: [{name: egg, sphere: {radius: 0.017}, stiffness: 260}]\narms: {leader: {driver: 'DRIVER'}}\n"
 CODE = """

@@ -17,10 +17,10 @@ import pytest
 from test_haptics import CAP, scene
 
 import palpate
+from palpate.base.errors import DeviceError
 from palpate.devices import DrivenSession
 from palpate.devices.native import header_folder
 from palpate.devices.open import open_python_driver
-from palpate.errors import DeviceError
 
 HERE, DEVICES = Path(__file__).parent, Path(palpate.__file__).parent / "devices"
 DRIVERS = {

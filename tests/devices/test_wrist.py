@@ -8,10 +8,10 @@ import pytest
 from json_contract import keys
 
 import palpate
+from palpate.arm.hands import Hand
+from palpate.base.errors import RecordingError
 from palpate.cli import main
 from palpate.devices.wrist import COLUMNS, LEVER, certify_wrist, load
-from palpate.errors import RecordingError
-from palpate.hands import Hand
 
 DT = 1e-3
 # A roll axis as heavy in friction as an MTM's: inertia, damping, friction, delay, encoder step.

@@ -9,10 +9,10 @@ import trimesh
 
 import palpate
 from palpate import Scene
-from palpate.arrays import rigid, so3
-from palpate.certificate.device import DeviceModel
+from palpate.base.arrays import rigid, so3
 from palpate.cli import main
-from palpate.tissue import indentation, viscosity
+from palpate.devices.certificate.device import DeviceModel
+from palpate.world.tissue import indentation, viscosity
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "identify"))

@@ -14,7 +14,7 @@ import pytest
 
 import palpate
 from palpate import Scene
-from palpate.errors import PalpateError
+from palpate.base.errors import PalpateError
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md")])

@@ -43,7 +43,7 @@ def faults(row):
         found.append(f"no scene {scene[1]}")
     item = re.fullmatch(r"reproduce (\w+)", row.command)
     if item:
-        from palpate.reproduce.catalogue import items
+        from palpate_lab.reproduce.catalogue import items
 
         if row.row not in items()[item[1]].rows and row.row.startswith("R"):
             found.append(f"the item {item[1]} does not name {row.row}")

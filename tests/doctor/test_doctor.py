@@ -9,9 +9,9 @@ import sys
 import json_contract
 import pytest
 
+from palpate.base.errors import PalpateError
 from palpate.cli import main
-from palpate.doctor import TOPICS, connected, examine, machine, programs
-from palpate.errors import PalpateError
+from palpate.cli.doctor import TOPICS, connected, examine, machine, programs
 
 
 def by_thing(findings):

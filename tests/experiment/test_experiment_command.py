@@ -8,8 +8,8 @@ import json_contract
 import pytest
 from small_experiment import FILE
 
+from palpate.base.errors import JournalError
 from palpate.cli import main
-from palpate.errors import JournalError
 from palpate.experiment import Study
 from palpate.record import Record
 

@@ -9,13 +9,13 @@ from pathlib import Path
 import pytest
 from small_experiment import FILE, SCENE
 
-from palpate.errors import JournalError, OutputError, PalpateError, SweepError
+from palpate.base.errors import JournalError, OutputError, PalpateError, SweepError
+from palpate.base.sweep.lines import Lines
 from palpate.experiment import ExperimentFile, Outcome, SimulatedParticipant, Study, run_participant, simulate
 from palpate.experiment.journal import FILE as JOURNAL
 from palpate.experiment.journal import Journal, progress_of
 from palpate.experiment.simulated import Performed
 from palpate.record import Record
-from palpate.sweep.lines import Lines
 
 PEOPLE = ("S01",)
 
@@ -83,7 +83,7 @@ def kill_at(monkeypatch, point):
             raise Killed
         return made(path, *args, **more)
 
-    monkeypatch.setattr("palpate.sweep.lines.os.write", write)
+    monkeypatch.setattr("palpate.base.sweep.lines.os.write", write)
     monkeypatch.setattr(Path, "mkdir", mkdir)
 
 
@@ -245,7 +245,7 @@ def test_no_space_is_told_before_a_trial_and_in_one_and_nothing_is_lost(small, t
         raise OSError(28, "No space left on device")
 
     with monkeypatch.context() as patched:
-        patched.setattr("palpate.sweep.lines.os.write", full)
+        patched.setattr("palpate.base.sweep.lines.os.write", full)
         with pytest.raises(OutputError, match="No space left"):
             run_participant(study, "S01", real)
     run_participant(study, "S01", real)

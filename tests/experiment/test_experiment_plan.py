@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from palpate.errors import PalpateError
+from palpate.base.errors import PalpateError
 from palpate.experiment import ExperimentFile, plan_of
 from palpate.experiment.order import orders, williams
 from palpate.experiment.scenes import Settings

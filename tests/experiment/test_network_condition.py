@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.errors import PalpateError, SceneError
+from palpate.base.errors import PalpateError, SceneError
 from palpate.experiment import ExperimentFile
 from palpate.experiment.course import judge
 from palpate.experiment.plan import plan_of

@@ -8,7 +8,7 @@ from crtk_bag import shown
 from crtk_bag import write as write_bag
 from lerobot_rules import faults, faults_of_open_h
 
-from palpate.errors import RecordError
+from palpate.base.errors import RecordError
 from palpate.export import export
 from palpate.record.bags import images
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from crtk_bag import write as write_bag
 
-from palpate.errors import OutputError, PalpateError, RecordError
+from palpate.base.errors import OutputError, PalpateError, RecordError
 from palpate.export import export
 from palpate.export.export import formats
 from palpate.record import SIGNALS

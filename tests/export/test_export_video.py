@@ -8,8 +8,8 @@ import pytest
 from lerobot_rules import faults, faults_of_open_h
 from scipy.spatial.transform import Rotation
 
+from palpate.base.errors import MissingExtraError, PalpateError, RecordError
 from palpate.cli import main
-from palpate.errors import MissingExtraError, PalpateError, RecordError
 from palpate.export import export
 from palpate.export.demonstration import demonstrations
 from palpate.export.episode import episode_of

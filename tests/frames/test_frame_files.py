@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import yaml
 
-from palpate.errors import FrameError
-from palpate.frames import FrameSection, files
+from palpate.base.errors import FrameError
+from palpate.world.frames import FrameSection, files
 
 # Turn by +90 deg about z, then 0.1, 0.2, 0.3 m: written by hand in every form.
 X = np.array([[0.0, -1.0, 0.0, 0.1], [1.0, 0.0, 0.0, 0.2], [0.0, 0.0, 1.0, 0.3], [0.0, 0.0, 0.0, 1.0]])

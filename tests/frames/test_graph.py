@@ -10,8 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from palpate.errors import FrameError
-from palpate.frames import Edge, FrameGraph
+from palpate.base.errors import FrameError
+from palpate.world.frames import Edge, FrameGraph
 
 
 def random_pose(rng: np.random.Generator, reach: float = 1.0) -> np.ndarray:

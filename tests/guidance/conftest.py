@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import trimesh
 
-from palpate import _core, surfaces
-from palpate.guidance import FixtureContext
+from palpate import _core
+from palpate.scene.guidance import FixtureContext
+from palpate.world import surfaces
 
 
 @pytest.fixture(scope="module")

@@ -8,17 +8,17 @@ import pytest
 import trimesh
 from scipy.spatial.transform import Rotation
 
+from palpate.base.errors import GuidanceError, PalpateWarning, SurfaceError
 from palpate.cli import main
-from palpate.errors import GuidanceError, PalpateWarning, SurfaceError
-from palpate.guidance import Fixture, FixtureContext
-from palpate.guidance.curve import path
-from palpate.guidance.demonstration import Shown, deviation, simplified
-from palpate.guidance.files import read_rows, write_rows
-from palpate.guidance.plot import query
-from palpate.mesh import Mesh
-from palpate.surfaces import DistanceGrid
-from palpate.surfaces import grid as grids
-from palpate.surfaces.grid import error_of
+from palpate.scene.guidance import Fixture, FixtureContext
+from palpate.scene.guidance.curve import path
+from palpate.scene.guidance.demonstration import Shown, deviation, simplified
+from palpate.scene.guidance.files import read_rows, write_rows
+from palpate.scene.guidance.plot import query
+from palpate.world.mesh import Mesh
+from palpate.world.surfaces import DistanceGrid
+from palpate.world.surfaces import grid as grids
+from palpate.world.surfaces.grid import error_of
 
 
 def arc(t):

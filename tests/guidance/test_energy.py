@@ -8,8 +8,8 @@ from fixtures import Stage, fixture, placed, plane, pose
 from scipy.spatial.transform import Rotation
 
 from palpate import _core, _guidance
-from palpate.guidance.curve import path
-from palpate.shapes import analytic
+from palpate.scene.guidance.curve import path
+from palpate.world.shapes import analytic
 
 AROUND = 0.01
 """Radius of the averaging of normals [m]."""

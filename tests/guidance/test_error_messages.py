@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from palpate import _guidance
-from palpate.errors import GuidanceError
-from palpate.guidance import Fixture, Sphere, from_yaml
-from palpate.guidance.geometry import as_guidance_error
-from palpate.guidance.sections import OF_LAW, OF_ROLE
+from palpate.base.errors import GuidanceError
+from palpate.scene.guidance import Fixture, Sphere, from_yaml
+from palpate.scene.guidance.geometry import as_guidance_error
+from palpate.scene.guidance.sections import OF_LAW, OF_ROLE
 
 BALL = "geometry: {sphere: {radius: 0.02}}"
 

@@ -13,10 +13,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate import _core, _guidance
-from palpate.mesh import Mesh
-from palpate.shapes.analytic import SHAPES
-from palpate.shapes.organ import organ
-from palpate.verify.bench.guidance import tube
+from palpate.world.mesh import Mesh
+from palpate.world.shapes.analytic import SHAPES
+from palpate.world.shapes.organ import organ
+from palpate_lab.verify.bench.guidance import tube
 
 FAR = 15.0 / 16.0
 

@@ -10,8 +10,8 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from palpate import _core, _guidance
-from palpate.guidance.curve import path
-from palpate.shapes import analytic
+from palpate.scene.guidance.curve import path
+from palpate.world.shapes import analytic
 
 POINTS = np.random.default_rng(5).uniform(-0.08, 0.08, (3000, 3))
 APEX, AXIS, HALF = np.array([0.01, 0.0, -0.02]), np.array([0.2, -0.1, 1.0]), 0.4

@@ -7,10 +7,10 @@ import pytest
 from fixtures import pose
 
 from palpate import _core
-from palpate.errors import GuidanceError
-from palpate.guidance import Fixture, FixtureContext, from_yaml
-from palpate.guidance.one_line import KEYS
-from palpate.guidance.plot import query
+from palpate.base.errors import GuidanceError
+from palpate.scene.guidance import Fixture, FixtureContext, from_yaml
+from palpate.scene.guidance.one_line import KEYS
+from palpate.scene.guidance.plot import query
 from palpate.scene.schema import schema_text
 
 

@@ -12,8 +12,8 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from palpate import _guidance
-from palpate.errors import GuidanceError
-from palpate.guidance.curve import path
+from palpate.base.errors import GuidanceError
+from palpate.scene.guidance.curve import path
 
 
 def wander(seed, n=8, size=0.05):

@@ -5,9 +5,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from palpate import _guidance
-from palpate.guidance import Fixture
-from palpate.guidance.context import FixtureContext
-from palpate.guidance.steered import SteeredFixtures
+from palpate.scene.guidance import Fixture
+from palpate.scene.guidance.context import FixtureContext
+from palpate.scene.guidance.steered import SteeredFixtures
 
 BALL = Fixture.from_yaml("- {name: ball, role: forbid, geometry: {sphere: {radius: 0.02}}, law: {stiffness: 300}}")
 LINE = Fixture.from_yaml("- {name: line, role: guide, geometry: {line: {start: [0, 0, 0.05], end: [0.1, 0, 0.05]}}}")

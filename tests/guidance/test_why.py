@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 import palpate
-from palpate.guidance import Fixture, FixtureContext, Line, Plane, Sphere
-from palpate.guidance.why import OperatorInput, explain_tick, terms
 from palpate.scene import Scene
+from palpate.scene.guidance import Fixture, FixtureContext, Line, Plane, Sphere
+from palpate.scene.guidance.why import OperatorInput, explain_tick, terms
 from palpate.scene.rig import build
 
 HERE = FixtureContext()

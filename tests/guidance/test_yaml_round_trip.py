@@ -6,11 +6,12 @@ import pytest
 from fixtures import pose
 from scipy.spatial.transform import Rotation
 
-from palpate import _core, _guidance, guidance
-from palpate.errors import GuidanceError
-from palpate.guidance import Fixture, FixtureContext, Geometry, Mesh, OfObject, Role, Sphere, from_yaml, to_yaml
-from palpate.guidance.plot import query
-from palpate.guidance.sections import Frame, LawName, RoleName
+from palpate import _core, _guidance
+from palpate.base.errors import GuidanceError
+from palpate.scene import guidance
+from palpate.scene.guidance import Fixture, FixtureContext, Geometry, Mesh, OfObject, Role, Sphere, from_yaml, to_yaml
+from palpate.scene.guidance.plot import query
+from palpate.scene.guidance.sections import Frame, LawName, RoleName
 
 mpl.use("Agg")
 

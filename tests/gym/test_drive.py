@@ -6,7 +6,7 @@ import time
 import numpy as np
 import pytest
 
-from palpate.errors import PalpateError
+from palpate.base.errors import PalpateError
 from palpate.record import Record
 
 pytest.importorskip("gymnasium", reason="gymnasium (extra learning) is not installed")

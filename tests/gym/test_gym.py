@@ -6,13 +6,13 @@ import warnings
 import numpy as np
 import pytest
 
-from palpate.errors import MissingExtraError, PalpateError
+from palpate.base.errors import MissingExtraError, PalpateError
 
 gymnasium = pytest.importorskip("gymnasium", reason="gymnasium (extra learning) is not installed")
 from gymnasium.utils.env_checker import check_env  # noqa: E402
 
 from palpate import _core  # noqa: E402
-from palpate.arrays import rigid  # noqa: E402
+from palpate.base.arrays import rigid  # noqa: E402
 from palpate.gym import Motion, PalpateEnv, PalpateVectorEnv, Press  # noqa: E402
 from palpate.gym.world import World, cycle_at  # noqa: E402
 from palpate.record.ticks import TICK_DOUBLES, as_ticks  # noqa: E402

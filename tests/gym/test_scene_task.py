@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 from gymnasium.utils.env_checker import check_env
 
-from palpate.errors import PalpateError, SceneError
+from palpate.base.errors import PalpateError, SceneError
 from palpate.gym import Motion, PalpateEnv, PalpateVectorEnv
-from palpate.tasks import look
-from palpate.tasks.hand import OPEN, STEP, Hand
-from palpate.tasks.scripts import script_of
+from palpate.session.tasks import look
+from palpate.session.tasks.hand import OPEN, STEP, Hand
+from palpate.session.tasks.scripts import script_of
 
 pytest.importorskip("mujoco")
 
@@ -32,7 +32,7 @@ class Scripted(Hand):
 
     @property
     def _R_WT(self):
-        from palpate.arrays.so3 import pose
+        from palpate.base.arrays.so3 import pose
 
         return pose(np.zeros(3), self._tick()["quat_WT"])[:3, :3]
 

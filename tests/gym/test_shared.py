@@ -5,8 +5,8 @@ import time
 import numpy as np
 import pytest
 
+from palpate.base.errors import PalpateError
 from palpate.devices.driver import Driver, Reading
-from palpate.errors import PalpateError
 from palpate.record import Record
 
 pytest.importorskip("gymnasium", reason="gymnasium (extra learning) is not installed")

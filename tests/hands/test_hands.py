@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import yaml
 
-from palpate import _core, hands
-from palpate.errors import RecordingError, SceneError
+from palpate import _core
+from palpate.arm import hands
+from palpate.base.errors import RecordingError, SceneError
 from palpate.scene import Scene, rig
 
 ONE = "objects: [{shape: organ, triangles: 2000}]\n"

@@ -6,7 +6,7 @@ import numpy as np
 
 from palpate.arm import Arm
 from palpate.arm.drives import dahl
-from palpate.identify.recordings import Moving
+from palpate.arm.identify.recordings import Moving
 
 RATE = 200.0
 

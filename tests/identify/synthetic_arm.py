@@ -7,8 +7,8 @@ import numpy as np
 from palpate import Arm, _core
 from palpate.arm.coupling import coupling, drives
 from palpate.arm.gravity_model import friction_torque
-from palpate.identify.approach import directions
-from palpate.identify.recordings import Static
+from palpate.arm.identify.approach import directions
+from palpate.arm.identify.recordings import Static
 
 COULOMB = np.array([0.016, 0.025, 0.03, 0.03, 0.004, 0.002, 0.0])
 NOISE = np.array([0.006, 0.010, 0.010, 0.004, 0.002, 0.001, 0.0])

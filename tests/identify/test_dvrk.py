@@ -9,9 +9,9 @@ from real_data import DATA, needs_data
 
 from palpate import Arm, _core
 from palpate.arm import dvrk_gravity as dvrk
-from palpate.errors import OutputError, RecordingError
-from palpate.identify.fit_gravity import fit_poses
-from palpate.identify.recordings import read_static
+from palpate.arm.identify.fit_gravity import fit_poses
+from palpate.arm.identify.recordings import read_static
+from palpate.base.errors import OutputError, RecordingError
 
 MODELS = {"MTMR_28247": "dvrk_config_jhu__jhu-dVRK__gc-MTMR-28247.json",
           "MTML_34863": "dvrk_config_jhu__jhu-daVinci__gc-MTML-34863.json"}  # fmt: skip

@@ -10,12 +10,12 @@ from threadpoolctl import threadpool_info, threadpool_limits
 from palpate import Arm
 from palpate.arm.coupling import drives
 from palpate.arm.gravity_model import GravityModel
-from palpate.identify import fit, forms
-from palpate.identify.approach import expected_directions
-from palpate.identify.fit_gravity import fit_poses, predicted
-from palpate.identify.gravity import gravity
-from palpate.identify.identifiability import identifiability, next_poses
-from palpate.identify.recordings import read_static
+from palpate.arm.identify import fit, forms
+from palpate.arm.identify.approach import expected_directions
+from palpate.arm.identify.fit_gravity import fit_poses, predicted
+from palpate.arm.identify.gravity import gravity
+from palpate.arm.identify.identifiability import identifiability, next_poses
+from palpate.arm.identify.recordings import read_static
 
 MEASURED = np.arange(7) < 6
 
@@ -109,7 +109,7 @@ def test_expected_direction_is_that_of_random_visits():
 
 def test_error_floor_is_the_friction_scatter(known, ours):
     """Without noise the error of a prediction is the friction minus its expectation."""
-    from palpate.identify import scores
+    from palpate.arm.identify import scores
 
     arm, poses = known[0], synthetic.recording(400, 5, noise=0.0)
     judged = scores.score(ours, poses, tuple(range(6)), arm)

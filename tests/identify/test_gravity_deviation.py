@@ -5,11 +5,11 @@ import pytest
 import synthetic_arm
 from scipy.stats import multivariate_normal
 
-from palpate.arrays.intervals import proportion
-from palpate.identify import fit, fit_gravity, scores
-from palpate.identify.scores import factor_of_deviation
-from palpate.verify.coverage.estimates import gravity
-from palpate.verify.coverage.trial import RIGHT
+from palpate.arm.identify import fit, fit_gravity, scores
+from palpate.arm.identify.scores import factor_of_deviation
+from palpate.base.arrays.intervals import proportion
+from palpate_lab.verify.coverage.estimates import gravity
+from palpate_lab.verify.coverage.trial import RIGHT
 
 JOINTS = tuple(range(6))
 

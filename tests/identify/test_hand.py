@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import yaml
 
-from palpate import hands
-from palpate.arrays.plain import plain
-from palpate.errors import RecordingError
-from palpate.identify import grip_recording
-from palpate.identify.hand import Grip, figures, fit
+from palpate.arm import hands
+from palpate.arm.identify import grip_recording
+from palpate.arm.identify.hand import Grip, figures, fit
+from palpate.base.arrays.plain import plain
+from palpate.base.errors import RecordingError
 from palpate.record.ticks import as_ticks
 from palpate.scene import Scene, rig
 

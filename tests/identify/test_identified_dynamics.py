@@ -14,11 +14,11 @@ import yaml
 from palpate.arm import Arm
 from palpate.arm.drives import dahl, drive_train
 from palpate.arm.dynamics import Dynamics, from_data
+from palpate.arm.identify import dynamics
+from palpate.arm.identify.inertia import pseudo_inertia
+from palpate.arm.identify.motion import motion
+from palpate.base.errors import RecordingError
 from palpate.cli import main
-from palpate.errors import RecordingError
-from palpate.identify import dynamics
-from palpate.identify.inertia import pseudo_inertia
-from palpate.identify.motion import motion
 
 DATA = Path(os.environ.get("PALPATE_DATA", "../shared/data"))
 RECORDED = {

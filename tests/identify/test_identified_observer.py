@@ -8,10 +8,10 @@ from palpate import _core
 from palpate.arm import Arm
 from palpate.arm.drives import drive_train
 from palpate.arm.dynamics import Dynamics
+from palpate.arm.identify.motion import RecordedMotion
+from palpate.arm.identify.payload import external_torque
 from palpate.arm.observer import drive_inertia, estimate_options
-from palpate.errors import RecordingError
-from palpate.identify.motion import RecordedMotion
-from palpate.identify.payload import external_torque
+from palpate.base.errors import RecordingError
 
 RATE = 200.0
 

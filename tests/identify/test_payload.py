@@ -12,10 +12,10 @@ from effort import LONG
 from palpate.arm import Arm
 from palpate.arm.drives import drive_train
 from palpate.arm.dynamics import Dynamics
-from palpate.errors import RecordingError
-from palpate.identify import payload
-from palpate.identify.motion import RecordedMotion, motion
-from palpate.identify.recordings import Moving
+from palpate.arm.identify import payload
+from palpate.arm.identify.motion import RecordedMotion, motion
+from palpate.arm.identify.recordings import Moving
+from palpate.base.errors import RecordingError
 
 DATA = Path(os.environ.get("PALPATE_DATA", "../shared/data")) / "psm_moving"
 ARM = Arm.psm()
@@ -143,7 +143,7 @@ def test_disturbance_in_one_recording_widens_the_interval_with_little_bias(known
 
 @pytest.mark.skipif(not DATA.is_dir(), reason=f"no recordings in {DATA} (set PALPATE_DATA)")
 def test_weight_on_the_real_arm_is_identified():
-    from palpate.studies.force.work import weight
+    from palpate_lab.studies.force.work import weight
 
     load = weight(DATA)
     assert load.mass == pytest.approx(0.105, rel=0.15)

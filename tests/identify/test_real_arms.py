@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from real_data import DATA, needs_data
 
-from palpate.identify.gravity import gravity
+from palpate.arm.identify.gravity import gravity
 
 RMS = {"MTML_34863": [0.025, 0.045, 0.030, 0.029, 0.005, 0.004],
        "MTMR_31519": [0.030, 0.053, 0.039, 0.025, 0.007, 0.005],

@@ -7,9 +7,9 @@ from real_data import DATA, needs_data
 
 from palpate import Arm
 from palpate.arm.gravity_model import GravityModel
-from palpate.errors import PalpateError, RecordingError
-from palpate.identify.gravity import gravity
-from palpate.identify.recordings import on_levels, read_moving, read_static
+from palpate.arm.identify.gravity import gravity
+from palpate.arm.identify.recordings import on_levels, read_moving, read_static
+from palpate.base.errors import PalpateError, RecordingError
 
 HEADER = ",".join([f"q{k}_rad" for k in range(1, 8)] + [f"tau{k}_Nm" for k in range(1, 8)]) + "\n"
 ROW = "0.1,0.0,0.1,0.2,0.3,0.1,0,0.01,0.5,0.3,0.01,0.01,0.01,0\n"

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from effort import LONG
 
-from palpate.errors import RecordingError
-from palpate.identify import press_recording, tissue
-from palpate.identify.press_recording import Press
-from palpate.tissue import indentation, viscosity
-from palpate.verify.tissue import reference_force
+from palpate.arm.identify import press_recording, tissue
+from palpate.arm.identify.press_recording import Press
+from palpate.base.errors import RecordingError
+from palpate.world.tissue import indentation, viscosity
+from palpate_lab.verify.tissue import reference_force
 
 R, E, NU = 6e-3, 6e3, 0.45
 PRONY = [(0.35, 0.02), (0.25, 0.3), (0.2, 4.0)]
@@ -225,10 +225,10 @@ def test_a_session_on_soft_tissue_gives_back_its_modulus(tmp_path):
     """The whole way: a simulated operator presses a block of tetrahedra, and its record is identified."""
     import palpate
     from palpate.scene import Scene
-    from palpate.tissue import TetMesh, save
+    from palpate.world.tissue import TetMesh, save
 
     pytest.importorskip("meshio", reason="extra tissue")
-    from palpate.tissue.blocks import block
+    from palpate.world.tissue.blocks import block
 
     nodes, tets = block((8, 8, 5), (0.1, 0.1, 0.06))
     save(TetMesh(nodes - [0.05, 0.05, 0.03], tets), tmp_path / "block.vtk", unit="m")

@@ -96,7 +96,7 @@ def sample_package(folder: Path, name: str, files: Mapping[str, str], monkeypatc
     [
         ("def f():\n    from palpate.scene import text\n", False),
         ("from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from palpate.scene import text\n", False),
-        ("from palpate.errors import PalpateError\n", True),
+        ("from palpate.base.errors import PalpateError\n", True),
     ],
 )
 def test_import_of_a_higher_layer_is_found(tmp_path, monkeypatch, uphill, kept):
@@ -109,8 +109,8 @@ def test_import_of_a_higher_layer_is_found(tmp_path, monkeypatch, uphill, kept):
 @pytest.mark.parametrize(
     ("files", "circle"),
     [
-        ({"mesh/a.py": "from palpate.mesh import b\n", "mesh/b.py": "def f():\n    import palpate.mesh.a\n"}, "mesh.a"),
-        ({"mesh/a.py": "from palpate.arm import b\n", "arm/b.py": "", "arm/c.py": "from palpate.mesh import d\n",
+        ({"mesh/a.py": "from palpate.world.mesh import b\n", "mesh/b.py": "def f():\n    import palpate.world.mesh.a\n"}, "mesh.a"),
+        ({"mesh/a.py": "from palpate.arm import b\n", "arm/b.py": "", "arm/c.py": "from palpate.world.mesh import d\n",
           "mesh/d.py": ""}, "mesh"),
         ({"mesh/a.py": "from palpate.arm import b\n", "arm/b.py": "", "arm/c.py": "from palpate.arm import b\n"}, None),
     ],

@@ -19,7 +19,7 @@ import hostile
 import pytest
 
 import palpate
-from palpate.errors import PalpateError
+from palpate.base.errors import PalpateError
 
 MOST_MEMORY, MOST_TIME = 500, 3.0  # [MB, s of the processor]
 MAY_BE_READ = ("zeros", "a face without end", "a face without end, ascii")
@@ -32,25 +32,25 @@ def scene(path):
 
 
 def solid(path):
-    from palpate.mesh import files
+    from palpate.world.mesh import files
 
     return files.read(path)
 
 
 def cloud(path):
-    from palpate.clouds import PointCloud
+    from palpate.world.clouds import PointCloud
 
     PointCloud.load(path, "m")
 
 
 def grid(path):
-    from palpate.surfaces import DistanceGrid
+    from palpate.world.surfaces import DistanceGrid
 
     DistanceGrid.load(path)
 
 
 def tetrahedra(path):
-    from palpate.tissue import files
+    from palpate.world.tissue import files
 
     files.load(path)
 
@@ -89,13 +89,13 @@ def exercise(path):
 
 
 def press(path):
-    from palpate.identify import press_recording
+    from palpate.arm.identify import press_recording
 
     press_recording.load(path)
 
 
 def moving(path):
-    from palpate.identify import recordings
+    from palpate.arm.identify import recordings
 
     recordings.read_moving(path, 7)
 
@@ -115,7 +115,7 @@ def replayed(path):
 
 
 def journal(path):
-    from palpate.sweep import journal
+    from palpate.base.sweep import journal
 
     if path.is_file() and not path.stat().st_size:
         raise PalpateError("an empty file is a new journal")
@@ -125,7 +125,7 @@ def journal(path):
 def colors(path):
     import numpy as np
 
-    from palpate.mesh.colors import colors_of
+    from palpate.world.mesh.colors import colors_of
 
     colors_of(path, np.eye(3))
     raise PalpateError("only colours are missing")
@@ -390,7 +390,7 @@ def test_no_other_code_reads_files_without_limits():
             checked = any(place == module for module, *_ in READERS) and (owner, name) in BARE_OF
             if bare and not checked and (place, name) not in FINE:
                 found.append(f"{place}:{line}: {owner}.{name}")
-    assert found == [], "read with palpate.limits, and add a row to READERS"
+    assert found == [], "read with palpate.base.limits, and add a row to READERS"
 
 
 def test_each_reader_has_a_row():

@@ -6,7 +6,7 @@ from live_rig import PERIOD, Driven, live_floor, pose
 from loop_rig import HEIGHT, floor, run, simulation
 
 from palpate import _core
-from palpate.arrays import rigid
+from palpate.base.arrays import rigid
 from palpate.record.ticks import STATUS, as_ticks
 
 K, MU, RATE = 400.0, 0.4, 1000.0

@@ -10,7 +10,7 @@ from palpate import _core
 from palpate.record.ticks import STATUS
 from palpate.scene.rig import build
 from palpate.scene.scene import Scene
-from palpate.surfaces import Box
+from palpate.world.surfaces import Box
 
 PASSIVITY = STATUS["passivity"][0]
 DELAY, ALLOWANCE = 0.012, 5e-4

@@ -7,10 +7,10 @@ import pytest
 from loop_rig import HEIGHT, options, simulation
 
 from palpate import Tissue, _core, _tissue
-from palpate.contact import render
-from palpate.contact.rendering import snapshot_of
 from palpate.record.ticks import as_ticks
-from palpate.tissue.blocks import block
+from palpate.scene.contact import render
+from palpate.scene.contact.rendering import snapshot_of
+from palpate.world.tissue.blocks import block
 
 R, DEPTH, AWAY, TICKS = 5e-3, 3e-3, 9e-3, 900  # the tools press at x = -AWAY and x = AWAY
 

@@ -3,8 +3,8 @@
 import numpy as np
 import trimesh
 
-from palpate import cache
-from palpate.mesh import coarse
+from palpate.base import cache
+from palpate.world.mesh import coarse
 
 BALL = trimesh.creation.icosphere(subdivisions=5, radius=0.04)
 

@@ -5,11 +5,11 @@ import pytest
 import trimesh
 
 import palpate
-from palpate.errors import SceneError
-from palpate.mesh import Mesh
-from palpate.mesh.denoise import FARTHEST, denoise
-from palpate.mesh.mesh import quiet
+from palpate.base.errors import SceneError
 from palpate.scene import Scene
+from palpate.world.mesh import Mesh
+from palpate.world.mesh.denoise import FARTHEST, denoise
+from palpate.world.mesh.mesh import quiet
 
 R, NOISE = 0.03, 5e-5
 

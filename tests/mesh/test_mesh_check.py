@@ -8,10 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate import _core
-from palpate.errors import MeshError, PalpateWarning
-from palpate.mesh import Mesh
+from palpate.base.errors import MeshError, PalpateWarning
+from palpate.world.mesh import Mesh
 
-pytestmark = pytest.mark.filterwarnings("ignore::palpate.errors.PalpateWarning")  # each test checks its own warnings
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::palpate.base.errors.PalpateWarning"
+)  # each test checks its own warnings
 
 CUBE_V = 0.04 * np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
 CUBE_T = np.array(
@@ -185,7 +187,7 @@ def test_extents_beyond_the_precision_are_rejected_with_the_numbers(change, mess
 
 
 def test_stray_vertex_is_reported():
-    from palpate.shapes import analytic
+    from palpate.world.shapes import analytic
 
     v, t = analytic.Sphere().mesh(1000)
     v = np.vstack([v, [[1e6, 2.0, 0.0]]])
@@ -224,7 +226,7 @@ def test_parts_agree_with_the_reference(seed):
 @given(seed=st.integers(0, 10_000), share=st.floats(0.0, 0.45))
 def test_winding_is_restored_for_any_inverted_triangles(seed, share):
     """Reference: the volume of the closed form; all normals point outwards."""
-    from palpate.shapes import analytic
+    from palpate.world.shapes import analytic
 
     rng = np.random.default_rng(seed)
     v, t = analytic.Torus().mesh(200)

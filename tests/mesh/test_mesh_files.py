@@ -10,10 +10,12 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from palpate.errors import MeshError, PalpateWarning
-from palpate.mesh import Mesh
+from palpate.base.errors import MeshError, PalpateWarning
+from palpate.world.mesh import Mesh
 
-pytestmark = pytest.mark.filterwarnings("ignore::palpate.errors.PalpateWarning")  # each test checks its own warnings
+pytestmark = pytest.mark.filterwarnings(
+    "ignore::palpate.base.errors.PalpateWarning"
+)  # each test checks its own warnings
 DATA = Path(os.environ.get("PALPATE_DATA", Path(__file__).parents[3] / "shared/data"))
 
 # A cube of 40 mm; triangles are counter-clockwise seen from outside.

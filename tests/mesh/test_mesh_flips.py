@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from palpate import _core
-from palpate.mesh import repair as mesh_repair
-from palpate.mesh.flips import THIN, flip, thickness
-from palpate.shapes.analytic import SHAPES
+from palpate.world.mesh import repair as mesh_repair
+from palpate.world.mesh.flips import THIN, flip, thickness
+from palpate.world.shapes.analytic import SHAPES
 
 
 def tilted_sliver():

@@ -5,10 +5,10 @@ import struct
 import numpy as np
 import pytest
 
-import palpate.mesh.files as mesh_files
-from palpate.errors import MeshError, MissingExtraError
-from palpate.guidance.geometry import MESHES
-from palpate.mesh import Mesh
+import palpate.world.mesh.files as mesh_files
+from palpate.base.errors import MeshError, MissingExtraError
+from palpate.scene.guidance.geometry import MESHES
+from palpate.world.mesh import Mesh
 
 trimesh = pytest.importorskip("trimesh")
 

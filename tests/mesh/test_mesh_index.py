@@ -12,9 +12,10 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate import Mesh, _core, cache
-from palpate.mesh import files, index, quiet
-from palpate.shapes.analytic import SHAPES
+from palpate import Mesh, _core
+from palpate.base import cache
+from palpate.world.mesh import files, index, quiet
+from palpate.world.shapes.analytic import SHAPES
 
 BALL = trimesh.creation.icosphere(subdivisions=3, radius=0.03)
 SOUP = {  # a closed ball, an open disc, and three triangles at one edge
@@ -257,8 +258,8 @@ def test_pieces_of_any_length_are_kept_in_the_cache(cached, sizes):
 
 PEAK = """
 import sys
-from palpate.mesh import Mesh
-from palpate.verify.bench.contact import _status_mb
+from palpate.world.mesh import Mesh
+from palpate_lab.verify.bench.contact import _status_mb
 import palpate.scene
 before = _status_mb("VmRSS")
 mesh = Mesh.load(sys.argv[1])

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from palpate import _core
-from palpate.mesh import repair as mesh_repair
-from palpate.shapes.analytic import SHAPES
+from palpate.world.mesh import repair as mesh_repair
+from palpate.world.shapes.analytic import SHAPES
 
 SPHERE = SHAPES["sphere"]
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.errors import MeshError
-from palpate.mesh import Mesh, volumes
+from palpate.base.errors import MeshError
+from palpate.world.mesh import Mesh, volumes
 
 nrrd = pytest.importorskip("nrrd", reason="extra files")
 nibabel = pytest.importorskip("nibabel", reason="extra files")

@@ -11,9 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.errors import MeshError, PalpateError, PalpateWarning, SurfaceError
-from palpate.mesh import Mesh, volume_files
-from palpate.surfaces import DistanceGrid, volume_grid
+from palpate.base.errors import MeshError, PalpateError, PalpateWarning, SurfaceError
+from palpate.world.mesh import Mesh, volume_files
+from palpate.world.surfaces import DistanceGrid, volume_grid
 
 nrrd = pytest.importorskip("nrrd", reason="extra files")
 nibabel = pytest.importorskip("nibabel", reason="extra files")

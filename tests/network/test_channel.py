@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 from palpate import _network
-from palpate.errors import PalpateError
-from palpate.network import network
-from palpate.network.keys import make_key, read_key
+from palpate.base.errors import PalpateError
+from palpate.session.network import network
+from palpate.session.network.keys import make_key, read_key
 
 pytest.importorskip("cryptography", reason="links need the extra remote")
-from palpate.network import channel as channels
-from palpate.network.relay import Relay, listen
+from palpate.session.network import channel as channels
+from palpate.session.network.relay import Relay, listen
 
 KEY, SESSION = secrets.token_bytes(32), secrets.token_bytes(8)
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from palpate import _network
-from palpate.errors import PalpateError
-from palpate.network import NAMES, network
-from palpate.network.conditions import MIXTURES, NETFI
-from palpate.network.traces import read_trace
+from palpate.base.errors import PalpateError
+from palpate.session.network import NAMES, network
+from palpate.session.network.conditions import MIXTURES, NETFI
+from palpate.session.network.traces import read_trace
 
 N = 40_000
 PERIOD = 1e-3

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from palpate.cli import main
-from palpate.verify.bench import network as bench
+from palpate_lab.verify.bench import network as bench
 
 pytest.importorskip("cryptography", reason="links need the extra remote")
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import pytest
 
-from palpate.certificate.remote import remote_limits
-from palpate.certificate.scene import certificates
+from palpate.devices.certificate.remote import remote_limits
+from palpate.devices.certificate.scene import certificates
 from palpate.scene import Scene
 from palpate.scene.rig import build
 

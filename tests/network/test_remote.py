@@ -11,10 +11,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from palpate.base.errors import PalpateError, SceneError
 from palpate.cli import main
-from palpate.errors import PalpateError, SceneError
-from palpate.network import network
-from palpate.network.keys import make_key
 from palpate.record.reader import Record
 from palpate.report import remote as remote_report
 from palpate.report import write_report
@@ -22,15 +20,17 @@ from palpate.report.run import Run
 from palpate.scene import Scene
 from palpate.scene.rig import build
 from palpate.session import Session
+from palpate.session.network import network
+from palpate.session.network.keys import make_key
 
 pytest.importorskip("cryptography", reason="links need the extra remote")
-from palpate.cli._remote import require
-from palpate.network import channel as channels
-from palpate.network.relay import Relay, listen
+from palpate.cli.commands._remote import require
+from palpate.session.network import channel as channels
+from palpate.session.network.relay import Relay, listen
 from palpate.session.remote import link as links
 from palpate.session.remote import site as sites
 from palpate.session.remote.together import network_name
-from palpate.verify.bench.network import _END
+from palpate_lab.verify.bench.network import _END
 
 KEY = bytes(range(32))
 

@@ -6,15 +6,15 @@ import warnings
 import pytest
 
 from palpate import _network
-from palpate.errors import PalpateError
+from palpate.base.errors import PalpateError
 from palpate.scene import Scene
 from palpate.scene.rig import build
 from palpate.scene.together import build_pairs
 from palpate.session import PairsSession, Session
 
 pytest.importorskip("cryptography", reason="links need the extra remote")
-from palpate.cli._remote import require
-from palpate.network import channel as channels
+from palpate.cli.commands._remote import require
+from palpate.session.network import channel as channels
 from palpate.session.remote import link as links
 from palpate.session.remote import site as sites
 

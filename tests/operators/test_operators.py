@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.operators import STEP, TRAITS, Aim, Errand, Operator, Person, Senses, cohort, perform
 from palpate.record.ticks import TICK, TICK_DOUBLES
+from palpate.simulators.operators import STEP, TRAITS, Aim, Errand, Operator, Person, Senses, cohort, perform
 
 SCALE = 0.5
 

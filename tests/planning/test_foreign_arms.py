@@ -9,14 +9,15 @@ import trimesh
 from planning_worlds import at
 from urdf_judge import Judge
 
-from palpate import Arm, surfaces
-from palpate.errors import PlanningError
+from palpate import Arm
+from palpate.base.errors import PlanningError
 from palpate.planning import moveit
 from palpate.planning.checker import Checker
 from palpate.planning.problem import Problem
 from palpate.planning.robot import Robot
 from palpate.planning.timing import Limits
 from palpate.planning.world import World, obstacle
+from palpate.world import surfaces
 
 LINK = """<link name="{name}"><inertial><mass value="1"/><inertia ixx="1e-2" iyy="1e-2" izz="1e-2" ixy="0" ixz="0"
 iyz="0"/></inertial>{body}</link>"""

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from planning_worlds import at, posts, problem, reaching
 
-from palpate import surfaces
-from palpate.errors import PlanningError
+from palpate.base.errors import PlanningError
 from palpate.planning import Execution, changing
 from palpate.planning.checker import Checker
 from palpate.planning.problem import Problem
 from palpate.planning.result import Plan
 from palpate.planning.world import World, obstacle
+from palpate.world import surfaces
 
 A, B = reaching(-0.055, 0.0, -0.12), reaching(0.055, 0.0, -0.12)
 

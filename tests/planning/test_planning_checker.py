@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 from planning_worlds import at, posts, problem, psm, reaching
 
-from palpate import Arm, Mesh, PointCloud, surfaces
-from palpate.mesh.mesh import quiet
+from palpate import Arm, Mesh, PointCloud
 from palpate.planning import geometry, shapes
 from palpate.planning.allowed import disabled_pairs
 from palpate.planning.checker import Checker
 from palpate.planning.curves import corner, line
 from palpate.planning.robot import Robot
 from palpate.planning.world import World, obstacle
-from palpate.studies.collisions.brute import to_triangles
+from palpate.world import surfaces
+from palpate.world.mesh.mesh import quiet
+from palpate_lab.studies.collisions.brute import to_triangles
 
 
 def test_distances_agree_with_brute_force_on_random_poses() -> None:

@@ -12,7 +12,7 @@ from rich.console import Console
 from palpate.cli import main
 from palpate.planning import Problem
 from palpate.scene import Scene
-from palpate.verify.bench import planning as bench
+from palpate_lab.verify.bench import planning as bench
 
 SCENE = """
 objects: [{name: ball, sphere: {radius: 0.01}, pose: {xyz: [0, 0.03, -0.13]}}]
@@ -86,8 +86,8 @@ def test_the_bench_finds_every_motion_and_no_violation() -> None:
 
 
 def test_the_study_finds_contacts_and_agrees_with_brute_force(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    from palpate.studies.collisions import work
-    from palpate.studies.collisions.command import Command
+    from palpate_lab.studies.collisions import work
+    from palpate_lab.studies.collisions.command import Command
 
     pytest.importorskip("nrrd")
     monkeypatch.chdir(tmp_path)

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from planning_worlds import at, posts, problem, reaching
 
-from palpate import surfaces
-from palpate.errors import PlanningError
+from palpate.base.errors import PlanningError
 from palpate.planning.execute import STOP_TIME, Execution, Phase
 from palpate.planning.verify import worst_rate
 from palpate.planning.world import obstacle
+from palpate.world import surfaces
 
 A, B = reaching(-0.055, 0.0, -0.12), reaching(0.055, 0.0, -0.12)
 DT = 1e-3

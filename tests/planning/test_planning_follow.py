@@ -7,10 +7,10 @@ import pytest
 from planning_worlds import problem, reaching
 
 from palpate import Scene
-from palpate.errors import GuidanceError
-from palpate.guidance.files import read_rows
-from palpate.guidance.fixture import Fixture
-from palpate.guidance.one_line import WALL
+from palpate.base.errors import GuidanceError
+from palpate.scene.guidance.files import read_rows
+from palpate.scene.guidance.fixture import Fixture
+from palpate.scene.guidance.one_line import WALL
 from palpate.scene.rig import build
 
 SCENE = """

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from planning_worlds import at, problem, psm, reaching
 
-from palpate import surfaces
-from palpate.cli.plan import _lines
+from palpate.cli.commands.plan import _lines
 from palpate.planning import geometry, load
 from palpate.planning.ahead import Ahead
 from palpate.planning.checker import Checker
@@ -13,6 +12,7 @@ from palpate.planning.problem import Problem
 from palpate.planning.verify import verify
 from palpate.planning.world import World, obstacle
 from palpate.scene import Scene
+from palpate.world import surfaces
 
 Q = reaching(0.0, 0.0, -0.12)
 

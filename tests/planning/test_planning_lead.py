@@ -5,11 +5,11 @@ import pytest
 from planning_worlds import problem, reaching
 
 from palpate import Scene, Session
-from palpate.guidance.one_line import LEAD, WALL
 from palpate.planning.checker import Checker
 from palpate.planning.lead import Lead
 from palpate.planning.problem import Problem
 from palpate.record.ticks import as_ticks
+from palpate.scene.guidance.one_line import LEAD, WALL
 
 SCENE = """
 objects:

@@ -9,7 +9,7 @@ import yaml
 from planning_worlds import posts, problem, reaching
 
 from palpate import Arm
-from palpate.errors import PlanningError
+from palpate.base.errors import PlanningError
 from palpate.planning import moveit
 
 A, B = reaching(-0.055, 0.0, -0.12), reaching(0.055, 0.0, -0.12)

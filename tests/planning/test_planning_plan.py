@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from planning_worlds import at, posts, problem, reaching
 
-from palpate import surfaces
-from palpate.errors import PlanningError
+from palpate.base.errors import PlanningError
 from palpate.planning import load, planners
 from palpate.planning.verify import verify
 from palpate.planning.world import World, obstacle
+from palpate.world import surfaces
 
 A, B = reaching(-0.055, 0.0, -0.12), reaching(0.055, 0.0, -0.12)
 

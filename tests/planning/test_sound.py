@@ -10,7 +10,7 @@ pytest.importorskip("coal", reason="motion planning needs the extra planning")
 pytest.importorskip("ompl", reason="motion planning needs the extra planning")
 pytest.importorskip("ruckig", reason="motion planning needs the extra planning")
 
-from palpate.errors import PlanningError
+from palpate.base.errors import PlanningError
 from palpate.planning import Execution, Problem, load
 from palpate.ros.same_arm import require_name
 from palpate.scene import Scene

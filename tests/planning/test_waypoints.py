@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from planning_worlds import at, posts, problem, psm, reaching
 
-from palpate import surfaces
-from palpate.errors import PlanningError
+from palpate.base.errors import PlanningError
 from palpate.planning.checker import Checker
 from palpate.planning.curves import line
 from palpate.planning.waypoints import SPREAD, blocked, waypoints
 from palpate.planning.world import World, obstacle
+from palpate.world import surfaces
 
 A, B = reaching(-0.055, 0.0, -0.12), reaching(0.055, 0.0, -0.12)
 

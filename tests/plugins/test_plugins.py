@@ -12,10 +12,13 @@ import pytest
 import yaml
 
 import palpate
-from palpate import _core, contact, plugins, surfaces
+from palpate import _core
+from palpate.base import plugins
+from palpate.base.errors import InvalidSceneError, PalpateError
 from palpate.cli import main
-from palpate.errors import InvalidSceneError, PalpateError
-from palpate.guidance import Fixture
+from palpate.scene import contact
+from palpate.scene.guidance import Fixture
+from palpate.world import surfaces
 
 OWN = Path(__file__).parents[2] / "examples" / "own_parts"
 COMMAND = '''"""`palpate hello`."""
@@ -31,7 +34,7 @@ class Command:
         return 3
 '''
 SHAPE = '''from typing import ClassVar
-from palpate.guidance import Shape, Sphere
+from palpate.scene.guidance import Shape, Sphere
 
 class Pea(Shape):
     """A ball of 4 mm."""

@@ -22,18 +22,18 @@ import numpy as np
 
 from palpate import _core, _guidance, _network, _tissue, _verify
 from palpate.arm import Arm
-from palpate.bodies.engine import World
-from palpate.guidance import curve
-from palpate.mesh import Mesh
 from palpate.record.ticks import as_ticks
 from palpate.scene import held
+from palpate.scene.guidance import curve
 from palpate.scene.rig import build
 from palpate.scene.scene import Scene
-from palpate.shapes import analytic
-from palpate.shapes.organ import organ
 from palpate.simulators import dvrk
-from palpate.tissue import Tissue
-from palpate.tissue.blocks import block
+from palpate.world.bodies.engine import World
+from palpate.world.mesh import Mesh
+from palpate.world.shapes import analytic
+from palpate.world.shapes.organ import organ
+from palpate.world.tissue import Tissue
+from palpate.world.tissue.blocks import block
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "loop"))
 import loop_rig

@@ -16,7 +16,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.writer import Writer
 
-from palpate.errors import OutputError, PalpateError, RecordError
+from palpate.base.errors import OutputError, PalpateError, RecordError
 from palpate.record import Record, Recorder
 
 

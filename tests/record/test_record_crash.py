@@ -13,7 +13,7 @@ import time
 import numpy as np
 import pytest
 
-from palpate.errors import RecordError
+from palpate.base.errors import RecordError
 from palpate.record import Record, Recorder, as_ticks
 from palpate.record.ticks import TICK_DOUBLES
 

@@ -9,12 +9,12 @@ import synthetic_run
 from mcap.reader import make_reader
 
 from palpate import Record, Session
+from palpate.base.errors import RecordError
 from palpate.cli import main
-from palpate.errors import RecordError
 from palpate.record import Recorder, as_rows
 from palpate.record.edit import copy
 from palpate.scene import Scene
-from palpate.verify.bench import record
+from palpate_lab.verify.bench import record
 
 SCENE = """
 objects:

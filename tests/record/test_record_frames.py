@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate import Record, Session
-from palpate.arrays.so3 import matrices, pose
+from palpate.base.arrays.so3 import matrices, pose
 from palpate.record.extra import RATE, WORLD
 from palpate.scene import Scene
 

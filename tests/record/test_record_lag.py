@@ -5,10 +5,10 @@ import pytest
 import synthetic_run
 
 from palpate import Scene, _core, _verify
-from palpate.batch import simulate
 from palpate.record.lag import NAMES, Lags, in_words
 from palpate.report.summary import filter_lag, rows
 from palpate.session import Session
+from palpate.session.batch import simulate
 from palpate.session.summary import summarise
 
 CUTOFF, RATE = 30.0, 1000.0

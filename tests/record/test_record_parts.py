@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import synthetic_run
 
-from palpate.errors import RecordError
+from palpate.base.errors import RecordError
 from palpate.record import SIGNALS, Record, Recorder, as_rows, as_ticks, pieces
 from palpate.record.ticks import TICK_DOUBLES
 

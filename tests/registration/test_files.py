@@ -5,9 +5,9 @@ import struct
 import numpy as np
 import pytest
 
-from palpate.clouds.pcd import lzf
-from palpate.errors import RegistrationError
-from palpate.registration.cloud_files import averaged, read_cloud
+from palpate.base.errors import RegistrationError
+from palpate.world.clouds.pcd import lzf
+from palpate.world.registration.cloud_files import averaged, read_cloud
 
 P = np.array([[0.5, 1.0, -2.0], [0.25, 0.0, 4.0], [np.nan, 1.0, 1.0]], dtype=np.float32)
 

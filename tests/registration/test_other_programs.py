@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from palpate.base.errors import PalpateWarning, RegistrationError
 from palpate.cli import main
-from palpate.errors import PalpateWarning, RegistrationError
-from palpate.registration import files
+from palpate.world.registration import files
 
 LPS = 1e-3 * np.array([[12.5, -80.25, 33.0], [-55.0, -64.75, 10.5], [40.0, 20.5, 71.25], [-20.5, 35.0, -44.75]])
 FLIP = {"LPS": [1, 1, 1], "RAS": [-1, -1, 1], "1": [1, 1, 1], "0": [-1, -1, 1]}

@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate import registration
-from palpate.arrays import rigid
-from palpate.errors import MissingExtraError, RegistrationError
-from palpate.registration import icp, trust
-from palpate.registration.clouds import Cloud, sampled
-from palpate.shapes.organ import organ
-from palpate.studies.registration import surfaces
+from palpate.base.arrays import rigid
+from palpate.base.errors import MissingExtraError, RegistrationError
+from palpate.world import registration
+from palpate.world.registration import icp, trust
+from palpate.world.registration.clouds import Cloud, sampled
+from palpate.world.shapes.organ import organ
+from palpate_lab.studies.registration import surfaces
 
 VERTICES, TRIANGLES = organ(3000)
 FIXED = sampled(VERTICES, TRIANGLES, 12_000)

@@ -5,12 +5,12 @@ import itertools
 import numpy as np
 import pytest
 
-from palpate import registration
-from palpate.arrays import rigid
-from palpate.errors import RegistrationError
-from palpate.registration import checks, fit, outliers
-from palpate.registration.noise import covariances
-from palpate.registration.predict import next_point
+from palpate.base.arrays import rigid
+from palpate.base.errors import RegistrationError
+from palpate.world import registration
+from palpate.world.registration import checks, fit, outliers
+from palpate.world.registration.noise import covariances
+from palpate.world.registration.predict import next_point
 
 FLE = 0.25e-3
 

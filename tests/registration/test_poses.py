@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from effort import LONG
 
-from palpate import registration
-from palpate.arrays import rigid, so3
-from palpate.errors import RegistrationError
-from palpate.registration.quaternion_order import reordered
+from palpate.base.arrays import rigid, so3
+from palpate.base.errors import RegistrationError
+from palpate.world import registration
+from palpate.world.registration.quaternion_order import reordered
 
 
 def random_pose(rng, reach=0.1):

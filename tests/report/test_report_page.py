@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import synthetic_run
 
-from palpate.errors import OutputError
+from palpate.base.errors import OutputError
 from palpate.record import SIGNALS, Record, Recorder
 from palpate.record.ticks import STATUS
 from palpate.report import report, write_report
@@ -15,7 +15,7 @@ from palpate.report.remote import crossed
 from palpate.report.run import Run
 
 pytest.importorskip("matplotlib", reason="the report extra is not installed")
-from palpate.plotting import style
+from palpate.base.plotting import style
 
 SCENE = """\
 name: floor <&>
@@ -158,7 +158,7 @@ def test_page_fits_the_width_of_a_browser(page, tmp_path):
 
 def test_energy_that_no_element_withholds_is_the_rest(tmp_path):
     """Reference: docs/stability.md. Sources = port + all withheld, and springs and damping take the sources."""
-    from palpate.plotting.style import CANVASES
+    from palpate.base.plotting.style import CANVASES
     from palpate.report import figures
 
     ticks = synthetic_run.run(1.0)

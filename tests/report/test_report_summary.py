@@ -9,7 +9,7 @@ import pytest
 import synthetic_run
 from rich.console import Console
 
-from palpate.plotting.style import thin
+from palpate.base.plotting.style import thin
 from palpate.record import Record, Recorder
 from palpate.record.ticks import STATUS
 from palpate.report.assumptions import slow_motion

@@ -2,7 +2,7 @@
 
 import pytest
 
-from palpate.reproduce.item import Work
+from palpate_lab.reproduce.item import Work
 
 
 @pytest.fixture(autouse=True)

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 import yaml
 
-from palpate.errors import PalpateError
-from palpate.reproduce.catalogue import NAMES, chosen, items
+from palpate.base.errors import PalpateError
+from palpate_lab.reproduce.catalogue import NAMES, chosen, items
 
 ROOT = Path(__file__).resolve().parents[2]
 

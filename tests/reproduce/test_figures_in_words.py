@@ -2,7 +2,7 @@
 
 import pytest
 
-from palpate.reproduce.figures_in_words import label, prose, values
+from palpate_lab.reproduce.figures_in_words import label, prose, values
 
 
 @pytest.mark.parametrize(

@@ -8,9 +8,9 @@ from paper_items import AGREE, JUDGED, LONG
 
 from palpate import _core
 from palpate.arm import Arm
-from palpate.reproduce import checks
-from palpate.reproduce.catalogue import items
-from palpate.reproduce.items import dynamics, wall
+from palpate_lab.reproduce import checks
+from palpate_lab.reproduce.catalogue import items
+from palpate_lab.reproduce.items import dynamics, wall
 
 
 @pytest.mark.parametrize("name", AGREE)

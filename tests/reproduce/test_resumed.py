@@ -13,9 +13,9 @@ import pytest
 from matplotlib.image import imread
 
 from palpate.cli import main
-from palpate.reproduce import run
-from palpate.reproduce.items import running
-from palpate.verify.bench import browser
+from palpate_lab.reproduce import run
+from palpate_lab.reproduce.items import running
+from palpate_lab.verify.bench import browser
 
 QUICK = ["eq3", "eq14", "fig10", "fig11"]
 

@@ -7,9 +7,9 @@ import re
 import numpy as np
 import pytest
 
-from palpate.errors import PalpateError
-from palpate.reproduce.sliders import gaps, write_sliders
-from palpate.verify.bench.browser import find, open_browser
+from palpate.base.errors import PalpateError
+from palpate_lab.reproduce.sliders import gaps, write_sliders
+from palpate_lab.verify.bench.browser import find, open_browser
 
 
 @pytest.fixture(scope="module")

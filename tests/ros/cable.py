@@ -21,7 +21,7 @@ def main(folder):
     subprocess.run(["ip", "link", "set", "lo", "multicast", "on"], check=True)
     from palpate import ros
     from palpate.record import Record
-    from palpate.verify.bench import ros_stand as bench
+    from palpate_lab.verify.bench import ros_stand as bench
 
     stand = bench.Stand(ros.load(), "CABLE", network=True)
     node = bench.Node(stand, folder, "--network")

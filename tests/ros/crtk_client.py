@@ -12,7 +12,7 @@ from dvrk_topics import ROWS
 from rclpy.context import Context
 from rclpy.qos import DurabilityPolicy, QoSProfile
 
-from palpate.node_thread import NodeThread
+from palpate.base.node_thread import NodeThread
 
 LATCHED_BY_CLIENTS = ("state_command", "use_gravity_compensation", "set_cf_orientation_absolute", "set_ratio")
 _ROWS = dict(ROWS)

@@ -10,7 +10,7 @@ import pytest
 from palpate import Session
 from palpate.arm import Arm
 from palpate.scene import Scene
-from palpate.verify.bench import ros_stand as bench
+from palpate_lab.verify.bench import ros_stand as bench
 
 
 class Publisher:

@@ -17,9 +17,9 @@ from rich.console import Console
 
 from palpate.cli import main
 from palpate.ros import build
-from palpate.verify.bench import ros_discovery, ros_faults
-from palpate.verify.bench.ros import answers
-from palpate.verify.bench.ros_discovery import figures
+from palpate_lab.verify.bench import ros_discovery, ros_faults
+from palpate_lab.verify.bench.ros import answers
+from palpate_lab.verify.bench.ros_discovery import figures
 
 
 def felt(rows):
@@ -222,7 +222,7 @@ def test_the_worst_try_after_a_fault_is_told_and_late_ones_are_counted():
 @pytest.mark.long
 def test_stops_of_planned_motions_are_measured_on_the_simulated_arm(built):
     pytest.importorskip("ompl", reason="motion planning needs the extra planning")
-    from palpate.verify.bench import execution_ros
+    from palpate_lab.verify.bench import execution_ros
 
     rows = execution_ros.run(1)
     assert [row["mode"] for row in rows] == ["ROS 2, servo_jp", "ROS 2, move_jp"]

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.errors import RosMissingError
+from palpate.base.errors import RosMissingError
 from palpate.ros import build, where
 
 ECHO = """

@@ -8,8 +8,8 @@ from xml.etree import ElementTree
 import pytest
 from dvrk_topics import ROWS
 
-from palpate import dds_security
-from palpate.errors import PalpateError, RosMissingError
+from palpate.base import dds_security
+from palpate.base.errors import PalpateError, RosMissingError
 from palpate.ros import keystore, roles
 
 NAMES = ("ENABLE", "STRATEGY", "KEYSTORE", "ENCLAVE_OVERRIDE")

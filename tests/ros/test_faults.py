@@ -17,11 +17,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.errors import PalpateError
+from palpate.base.errors import PalpateError
 from palpate.record import Record
 from palpate.record.ticks import STATUS
-from palpate.verify.bench import ros_stand as bench
-from palpate.verify.bench.ros_faults import MESSAGES
+from palpate_lab.verify.bench import ros_stand as bench
+from palpate_lab.verify.bench.ros_faults import MESSAGES
 
 HERE = Path(__file__).parent
 
@@ -330,7 +330,7 @@ def test_full_disk_ends_the_record_and_is_told_while_the_force_goes_on(stand, tm
 
 PUPPET = """
 import json, os, sys
-from palpate.verify.bench import ros_stand as bench
+from palpate_lab.verify.bench import ros_stand as bench
 from palpate import ros
 stand = bench.Stand(ros.load(), sys.argv[1])
 stand.press(60.0)

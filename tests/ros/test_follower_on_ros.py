@@ -10,8 +10,8 @@ from dvrk_client import Dvrk
 
 pytest.importorskip("cryptography", reason="links need the extra remote")
 
+from palpate.base.errors import PalpateError
 from palpate.cli import main
-from palpate.errors import PalpateError
 from palpate.ros.patient import RosPatient
 from palpate.scene import Scene
 from palpate.scene.rig import build
@@ -51,7 +51,7 @@ def tissue(robot, node, rig):
     """A table that answers each pose of the tip with its force, in axes of the arm's base: its largest force [N]."""
     from geometry_msgs.msg import PoseStamped, WrenchStamped
 
-    from palpate.arrays import so3
+    from palpate.base.arrays import so3
 
     publisher, X_WB, felt = node.create_publisher(WrenchStamped, "/tissue/measured_cf", 1), rig.arms.X_WB, []
 

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 from palpate.ros.haptics import Devices, as_teleoperated
 from palpate.scene.rig import build
 from palpate.scene.scene import Scene
-from palpate.verify.bench import ros_stand as bench
+from palpate_lab.verify.bench import ros_stand as bench
 
 NORMAL = np.array([0.0, 1.0, 0.0])  # normal of the wall in the frame of measured_cp
 WRISTS = {"straight": [0.0, 0.0, 0.0], "pitched": [0.6, 0.0, 0.0], "turned": [0.3, -0.3, 0.5]}  # rotation vectors [rad]

@@ -13,7 +13,6 @@ pytest.importorskip("ompl", reason="motion planning needs the extra planning")
 pytest.importorskip("coal", reason="motion planning needs the extra planning")
 pytest.importorskip("ruckig", reason="motion planning needs the extra planning")
 
-from palpate import surfaces
 from palpate.cli import main
 from palpate.planning import Problem, load
 from palpate.planning.checker import Checker
@@ -21,6 +20,7 @@ from palpate.planning.world import obstacle
 from palpate.ros import topic
 from palpate.ros.move_goals import GoalMover
 from palpate.scene import Scene
+from palpate.world import surfaces
 
 SCENE = """
 objects: [{name: block, box: {size: [0.01, 0.05, 0.05]}, pose: {xyz: [0, 0, %g]}}]

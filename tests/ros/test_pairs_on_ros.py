@@ -2,8 +2,8 @@
 
 import pytest
 
-from palpate.cli.ros._pairs import wanted
-from palpate.errors import PalpateError
+from palpate.base.errors import PalpateError
+from palpate.cli.commands.ros._pairs import wanted
 from palpate.ros.pairs import require_devices
 from palpate.scene import Scene
 

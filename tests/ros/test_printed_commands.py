@@ -10,10 +10,14 @@ from pathlib import Path
 
 import pytest
 
-from palpate.verify.bench.ros_stand import OutputLines
+from palpate_lab.verify.bench.ros_stand import OutputLines
 
 ROOT = Path(__file__).resolve().parents[2]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md")), *sorted((ROOT / "palpate/cli/ros").glob("*.py"))]
+PAGES = [
+    ROOT / "README.md",
+    *sorted((ROOT / "docs").rglob("*.md")),
+    *sorted((ROOT / "palpate/cli/commands/ros").glob("*.py")),
+]
 LINE = re.compile(r"^\s*(palpate ros (?:haptics|sim)(?: [^#\n`]*)?)(?:#.*)?$", re.MULTILINE)
 DEVICES = {
     "right": "{leader: MTMR, follower: PSM1, teleop: MTMR_PSM1}",

@@ -13,7 +13,7 @@ from palpate.ros import causes, reports
 from palpate.ros.haptics import HapticSession
 from palpate.ros.jitter import LARGEST, Jitter, jitter, offset_words, tolerance
 from palpate.ros.reports import ForceReports
-from palpate.verify.bench import ros_stand as bench
+from palpate_lab.verify.bench import ros_stand as bench
 
 RATE = 250.0
 FREE = "free to push"

@@ -2,7 +2,7 @@
 
 import pytest
 
-from palpate.errors import RosMissingError
+from palpate.base.errors import RosMissingError
 from palpate.ros import build, where
 
 

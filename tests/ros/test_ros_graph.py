@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from palpate.errors import PalpateError
+from palpate.base.errors import PalpateError
 from palpate.ros import graph
 
 

@@ -13,7 +13,7 @@ import time
 
 import pytest
 
-from palpate.errors import PalpateError
+from palpate.base.errors import PalpateError
 from palpate.ros import keystore
 
 NODE = """

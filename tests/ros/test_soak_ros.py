@@ -7,9 +7,9 @@ import json_contract
 import numpy as np
 import pytest
 
+from palpate.base.errors import PalpateError
 from palpate.cli import main
-from palpate.errors import PalpateError
-from palpate.verify.soak import ros as soak
+from palpate_lab.verify.soak import ros as soak
 
 GOOD = soak.Row(1, 7200.0, 3_600_500, 3_600_000, 0, 0, 2000, 30, 0.5, dict.fromkeys(soak.PARTS, 100.0))
 

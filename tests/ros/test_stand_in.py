@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from stand_in import QUAT, SCENE, StandIn
 
-from palpate.verify.bench.ros_stand import OutputLines
+from palpate_lab.verify.bench.ros_stand import OutputLines
 
 RATE_CAP = 50.0  # [N/s]
 

@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from palpate.errors import StateError
+from palpate.base.errors import StateError
 from palpate.scene import Scene
 
 pytest.importorskip("rclpy", reason="ROS 2 is not installed (extra ros)")

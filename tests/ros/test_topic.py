@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 import yaml
 
+from palpate.base.errors import PalpateError
 from palpate.cli import main
-from palpate.errors import PalpateError
 from palpate.ros import topic
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -9,7 +9,7 @@ import pytest
 
 from palpate import Session
 from palpate.scene import Scene
-from palpate.verify.bench import ros_stand as bench
+from palpate_lab.verify.bench import ros_stand as bench
 
 HERE = Path(__file__).parent
 FRAMES = """

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.clouds import PointCloud
-from palpate.scan import scan
+from palpate.world.clouds import PointCloud
+from palpate.world.scan import scan
 
 
 @pytest.mark.parametrize("noise", [2e-4, 8e-4, 1.6e-3])

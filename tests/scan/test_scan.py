@@ -3,14 +3,14 @@
 import numpy as np
 import pytest
 
-from palpate import shapes
-from palpate.arrays.rigid import displacement, inverse, transform
-from palpate.clouds import PointCloud
-from palpate.errors import CloudError
-from palpate.mesh import Mesh, quiet
-from palpate.scan import scan
+from palpate.base.arrays.rigid import displacement, inverse, transform
+from palpate.base.errors import CloudError
 from palpate.sensing.around import around, looking_at
 from palpate.sensing.depth_camera import Body
+from palpate.world import shapes
+from palpate.world.clouds import PointCloud
+from palpate.world.mesh import Mesh, quiet
+from palpate.world.scan import scan
 
 R = np.array([0.06, 0.045, 0.035])  # semi-axes [m]
 

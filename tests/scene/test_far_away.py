@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from palpate import _core
-from palpate.mesh import Mesh
-from palpate.shapes import analytic
+from palpate.world.mesh import Mesh
+from palpate.world.shapes import analytic
 
 
 @pytest.mark.parametrize("far", [1e30, 1e100, 1e155, 1e300])

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate import _core
-from palpate.shapes.analytic import SHAPES
+from palpate.world.shapes.analytic import SHAPES
 
 
 @pytest.mark.parametrize("triangles", [12, 1000, 20_000])

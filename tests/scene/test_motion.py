@@ -6,8 +6,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate import _core
-from palpate.contact import render
-from palpate.shapes.analytic import SHAPES
+from palpate.scene.contact import render
+from palpate.world.shapes.analytic import SHAPES
 
 SQUARE = _core.Mesh(np.array([[-1.0, -1, 0], [1, -1, 0], [0, 1, 0]]), np.array([[0, 1, 2]], np.int32))
 RADIUS, K = 2e-3, 500.0

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate import _core
-from palpate.shapes.analytic import SHAPES
+from palpate.world.shapes.analytic import SHAPES
 
 
 def rotation(rng) -> np.ndarray:

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from palpate import _core
-from palpate.shapes.analytic import SHAPES
+from palpate.world.shapes.analytic import SHAPES
 
 POINTS = np.random.default_rng(3).uniform(-0.06, 0.06, (3000, 3))
 PILLOW = _core.ImplicitSurface(np.array([0.03, 0.02, 0.04]) ** [-4.0, -2.0, -6.0], [4, 2, 6], 1.0)

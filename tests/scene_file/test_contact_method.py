@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate import _core
-from palpate.errors import SceneError
+from palpate.base.errors import SceneError
 from palpate.scene import Scene, rig
 
 BALL = _core.Snapshot([_core.Object("ball", _core.Sphere(0.03), np.eye(4), _core.Material())])

@@ -7,8 +7,8 @@ import json
 import numpy as np
 import pytest
 
+from palpate.base.errors import SceneError
 from palpate.cli import main
-from palpate.errors import SceneError
 from palpate.scene import Scene
 
 BOARD = """<?xml version="1.0"?>

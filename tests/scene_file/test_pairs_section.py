@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from palpate.errors import SceneError
+from palpate.base.errors import SceneError
 from palpate.scene import Scene
 from palpate.scene.rig import build
 from palpate.scene.together import build_pairs

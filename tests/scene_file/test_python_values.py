@@ -3,10 +3,10 @@
 import pytest
 
 import palpate
-from palpate.errors import DeviceError, InvalidSceneError, PalpateError, SceneError
-from palpate.guidance.sections import Law
+from palpate.base.errors import DeviceError, InvalidSceneError, PalpateError, SceneError
+from palpate.base.values import Section
 from palpate.scene import Scene
-from palpate.values import Section
+from palpate.scene.guidance.sections import Law
 
 BALL = {"name": "ball", "sphere": {"radius": 0.03}}
 

@@ -5,7 +5,7 @@ import warnings
 
 import pytest
 
-from palpate.errors import PalpateWarning, SceneError
+from palpate.base.errors import PalpateWarning, SceneError
 from palpate.scene import Scene
 from palpate.scene.rig import build
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.errors import SceneError
+from palpate.base.errors import SceneError
 from palpate.report.imperfections import imperfections
 from palpate.scene import Scene, rig
 

@@ -8,8 +8,8 @@ from effort import examples
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.arrays.yaml_loader import Loader
-from palpate.errors import MeshError, SceneError
+from palpate.base.arrays.yaml_loader import Loader
+from palpate.base.errors import MeshError, SceneError
 from palpate.scene import Scene
 from palpate.scene.rig import build
 

@@ -9,8 +9,8 @@ import pytest
 import yaml
 from effort import examples
 
-from palpate.arrays.yaml_loader import Dumper
-from palpate.errors import SceneError
+from palpate.base.arrays.yaml_loader import Dumper
+from palpate.base.errors import SceneError
 from palpate.scene import Scene
 
 SCENES = sorted((Path(__file__).parents[2] / "scenes").glob("*.yaml"))

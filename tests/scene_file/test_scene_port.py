@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from palpate import _core
+from palpate.arm.hands import PRESETS
+from palpate.base.errors import SceneError
 from palpate.devices.loop import DELAY_DOUBT, device_options, device_port, device_scene
-from palpate.errors import SceneError
-from palpate.hands import PRESETS
 from palpate.scene import Scene
 from palpate.scene.port import Port, apply
 from palpate.scene.rig import build

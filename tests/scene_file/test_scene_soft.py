@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 import palpate
-from palpate.errors import MeshError, PalpateWarning, SceneError
+from palpate.base.errors import MeshError, PalpateWarning, SceneError
 from palpate.scene import Scene
 from palpate.scene.gains import felt_stiffness, touched_stiffness
 from palpate.scene.operator import OperatorSection
 from palpate.scene.rig import build
-from palpate.tissue import PRESETS, TetMesh, Tissue, indentation, save
-from palpate.tissue.blocks import block
+from palpate.world.tissue import PRESETS, TetMesh, Tissue, indentation, save
+from palpate.world.tissue.blocks import block
 
 OBJECT = "objects:\n  - {{name: cube, box: {{size: [0.04, 0.04, 0.04]}}, unit: m, tissue: {{{}}}}}\n"
 _PRESS = {"palpate": {"approach": 0.3, "press": 1.0, "force": 0.1}}

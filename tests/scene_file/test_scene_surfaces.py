@@ -5,10 +5,11 @@ import json
 import numpy as np
 import pytest
 
-from palpate import Scene, Session, surfaces
-from palpate.errors import PalpateWarning, SceneError, SurfaceError
+from palpate import Scene, Session
+from palpate.base.errors import PalpateWarning, SceneError, SurfaceError
 from palpate.scene.rig import build
 from palpate.viewer.staging import stage_of
+from palpate.world import surfaces
 
 HAND = "operator: {palpate: {approach: 0.4, press: 0.3, slide: 0.5, leave: 0.2, length: 0.01}}\n"
 SOLIDS = {

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate import Arm, Scene, Session
-from palpate.errors import PalpateWarning, SceneError
+from palpate.base.errors import PalpateWarning, SceneError
 from palpate.record.ticks import SIGNALS, as_ticks
 from palpate.scene.rig import build
 from palpate.viewer.staging import stage_of

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
 from palpate import _core
+from palpate.base.values import Diagonal, Section, units
+from palpate.base.values.descriptions import descriptions
 from palpate.scene import Pose, Scene
 from palpate.scene.schema import schema_text
-from palpate.values import Diagonal, Section, units
-from palpate.values.descriptions import descriptions
 
 ROOT = Path(__file__).parents[2]
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from palpate import values
-from palpate.values import units
-from palpate.values.descriptions import descriptions, unit_of
+from palpate.base import values
+from palpate.base.values import units
+from palpate.base.values.descriptions import descriptions, unit_of
 
 ANY = ["Number", "Positive", "NotNegative"]
 
@@ -110,7 +110,7 @@ def test_the_schema_states_the_ranges_of_stiffness_and_colour():
                        "minItems": 3, "maxItems": 3}  # fmt: skip
 
 
-@pytest.mark.parametrize("module", ["palpate.values", "builtins"])
+@pytest.mark.parametrize("module", ["palpate.base.values", "builtins"])
 def test_a_section_without_source_has_no_descriptions(module):
     """A class made at run time: its module has no such class (OSError), or no file (TypeError)."""
     made = type(f"Made{module[0]}", (values.Section,), {"__module__": module, "__annotations__": {"x": int}})

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.verify.bench.cloud_cases import CASES, felt, force_error, relative_error, true_force
+from palpate_lab.verify.bench.cloud_cases import CASES, felt, force_error, relative_error, true_force
 
 T = np.arange(0.0, 4.0, 1e-3)
 EXACT = 4.0 + 2.0 * (1.0 - np.cos(0.5 * np.pi * T))

@@ -6,8 +6,8 @@ import pytest
 from palpate import Session
 from palpate.scene import Scene
 from palpate.sensing import CloudFrame
-from palpate.trackers import Sighting
-from palpate.trackers.tracking import Tracking
+from palpate.sensing.trackers import Sighting
+from palpate.sensing.trackers.tracking import Tracking
 
 ORGAN = "  - {name: organ, cloud: {sensor: camera, region: 0.04}, stiffness: 1000}\n"
 BONE = "  - {name: bone, box: {size: [0.02, 0.02, 0.02]}, frame: patient, stiffness: 1000}\n"

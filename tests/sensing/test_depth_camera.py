@@ -58,7 +58,7 @@ def test_a_shift_of_half_a_pixel_would_be_seen():
 
 
 def test_points_of_a_sphere_lie_on_it_and_cosines_are_those_of_its_normals():
-    from palpate.surfaces import Sphere
+    from palpate.world.surfaces import Sphere
 
     ball, X_WC = Sphere(0.2), looking_at(np.array([0.7, -0.5, 0.4]), np.zeros(3))
     camera = SimulatedDepthCamera([Body("ball", ball.vertices, ball.triangles)], LENS, NO_ERRORS)

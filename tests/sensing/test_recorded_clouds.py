@@ -5,10 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from palpate.clouds import PointCloud
-from palpate.errors import CloudError
+from palpate.base.errors import CloudError
 from palpate.sensing import messages
 from palpate.sensing.replay import ReplaySource
+from palpate.world.clouds import PointCloud
 
 P = np.arange(24, dtype=np.float32).reshape(2, 4, 3) / 8
 C = np.arange(24, dtype=np.uint8).reshape(2, 4, 3)

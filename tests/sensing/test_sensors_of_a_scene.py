@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import palpate
-from palpate.errors import SceneError
+from palpate.base.errors import SceneError
 from palpate.scene import Scene
 from palpate.sensing.make import make
 

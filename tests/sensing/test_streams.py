@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from palpate import Haptics, Scene, Session
+from palpate.base.errors import SceneError
 from palpate.devices.loop import DeviceLoop, device_scene
-from palpate.errors import SceneError
 from palpate.record.ticks import as_ticks
 from palpate.sensing import CloudFrame
 from palpate.sensing.gate import Gate

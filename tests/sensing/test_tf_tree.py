@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.arrays.rigid import displaced, inverse
+from palpate.base.arrays.rigid import displaced, inverse
 from palpate.sensing.tf_tree import TfTree
 
 

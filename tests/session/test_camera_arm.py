@@ -6,7 +6,7 @@ import pytest
 
 import palpate
 from palpate.arm.ecm import R_CD, R_DL
-from palpate.errors import ArmError, SceneError
+from palpate.base.errors import ArmError, SceneError
 from palpate.session.camera import CameraArm
 
 SCENE = """

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import palpate
-from palpate.errors import StateError
+from palpate.base.errors import StateError
 from palpate.session.console import PEDALS, Console
 
 

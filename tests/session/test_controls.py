@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from palpate import _core
-from palpate.errors import PalpateError
+from palpate.base.errors import PalpateError
 from palpate.session.controls import NAMES, Controls
 
 

@@ -7,7 +7,7 @@ import yaml
 from palpate.arm import Arm
 from palpate.arm.drives import drive_train
 from palpate.arm.dynamics import Dynamics, to_data
-from palpate.errors import PalpateWarning, SceneError
+from palpate.base.errors import PalpateWarning, SceneError
 from palpate.record.ticks import as_ticks
 from palpate.scene import Scene
 from palpate.scene.rig import build

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 import palpate
 from palpate import _core
-from palpate.errors import SceneError
+from palpate.base.errors import SceneError
 from palpate.session import PairsSession
 
 FILE = Path(__file__).resolve().parents[2] / "scenes" / "hand_over.yaml"

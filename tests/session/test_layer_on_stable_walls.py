@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import palpate
-from palpate.hands import PRESETS
+from palpate.arm.hands import PRESETS
 
 K, FORCE, RATE = 2000.0, 2.0, 2.5  # [N/m], [N], [Hz]
 LEADERS = ("mtm_right", "delta", "six_axis")

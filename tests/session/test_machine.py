@@ -10,7 +10,7 @@ import pytest
 
 import palpate
 from palpate import _core
-from palpate.errors import StateError
+from palpate.base.errors import StateError
 from palpate.record.ticks import STATUS
 from palpate.session import machine
 from palpate.session.faults import HOW_TO_LEAVE, NO_FAULTS, how_to_leave

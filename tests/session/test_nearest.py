@@ -8,10 +8,10 @@ import pytest
 from rich.console import Console
 
 import palpate
-from palpate.cli.ros.haptics import HapticLine
-from palpate.console.device import DeviceLine
-from palpate.console.pairs import PairsProgress
-from palpate.console.progress import Progress
+from palpate.cli.commands.ros.haptics import HapticLine
+from palpate.cli.terminal.device import DeviceLine
+from palpate.cli.terminal.pairs import PairsProgress
+from palpate.cli.terminal.progress import Progress
 from palpate.scene import Scene
 from palpate.sensing import CloudFrame
 from palpate.session import PairsSession, State, nearest

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import palpate
-from palpate.errors import PalpateError
+from palpate.base.errors import PalpateError
 from palpate.record import Record
 from palpate.record.ticks import as_ticks
 from palpate.scene import Scene

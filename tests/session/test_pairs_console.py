@@ -8,7 +8,7 @@ import pytest
 
 from palpate import _core
 from palpate.arm.ecm import R_CD
-from palpate.errors import StateError
+from palpate.base.errors import StateError
 from palpate.scene import Scene
 from palpate.scene.overrides import override
 from palpate.session import PairsSession, machine

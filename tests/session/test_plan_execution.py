@@ -9,7 +9,7 @@ pytest.importorskip("ruckig", reason="motion planning needs the extra planning")
 
 import palpate
 from palpate import _core
-from palpate.errors import PalpateError, PlanningError, StateError
+from palpate.base.errors import PalpateError, PlanningError, StateError
 from palpate.planning import Problem
 from palpate.planning.world import World
 from palpate.sensing.source import CloudFrame
@@ -410,7 +410,7 @@ def test_a_motion_that_cannot_begin_is_forgotten(session, world):
 
 
 def test_the_bench_measures_stops_in_lockstep_and_in_real_time():
-    from palpate.verify.bench import execution
+    from palpate_lab.verify.bench import execution
 
     rows = execution.run(1)
     assert [row["mode"] for row in rows] == ["lockstep", "real time"]

@@ -9,7 +9,7 @@ pytest.importorskip("coal", reason="motion planning needs the extra planning")
 pytest.importorskip("ruckig", reason="motion planning needs the extra planning")
 
 import palpate
-from palpate.errors import OutputError, PlanningError
+from palpate.base.errors import OutputError, PlanningError
 from palpate.planning import Problem, goals
 from palpate.session.places import PlaceRecorder
 

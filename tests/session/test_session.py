@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import palpate
-from palpate.errors import OutputError, PalpateError, SceneError
+from palpate.base.errors import OutputError, PalpateError, SceneError
 from palpate.record import Record
 from palpate.scene import Scene
 from palpate.session.recorded import recorded_scene

@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from palpate import stop_signals
+from palpate.base import stop_signals
 
 
 @pytest.fixture(autouse=True)

@@ -6,7 +6,7 @@ from two_pairs import TWO
 
 import palpate
 from palpate import _core
-from palpate.errors import PalpateError, StateError
+from palpate.base.errors import PalpateError, StateError
 from palpate.record import Record
 from palpate.scene import Scene
 from palpate.session import PairsSession, machine

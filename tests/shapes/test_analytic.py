@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.shapes.analytic import SHAPES
-from palpate.shapes.paths import SLIDE, tool_path
+from palpate.world.shapes.analytic import SHAPES
+from palpate.world.shapes.paths import SLIDE, tool_path
 
 
 @pytest.mark.parametrize("name", sorted(SHAPES))

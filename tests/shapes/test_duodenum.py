@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate import Mesh, shapes
+from palpate import Mesh
+from palpate.world import shapes
 
 
 @pytest.mark.parametrize("triangles", [2000, 8000])

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from palpate import shapes as organs
-from palpate.shapes.surface_nets import extract, refine, triangle_count
+from palpate.world import shapes as organs
+from palpate.world.shapes.surface_nets import extract, refine, triangle_count
 
 
 def as_trimesh(shape):

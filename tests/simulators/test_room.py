@@ -5,8 +5,8 @@ import pytest
 
 from palpate import _core
 from palpate.arm import models_folder
-from palpate.arrays import rigid
-from palpate.errors import RegistrationError, SceneError
+from palpate.base.arrays import rigid
+from palpate.base.errors import RegistrationError, SceneError
 from palpate.scene import Scene
 from palpate.scene.overrides import override
 from palpate.scene.registered import RegisteredOrgan

@@ -78,7 +78,7 @@ def test_run_ends_with_few_modules(tmp_path, scene):
     modules = imported(tmp_path, "run", scene, "--headless", "--out", "runs", "--duration", "0.05", first=WHOLE)
     assert "palpate.session.summary" in modules
     assert (tmp_path / "runs").is_dir()
-    assert not {"numpy.ma", "palpate.registration"} & modules
+    assert not {"numpy.ma", "palpate.world.registration"} & modules
     assert sum(name.startswith("palpate") for name in modules) <= 250
     assert len(modules) <= 760
 
@@ -107,7 +107,9 @@ def test_heavy_import_is_found(tmp_path, scene, args):
 
 
 def test_registration_imports_its_libraries_when_it_is_used(tmp_path):
-    modules = imported(tmp_path, "register", first="import palpate.registration, palpate.registration.cloud_files")
+    modules = imported(
+        tmp_path, "register", first="import palpate.world.registration, palpate.world.registration.cloud_files"
+    )
     assert not tops(modules) & HEAVY
 
 

@@ -10,10 +10,10 @@ import sweep_points
 from rich.table import Table
 from scipy.io import netcdf_file
 
+from palpate.base.errors import JournalError, MissingExtraError, OutputError
+from palpate.base.sweep import Axis
 from palpate.cli._folder import entries
-from palpate.errors import JournalError, MissingExtraError, OutputError
-from palpate.studies import _command as command
-from palpate.sweep import Axis
+from palpate_lab.studies import _command as command
 
 GRID = {"k": Axis([1, 3], "mm", "a length")}
 
@@ -58,7 +58,7 @@ def test_stopped_study_is_resumed(folder, capsys, monkeypatch):
         raise KeyboardInterrupt
 
     with monkeypatch.context() as patch:
-        patch.setattr("palpate.sweep.run._serial", stop)
+        patch.setattr("palpate.base.sweep.run._serial", stop)
         with pytest.raises(KeyboardInterrupt):
             Study()()
     journal = folder / "runs/study-test_command/test_command.journal"
@@ -85,7 +85,7 @@ def test_missing_packages_and_folders_are_reported_before_the_work(folder, monke
 
 def test_every_study_is_such_a_command_and_is_documented():
     page = (Path(__file__).resolve().parents[2] / "docs" / "studies.md").read_text()
-    found = entries("palpate.studies")
+    found = entries("palpate_lab.studies")
     assert len(found) >= 12
     for name, entry in found.items():
         study = import_module(entry.module).Command

@@ -5,8 +5,8 @@ import json
 import json_contract
 import pytest
 
-from palpate.studies.geometry.command import Command
-from palpate.studies.geometry.work import run
+from palpate_lab.studies.geometry.command import Command
+from palpate_lab.studies.geometry.work import run
 
 
 @pytest.fixture(scope="module")

@@ -5,11 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from palpate.arrays.polyline import evenly
-from palpate.operators import person
-from palpate.studies.guidance import cues, effects
-from palpate.studies.guidance import work as guidance
-from palpate.studies.guidance.tasks import OFFSET_AXIS, RADIUS, TASKS, _waypoints
+from palpate.base.arrays.polyline import evenly
+from palpate.simulators.operators import person
+from palpate_lab.studies.guidance import cues, effects
+from palpate_lab.studies.guidance import work as guidance
+from palpate_lab.studies.guidance.tasks import OFFSET_AXIS, RADIUS, TASKS, _waypoints
 
 
 @pytest.fixture

@@ -8,9 +8,9 @@ from json_contract import keys, keys_of
 from palpate.cli import main
 from palpate.scene import Scene
 from palpate.scene.rig import build
-from palpate.studies.certificate import arms, figures
-from palpate.studies.certificate import work as study
-from palpate.studies.certificate.arms import table as arms_table
+from palpate_lab.studies.certificate import arms, figures
+from palpate_lab.studies.certificate import work as study
+from palpate_lab.studies.certificate.arms import table as arms_table
 
 
 @pytest.fixture(scope="module")

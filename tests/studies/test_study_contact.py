@@ -9,11 +9,11 @@ import pytest
 from rich.console import Console
 
 from palpate import _core
-from palpate.shapes.analytic import SHAPES
-from palpate.studies.contact import work as contact
-from palpate.studies.contact.figures import draw
-from palpate.studies.contact.words import table
-from palpate.sweep import sweep
+from palpate.base.sweep import sweep
+from palpate.world.shapes.analytic import SHAPES
+from palpate_lab.studies.contact import work as contact
+from palpate_lab.studies.contact.figures import draw
+from palpate_lab.studies.contact.words import table
 
 
 @pytest.fixture(scope="module")

@@ -10,9 +10,9 @@ import pytest
 from json_contract import keys
 from lerobot_rules import faults
 
-from palpate.errors import PalpateError, SceneError
-from palpate.studies.demonstrations import work
-from palpate.studies.demonstrations.command import Command, _range
+from palpate.base.errors import PalpateError, SceneError
+from palpate_lab.studies.demonstrations import work
+from palpate_lab.studies.demonstrations.command import Command, _range
 
 pq = pytest.importorskip("pyarrow.parquet", reason="pyarrow (extra learning) is not installed")
 

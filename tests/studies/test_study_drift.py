@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from palpate import Arm, _core
-from palpate.errors import RecordingError
-from palpate.studies.drift import plant as drift_plant
-from palpate.studies.drift import work as drift
-from palpate.studies.drift.command import Command
-from palpate.sweep import sweep
+from palpate.base.errors import RecordingError
+from palpate.base.sweep import sweep
+from palpate_lab.studies.drift import plant as drift_plant
+from palpate_lab.studies.drift import work as drift
+from palpate_lab.studies.drift.command import Command
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "identify"))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))

@@ -4,10 +4,10 @@ import json_contract
 import numpy as np
 import pytest
 
-from palpate.plotting.style import png
-from palpate.shapes.analytic import SHAPES
-from palpate.studies.figure12 import work as figure12
-from palpate.studies.figure12.figures import draw
+from palpate.base.plotting.style import png
+from palpate.world.shapes.analytic import SHAPES
+from palpate_lab.studies.figure12 import work as figure12
+from palpate_lab.studies.figure12.figures import draw
 
 
 @pytest.fixture(scope="module")

@@ -6,7 +6,7 @@ import json_contract
 import numpy as np
 
 from palpate.cli import main
-from palpate.studies.force import work as force
+from palpate_lab.studies.force import work as force
 
 
 def test_command_without_recordings(tmp_path, capsys):

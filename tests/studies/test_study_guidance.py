@@ -9,20 +9,20 @@ import numpy as np
 import pytest
 
 from palpate import _core
-from palpate.arrays.polyline import distance
-from palpate.operators import Trial
+from palpate.base.arrays.polyline import distance
+from palpate.base.sweep import sweep
 from palpate.record.ticks import as_ticks
-from palpate.studies.guidance import effects as guidance_effects
-from palpate.studies.guidance import work as guidance
-from palpate.studies.guidance.assumptions import assumptions
-from palpate.studies.guidance.assumptions import tables as assumption_tables
-from palpate.studies.guidance.conformance import entered, entry_words
-from palpate.studies.guidance.cues import cued
-from palpate.studies.guidance.tasks import SCALE, TASKS, sleeve
-from palpate.studies.guidance.words import tables
-from palpate.studies.guidance.yields import yielding
-from palpate.sweep import sweep
-from palpate.verify.conformance import entry
+from palpate.simulators.operators import Trial
+from palpate_lab.studies.guidance import effects as guidance_effects
+from palpate_lab.studies.guidance import work as guidance
+from palpate_lab.studies.guidance.assumptions import assumptions
+from palpate_lab.studies.guidance.assumptions import tables as assumption_tables
+from palpate_lab.studies.guidance.conformance import entered, entry_words
+from palpate_lab.studies.guidance.cues import cued
+from palpate_lab.studies.guidance.tasks import SCALE, TASKS, sleeve
+from palpate_lab.studies.guidance.words import tables
+from palpate_lab.studies.guidance.yields import yielding
+from palpate_lab.verify.conformance import entry
 
 
 def test_distance_to_a_polyline():
@@ -261,14 +261,16 @@ def trials(patch):
 @pytest.fixture(scope="module")
 def yields():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("palpate.studies.guidance.yields.PATHS", ("ring", "insertion"))
+        patch.setattr("palpate_lab.studies.guidance.yields.PATHS", ("ring", "insertion"))
         return yielding(3, sweep=serial)
 
 
 @pytest.fixture(scope="module")
 def visual_cues():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("palpate.studies.guidance.cues.TASKS", {name: TASKS[name] for name in ("tracing", "insertion")})
+        patch.setattr(
+            "palpate_lab.studies.guidance.cues.TASKS", {name: TASKS[name] for name in ("tracing", "insertion")}
+        )
         return cued(3, sweep=serial)
 
 
@@ -302,9 +304,9 @@ def test_small_cohort_has_the_documented_keys_and_tables(trials, yields, visual_
 def varied():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(guidance_effects, "FEW", 50)
-        patch.setattr("palpate.studies.guidance.assumptions.PATHS", ("insertion",))
-        patch.setattr("palpate.studies.guidance.assumptions.TASKS", {"insertion": TASKS["insertion"]})
-        patch.setattr("palpate.studies.guidance.assumptions.STIFFNESSES", (100.0, 600.0, 1500.0))
+        patch.setattr("palpate_lab.studies.guidance.assumptions.PATHS", ("insertion",))
+        patch.setattr("palpate_lab.studies.guidance.assumptions.TASKS", {"insertion": TASKS["insertion"]})
+        patch.setattr("palpate_lab.studies.guidance.assumptions.STIFFNESSES", (100.0, 600.0, 1500.0))
         return assumptions(3, sweep=serial)
 
 
@@ -398,7 +400,7 @@ def test_visual_cues_and_contact_forces_have_separate_effects(monkeypatch):
 
     The hands differ so much that few of them show no effect: the intervals of 24 exclude zero.
     """
-    monkeypatch.setattr("palpate.studies.guidance.cues.TASKS", {"tracing": TASKS["tracing"]})
+    monkeypatch.setattr("palpate_lab.studies.guidance.cues.TASKS", {"tracing": TASKS["tracing"]})
     monkeypatch.setattr(guidance_effects, "FEW", 24)
     report = {row["condition"]: row for row in cued(24, sweep=serial)}
     none, both = report["none"], report["visual+haptics"]

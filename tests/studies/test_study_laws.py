@@ -6,9 +6,9 @@ import json_contract
 import numpy as np
 import pytest
 
-from palpate.studies.laws import work as laws
-from palpate.studies.laws.figures import draw, handle_mass
-from palpate.sweep.grid import Grid
+from palpate.base.sweep.grid import Grid
+from palpate_lab.studies.laws import work as laws
+from palpate_lab.studies.laws.figures import draw, handle_mass
 
 KEYS = {
     *("law", "f_Hz", "K_N_per_m", "hand", "model_scale", "felt_N_per_m", "felt_damping_N_s_per_m", "stiffness_error"),

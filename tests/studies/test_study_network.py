@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from palpate import _network
-from palpate.errors import PalpateError
-from palpate.network import network
-from palpate.studies.network import work
-from palpate.studies.network.command import Command
-from palpate.studies.network.worlds import Motion, World
+from palpate.base.errors import PalpateError
+from palpate.session.network import network
+from palpate_lab.studies.network import work
+from palpate_lab.studies.network.command import Command
+from palpate_lab.studies.network.worlds import Motion, World
 
 
 @pytest.mark.parametrize("name", ["none", "satellite", "netfi-loss-3", "netfi-delay-2", "netfi-outage-1"])

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from two_pairs import TWO
 
-from palpate.errors import PalpateError
-from palpate.studies.pairs import work
-from palpate.studies.pairs.work import run, table
+from palpate.base.errors import PalpateError
+from palpate_lab.studies.pairs import work
+from palpate_lab.studies.pairs.work import run, table
 
 
 def study(folder, text, **options):

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from palpate import _core, _verify
-from palpate.certificate.certificate import Case, linear_limit
-from palpate.certificate.device import DeviceModel
-from palpate.hands import PRESETS, Hand
-from palpate.studies.passivity import work as passivity
+from palpate.arm.hands import PRESETS, Hand
+from palpate.devices.certificate.certificate import Case, linear_limit
+from palpate.devices.certificate.device import DeviceModel
+from palpate_lab.studies.passivity import work as passivity
 
 
 @pytest.fixture(scope="module")

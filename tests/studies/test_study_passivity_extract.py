@@ -9,8 +9,8 @@ import pytest
 
 from palpate import _core
 from palpate.cli import main
-from palpate.studies.passivity import extract
-from palpate.studies.passivity.extract import CASES, PERIOD, Setting, Strokes
+from palpate_lab.studies.passivity import extract
+from palpate_lab.studies.passivity.extract import CASES, PERIOD, Setting, Strokes
 
 A = 5.0
 

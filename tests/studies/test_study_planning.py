@@ -10,10 +10,10 @@ pytest.importorskip("ompl", reason="motion planning needs the extra planning")
 pytest.importorskip("coal", reason="motion planning needs the extra planning")
 pytest.importorskip("ruckig", reason="motion planning needs the extra planning")
 
-from palpate.operators.trial import Trial
-from palpate.studies.planning import work
-from palpate.studies.planning.figures import draw
-from palpate.studies.planning.routes import MARGIN, Route, route_between
+from palpate.simulators.operators.trial import Trial
+from palpate_lab.studies.planning import work
+from palpate_lab.studies.planning.figures import draw
+from palpate_lab.studies.planning.routes import MARGIN, Route, route_between
 
 START, TARGET = (0.000758, -0.045161, 0.034410), (-0.067382, -0.080744, -0.013648)  # 3.3 mm from the liver
 

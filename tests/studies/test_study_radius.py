@@ -5,10 +5,10 @@ from functools import partial
 import json_contract
 import numpy as np
 
-from palpate.studies.radius import spheres
-from palpate.studies.radius import work as radius
-from palpate.studies.radius.figures import draw
-from palpate.sweep import sweep
+from palpate.base.sweep import sweep
+from palpate_lab.studies.radius import spheres
+from palpate_lab.studies.radius import work as radius
+from palpate_lab.studies.radius.figures import draw
 
 
 def test_rows_table_and_figure(tmp_path):

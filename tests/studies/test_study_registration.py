@@ -6,13 +6,23 @@ import json_contract
 import numpy as np
 import pytest
 
-from palpate.arrays import rigid
-from palpate.arrays.plain import plain
-from palpate.registration import fit
-from palpate.registration.clouds import sampled
-from palpate.shapes.organ import gallbladder, organ
-from palpate.studies.registration import chain, fiducials, figures, references, sessions, surfaces, views, words, work
-from palpate.sweep import sweep
+from palpate.base.arrays import rigid
+from palpate.base.arrays.plain import plain
+from palpate.base.sweep import sweep
+from palpate.world.registration import fit
+from palpate.world.registration.clouds import sampled
+from palpate.world.shapes.organ import gallbladder, organ
+from palpate_lab.studies.registration import (
+    chain,
+    fiducials,
+    figures,
+    references,
+    sessions,
+    surfaces,
+    views,
+    words,
+    work,
+)
 
 
 @pytest.fixture

@@ -10,11 +10,11 @@ import json_contract
 import numpy as np
 import pytest
 
+from palpate.base.sweep import sweep
 from palpate.scene import Scene, rig
-from palpate.studies.wall import bench, command, figures, fit
-from palpate.studies.wall import work as wall
-from palpate.studies.wall.bench import WALL, Setting, Trace, WallPress, judge, press, scene_file
-from palpate.sweep import sweep
+from palpate_lab.studies.wall import bench, command, figures, fit
+from palpate_lab.studies.wall import work as wall
+from palpate_lab.studies.wall.bench import WALL, Setting, Trace, WallPress, judge, press, scene_file
 
 HAND = WallPress.fitted()
 

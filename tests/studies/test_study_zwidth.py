@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from palpate.arm import Arm
-from palpate.hands import PRESETS
-from palpate.studies.laws.figures import handle_mass
-from palpate.studies.zwidth import work as zwidth
-from palpate.studies.zwidth.figures import draw
-from palpate.studies.zwidth.words import largest, table
-from palpate.sweep import sweep
+from palpate.arm.hands import PRESETS
+from palpate.base.sweep import sweep
+from palpate_lab.studies.laws.figures import handle_mass
+from palpate_lab.studies.zwidth import work as zwidth
+from palpate_lab.studies.zwidth.figures import draw
+from palpate_lab.studies.zwidth.words import largest, table
 
 
 @pytest.fixture(scope="module")

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import palpate
-from palpate import surfaces
-from palpate.clouds.neighbourhoods import sampling
-from palpate.contact import render
-from palpate.errors import PalpateWarning, SurfaceError
-from palpate.registration.clouds import sampled
-from palpate.shapes import analytic
+from palpate.base.errors import PalpateWarning, SurfaceError
+from palpate.scene.contact import render
+from palpate.world import surfaces
+from palpate.world.clouds.neighbourhoods import sampling
+from palpate.world.registration.clouds import sampled
+from palpate.world.shapes import analytic
 
 STIFFNESS, RADIUS = 1000.0, 3e-3
 

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import trimesh
 
-from palpate import surfaces
-from palpate.errors import PalpateWarning, SurfaceError
-from palpate.mesh import Mesh
-from palpate.shapes.analytic import SHAPES
+from palpate.base.errors import PalpateWarning, SurfaceError
+from palpate.world import surfaces
+from palpate.world.mesh import Mesh
+from palpate.world.shapes.analytic import SHAPES
 
 ALL = [
     surfaces.Plane(),

@@ -11,9 +11,9 @@ from pathlib import Path
 import pytest
 import sweep_points
 
-from palpate.errors import MissingExtraError, SweepError
-from palpate.sweep import cluster, sweep
-from palpate.sweep.work import seed_of
+from palpate.base.errors import MissingExtraError, SweepError
+from palpate.base.sweep import cluster, sweep
+from palpate.base.sweep.work import seed_of
 
 TESTS = str(Path(sweep_points.__file__).parent)
 

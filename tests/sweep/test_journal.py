@@ -14,11 +14,11 @@ from pathlib import Path
 import pytest
 import sweep_points
 
-from palpate.errors import OutputError, PalpateWarning, SweepError
+from palpate.base.errors import OutputError, PalpateWarning, SweepError
+from palpate.base.sweep import sweep
+from palpate.base.sweep.journal import Journal, steady
+from palpate.base.sweep.work import seed_of
 from palpate.scene.scene import Scene
-from palpate.sweep import sweep
-from palpate.sweep.journal import Journal, steady
-from palpate.sweep.work import seed_of
 
 GRID = {"K": [1.0, 2.0, 4.0], "law": ["a", "b"]}
 
@@ -84,7 +84,7 @@ def test_killed_sweep_resumes_from_its_journal(stopped):
 def test_finished_journal_is_not_recomputed(tmp_path, monkeypatch):
     first = sweep(sweep_points.draw, GRID, 1, "serial", resume=tmp_path / "j")
     size = (tmp_path / "j").stat().st_size
-    monkeypatch.setattr("palpate.sweep.work.Work._answer", None)  # any computation would fail
+    monkeypatch.setattr("palpate.base.sweep.work.Work._answer", None)  # any computation would fail
     assert sweep(sweep_points.draw, GRID, 1, "serial", resume=tmp_path / "j").rows() == first.rows()
     assert (tmp_path / "j").stat().st_size == size
 
@@ -149,7 +149,7 @@ def test_journal_of_another_sweep_is_rejected(change, message, tmp_path):
 
 def test_journal_of_another_version_is_rejected(tmp_path, monkeypatch):
     sweep(sweep_points.draw, GRID, 1, "serial", resume=tmp_path / "j")
-    monkeypatch.setattr("palpate.sweep.run.identity", lambda: "9.9.9 (new)")
+    monkeypatch.setattr("palpate.base.sweep.run.identity", lambda: "9.9.9 (new)")
     with pytest.raises(SweepError, match=r"version was .* and is \"9.9.9 \(new\)\""):
         sweep(sweep_points.draw, GRID, 1, "serial", resume=tmp_path / "j")
 

@@ -7,8 +7,8 @@ import pytest
 import sweep_points
 from scipy.io import netcdf_file
 
-from palpate.errors import OutputError, SweepError
-from palpate.sweep import Axis, Label, sweep
+from palpate.base.errors import OutputError, SweepError
+from palpate.base.sweep import Axis, Label, sweep
 
 
 @pytest.fixture(scope="module")

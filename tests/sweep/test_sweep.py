@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 import sweep_points
 
-from palpate.errors import SweepError
-from palpate.sweep import Axis, sweep
-from palpate.sweep.grid import Grid
-from palpate.sweep.queue import Queue
-from palpate.sweep.work import Work, seed_of
+from palpate.base.errors import SweepError
+from palpate.base.sweep import Axis, sweep
+from palpate.base.sweep.grid import Grid
+from palpate.base.sweep.queue import Queue
+from palpate.base.sweep.work import Work, seed_of
 
 GRID = {"K": Axis(np.linspace(100.0, 400.0, 7), "N/m", "stiffness"), "law": ["a", "bc"], "k": range(3)}
 
@@ -95,7 +95,7 @@ def test_killed_worker_loses_no_point(tmp_path):
 def test_workers_end_with_a_killed_parent_also_within_a_point(tmp_path):
     code = (
         "import sweep_points\n"
-        "from palpate.sweep import sweep\n"
+        "from palpate.base.sweep import sweep\n"
         "if __name__ == '__main__':\n"
         f"    sweep(sweep_points.endless, {{'k': range(2), 'folder': [{str(tmp_path)!r}]}}, workers=2)\n"
     )
@@ -183,7 +183,9 @@ def test_invalid_arguments_are_rejected(arguments, message):
 
 def test_script_without_a_main_guard_gets_a_remedy(tmp_path):
     script = tmp_path / "script.py"
-    script.write_text("from palpate.sweep import sweep\ndef f(p, s): return {}\nsweep(f, {'k': range(3)}, workers=1)\n")
+    script.write_text(
+        "from palpate.base.sweep import sweep\ndef f(p, s): return {}\nsweep(f, {'k': range(3)}, workers=1)\n"
+    )
     run = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=60)
     assert run.returncode == 1
     assert "sweep() was called inside a worker process" in run.stderr

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from palpate.errors import PalpateError
+from palpate.base.errors import PalpateError
 from palpate.metrics import fls_peg_transfer
 from palpate.scene import Scene
 from palpate.scene.task import TaskSection
-from palpate.tasks.judge import Seen, judge_of
+from palpate.session.tasks.judge import Seen, judge_of
 
 
 def at(*p):

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from palpate.scene.task import TaskSection
-from palpate.tasks.hand import CLOSED
-from palpate.tasks.judge import Seen, judge_of
-from palpate.tasks.scripts import script_of
+from palpate.session.tasks.hand import CLOSED
+from palpate.session.tasks.judge import Seen, judge_of
+from palpate.session.tasks.scripts import script_of
 
 TARGETS = [[0.1, 0.0, 0.0], [0.1, 0.02, 0.0]]
 HELD_HIGH = 0.006  # height of a body that was put down askew [m]

@@ -7,7 +7,7 @@ import pytest
 
 from palpate.scene import Scene
 from palpate.session import PairsSession, Session
-from palpate.tasks import TaskRun, drawn
+from palpate.session.tasks import TaskRun, drawn
 
 SHORT = ["needle_passing"]
 LONG = ["palpation_search", "tray_cubes", "ring_on_wire", "peg_transfer"]

@@ -7,8 +7,8 @@ import pytest
 
 import palpate
 from palpate import _tissue
-from palpate.tissue import TetMesh, save
-from palpate.tissue.blocks import block
+from palpate.world.tissue import TetMesh, save
+from palpate.world.tissue.blocks import block
 
 CUBE = """
 objects:

@@ -9,7 +9,7 @@ from quadratic_bars import compliance, traction
 from scipy.linalg import eigh
 
 from palpate import Tissue
-from palpate.cli.check.tissue import inspect_tissue
+from palpate.cli.commands.check.tissue import inspect_tissue
 
 E, H = 4000.0, 0.01  # Young's modulus [Pa], thickness [m]
 BAR, STRIP, FLAP = (8 * H, H, H), (6 * H, 4 * H, H), (4 * H, 4 * H, H)

@@ -8,7 +8,7 @@ from brute_force import distance_by_segments_and_planes
 from soft_bodies import soft_cube
 
 import palpate
-from palpate.errors import SceneError
+from palpate.base.errors import SceneError
 from palpate.record.ticks import as_ticks
 
 R = 0.006

@@ -9,8 +9,8 @@ import pytest
 
 import palpate
 from palpate.record.ticks import as_ticks
-from palpate.tissue import TetMesh, save
-from palpate.tissue.blocks import block
+from palpate.world.tissue import TetMesh, save
+from palpate.world.tissue.blocks import block
 
 FRICTION = 0.8
 _T = (0.0, 0.2, 0.5, 0.8, 1.0, 1.6)  # start, down, closed, lifted, held, pulled away

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.tissue import indentation
+from palpate.world.tissue import indentation
 
 R, E, NU = 8e-3, 5e3, 0.45
 DEPTHS = np.linspace(0.05, 0.5, 10) * R

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from palpate.errors import MeshError
-from palpate.mesh import Mesh
-from palpate.mesh import repair as mesh_repair
-from palpate.mesh.mesh import quiet
-from palpate.tissue import TetMesh, load, make, save, tetrahedralize
-from palpate.tissue.blocks import block
+from palpate.base.errors import MeshError
+from palpate.world.mesh import Mesh
+from palpate.world.mesh import repair as mesh_repair
+from palpate.world.mesh.mesh import quiet
+from palpate.world.tissue import TetMesh, load, make, save, tetrahedralize
+from palpate.world.tissue.blocks import block
 
 CUBE = (2, 2, 2), (0.02, 0.02, 0.02)  # cells and size [m]
 

@@ -5,9 +5,9 @@ import pytest
 import soft_bodies
 from strained import SHEAR, cycle_moduli, once
 
-from palpate.tissue import MEASUREMENTS, PRESETS, TissueMaterial
-from palpate.tissue.material import HIGHEST_POISSON, LARGEST_SHARE, LONGEST_TAU, MOST_TERMS, SHORTEST_TAU
-from palpate.tissue.viscosity import complex_modulus
+from palpate.world.tissue import MEASUREMENTS, PRESETS, TissueMaterial
+from palpate.world.tissue.material import HIGHEST_POISSON, LARGEST_SHARE, LONGEST_TAU, MOST_TERMS, SHORTEST_TAU
+from palpate.world.tissue.viscosity import complex_modulus
 
 
 def test_moduli_follow_linear_elasticity():

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from palpate import Tissue
-from palpate.contact import render
-from palpate.errors import SurfaceError
-from palpate.tissue import indentation, viscosity
-from palpate.tissue.blocks import block
-from palpate.verify.bench import tissue as bench
+from palpate.base.errors import SurfaceError
+from palpate.scene.contact import render
+from palpate.world.tissue import indentation, viscosity
+from palpate.world.tissue.blocks import block
+from palpate_lab.verify.bench import tissue as bench
 
 R = 5e-3
 PRONY = [(0.5, 0.03), (0.3, 0.15), (0.2, 1.0)]

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from palpate import Tissue
-from palpate.contact import render
-from palpate.tissue.blocks import block
+from palpate.scene.contact import render
+from palpate.world.tissue.blocks import block
 
 R, GAP = 4e-3, 8.5e-3  # radius of the spheres; half the distance of their centres [m]
 

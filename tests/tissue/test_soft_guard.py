@@ -7,10 +7,10 @@ import pytest
 from soft_bodies import soft_cube
 
 import palpate
-from palpate.contact import render
 from palpate.record.ticks import as_ticks
-from palpate.tissue.blocks import block
-from palpate.verify.bench.tissue import threads as bench
+from palpate.scene.contact import render
+from palpate.world.tissue.blocks import block
+from palpate_lab.verify.bench.tissue import threads as bench
 
 R, UP, DEPTH = bench.RADIUS, np.array([0.0, 0.0, 1.0]), 2e-3
 

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from palpate import Tissue
-from palpate.tissue.blocks import block
-from palpate.verify.bench.tissue import Lab, lump
-from palpate.verify.tissue import reference_force
+from palpate.world.tissue.blocks import block
+from palpate_lab.verify.bench.tissue import Lab, lump
+from palpate_lab.verify.tissue import reference_force
 
 R, UP = 5e-3, np.array([0.0, 0.0, 1.0])
 

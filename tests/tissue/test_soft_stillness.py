@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from palpate import Tissue
-from palpate.contact import render
-from palpate.tissue.blocks import block
-from palpate.verify.bench import tissue as bench
-from palpate.verify.bench.tissue import stillness
-from palpate.verify.bench.tissue.bodies import Lab, chatter
+from palpate.scene.contact import render
+from palpate.world.tissue.blocks import block
+from palpate_lab.verify.bench import tissue as bench
+from palpate_lab.verify.bench.tissue import stillness
+from palpate_lab.verify.bench.tissue.bodies import Lab, chatter
 
 R = 5e-3
 

@@ -10,11 +10,11 @@ from soft_bodies import soft_cube
 
 import palpate
 from palpate import _core
-from palpate.contact import render
-from palpate.errors import SceneError, SurfaceError
+from palpate.base.errors import SceneError, SurfaceError
 from palpate.record.ticks import as_ticks
-from palpate.tissue.body import MOST_IN_CYCLE, PERIOD
-from palpate.verify.bench.tissue import threads as bench
+from palpate.scene.contact import render
+from palpate.world.tissue.body import MOST_IN_CYCLE, PERIOD
+from palpate_lab.verify.bench.tissue import threads as bench
 
 R, UP = bench.RADIUS, np.array([0.0, 0.0, 1.0])
 

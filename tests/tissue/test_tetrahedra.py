@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from palpate.errors import MeshError
-from palpate.mesh import Mesh
-from palpate.tissue import TetMesh, TissueMaterial, quality, shapes, stable_steps, tetrahedra
-from palpate.tissue.blocks import block
-from palpate.tissue.tetrahedra import signed_volumes
+from palpate.base.errors import MeshError
+from palpate.world.mesh import Mesh
+from palpate.world.tissue import TetMesh, TissueMaterial, quality, shapes, stable_steps, tetrahedra
+from palpate.world.tissue.blocks import block
+from palpate.world.tissue.tetrahedra import signed_volumes
 
 CUBE = (2, 2, 2), (0.02, 0.02, 0.02)  # cells and size [m]
 

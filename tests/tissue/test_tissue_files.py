@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 import palpate
-from palpate.errors import MeshError, PalpateWarning
-from palpate.tissue import TetMesh, load, save
-from palpate.tissue.blocks import block
+from palpate.base.errors import MeshError, PalpateWarning
+from palpate.world.tissue import TetMesh, load, save
+from palpate.world.tissue.blocks import block
 
 pytest.importorskip("meshio", reason="extra tissue")
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.tissue import viscosity
+from palpate.world.tissue import viscosity
 
 PRONY = [(0.6, 0.02), (0.4, 0.3), (0.8, 4.0)]
 ONE = [(1.5, 0.5)]

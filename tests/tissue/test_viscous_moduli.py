@@ -8,7 +8,7 @@ import pytest
 import soft_bodies
 from strained import HYDROSTATIC, OEDOMETRIC, SHEAR, YOUNG, Strained, cycle_moduli, once
 
-from palpate.tissue.material import LARGEST_SHARE, LONGEST_TAU, SHORTEST_TAU
+from palpate.world.tissue.material import LARGEST_SHARE, LONGEST_TAU, SHORTEST_TAU
 
 PATTERNS = {"shear": SHEAR, "hydrostatic": HYDROSTATIC, "oedometric": OEDOMETRIC}
 

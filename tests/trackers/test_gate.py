@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from palpate.trackers import Gate, Limits, Sighting
+from palpate.sensing.trackers import Gate, Limits, Sighting
 
 START = np.eye(4)
 START[:3, 3] = [0.1, -0.2, 1.5]

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from palpate import Session
-from palpate.errors import MissingExtraError, PalpateError, PortError
+from palpate.base.errors import MissingExtraError, PalpateError, PortError
 from palpate.scene import Scene
-from palpate.trackers import Gate, Sighting, SimulatedTracker
+from palpate.sensing.trackers import Gate, Sighting, SimulatedTracker
 
 pytest.importorskip("pyigtl", reason="OpenIGTLink needs the extra tracking")
-from palpate.trackers.openigtlink import OpenIGTLinkServer, OpenIGTLinkTracker
-from palpate.trackers.sending import FrameSender
+from palpate.sensing.trackers.openigtlink import OpenIGTLinkServer, OpenIGTLinkTracker
+from palpate.sensing.trackers.sending import FrameSender
 
 
 def wait_for(condition, seconds=10.0):

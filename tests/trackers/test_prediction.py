@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 
 from palpate import Session, _core
-from palpate.arrays import rigid
+from palpate.base.arrays import rigid
 from palpate.scene import Scene
-from palpate.trackers import Sighting
-from palpate.trackers.clock import MeasurementClock
-from palpate.trackers.prediction import Predictor
-from palpate.trackers.tracking import Tracking
+from palpate.sensing.trackers import Sighting
+from palpate.sensing.trackers.clock import MeasurementClock
+from palpate.sensing.trackers.prediction import Predictor
+from palpate.sensing.trackers.tracking import Tracking
 
 K, RADIUS, RATE, A, F = 300.0, 0.002, 1000.0, 0.010, 0.25
 TOP = 0.02  # height of the block's top over its frame [m]

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from palpate.errors import SceneError
+from palpate.base.errors import SceneError
 from palpate.scene import Scene
-from palpate.trackers.gate import Gate, Limits
-from palpate.trackers.ros_topic import sighting, topics
+from palpate.sensing.trackers.gate import Gate, Limits
+from palpate.sensing.trackers.ros_topic import sighting, topics
 
 SCENE = """\
 frames:

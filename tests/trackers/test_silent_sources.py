@@ -22,7 +22,7 @@ class Source:
         self.begin, self.end = begin, end
 
     def poll(self, now):
-        from palpate.trackers import Sighting
+        from palpate.sensing.trackers import Sighting
 
         X = np.eye(4)
         X[:3, 3] = [0.1, 0.0, 1.0]

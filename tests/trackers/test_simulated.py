@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from palpate.trackers.simulated import SPHERES, Fault, SimulatedTracker, fit
+from palpate.sensing.trackers.simulated import SPHERES, Fault, SimulatedTracker, fit
 
 
 def still(p, turn_deg=0.0):

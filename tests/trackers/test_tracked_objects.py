@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from palpate import Session, _core
-from palpate.errors import PalpateError, SceneError
+from palpate.base.errors import PalpateError, SceneError
 from palpate.record.reader import Record
 from palpate.report import tracked
 from palpate.scene import Scene, surface
-from palpate.trackers import Sighting
-from palpate.trackers.tracking import Tracking
+from palpate.sensing.trackers import Sighting
+from palpate.sensing.trackers.tracking import Tracking
 
 K, B, RATE = 400.0, 4.0, 1000.0
 SCENE = """\

@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from palpate.errors import PalpateError
-from palpate.trackers import Gate, wire
-from palpate.trackers.openigtlink import OpenIGTLinkTracker, PoseReader
-from palpate.trackers.tracking import Tracking
+from palpate.base.errors import PalpateError
+from palpate.sensing.trackers import Gate, wire
+from palpate.sensing.trackers.openigtlink import OpenIGTLinkTracker, PoseReader
+from palpate.sensing.trackers.tracking import Tracking
 
 pyigtl = pytest.importorskip("pyigtl", reason="OpenIGTLink needs the extra tracking")
 

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from effort import LONG
 
-from palpate.verify.coverage import run
-from palpate.verify.coverage.trial import RIGHT
+from palpate_lab.verify.coverage import run
+from palpate_lab.verify.coverage.trial import RIGHT
 
 #: Commands that print intervals or covariances and have no file in `estimates`, with the reason.
 WITHOUT = {
     "check": "its deviations are those of a mesh from its smoothed copy, without an interval",
     "device wrist": "prints the smallest and largest value in the parts of a recording, which it calls so: no level",
-    "experiment": "its intervals are those of the studies (palpate/arrays/intervals.py), which are judged there",
+    "experiment": "its intervals are those of the studies (palpate/base/arrays/intervals.py), which are judged there",
     "path": "its deviations are distances of two given curves, computed exactly",
 }
 _INTERVAL = re.compile(r"_95$|^covariance$|_covariance$|interval|_low$|_high$|deviation|^std|_std|^p_|^uncertain$")

@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-from palpate.verify.processes import end
+from palpate_lab.verify.processes import end
 
 
 @pytest.mark.parametrize(("trap", "killed_by"), [("", signal.SIGTERM), ("trap '' TERM; ", signal.SIGKILL)])

@@ -7,7 +7,7 @@ import json_contract
 import pytest
 
 from palpate.cli import main
-from palpate.verify.soak import contact as soak
+from palpate_lab.verify.soak import contact as soak
 
 
 def test_nothing_pops_through():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.verify.soak import device
+from palpate_lab.verify.soak import device
 
 
 def test_short_soak_presses_and_finds_nothing():

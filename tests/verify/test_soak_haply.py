@@ -8,7 +8,7 @@ import pytest
 pytest.importorskip("websockets", reason="the stand-in needs the extra haply")
 
 from palpate.cli import main
-from palpate.verify.soak import haply
+from palpate_lab.verify.soak import haply
 
 
 def test_a_service_that_talks_nonsense_and_one_that_dies_are_named(tmp_path, monkeypatch, capsys):

@@ -7,7 +7,7 @@ import pytest
 
 from palpate import _verify
 from palpate.cli import main
-from palpate.verify.soak import tissue as soak
+from palpate_lab.verify.soak import tissue as soak
 
 
 @pytest.fixture(scope="module")

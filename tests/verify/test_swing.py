@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from palpate import _verify
-from palpate.studies.certificate import swings
+from palpate_lab.studies.certificate import swings
 
 DT = 1e-3
 FLOOR = 1e-6  # amplitude that counts as rest [m]

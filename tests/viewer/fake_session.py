@@ -8,8 +8,8 @@ import numpy as np
 
 from palpate.arm import Arm
 from palpate.record.ticks import TICK
-from palpate.shapes.organ import organ
 from palpate.viewer.stage import ArmPlace, Stage, TouchedObject
+from palpate.world.shapes.organ import organ
 
 
 def pose(p, R=None):

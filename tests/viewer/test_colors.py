@@ -8,13 +8,13 @@ import pytest
 import trimesh
 from PIL import Image
 
-from palpate.errors import SceneError
-from palpate.mesh import Mesh
-from palpate.mesh.colors import colors_of
+from palpate.base.errors import SceneError
 from palpate.scene import Scene
 from palpate.scene.rig import build
 from palpate.viewer.skins import glb
 from palpate.viewer.staging import stage_of
+from palpate.world.mesh import Mesh
+from palpate.world.mesh.colors import colors_of
 
 BALL = trimesh.creation.icosphere(3, 0.03)
 EXPECTED = (BALL.vertices / 0.06 + 0.5) * 255.0

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import trimesh
 
-from palpate.shapes.organ import organ
 from palpate.viewer.dent import Press, lowering, pressed, refined
 from palpate.viewer.organs import OrganDrawing
 from palpate.viewer.patch import PatchCutter
 from palpate.viewer.stage import TouchedObject
+from palpate.world.shapes.organ import organ
 
 MOST = 1e-4
 """Largest intersection of drawn surface and drawn sphere [m]."""

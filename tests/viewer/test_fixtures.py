@@ -9,9 +9,9 @@ from browser import on_screen, open_page
 from fake_session import FakeSession
 from fake_session import stage as plain_stage
 
-from palpate.guidance import Fixture
-from palpate.guidance.context import FixtureContext
-from palpate.guidance.steered import SteeredFixtures
+from palpate.scene.guidance import Fixture
+from palpate.scene.guidance.context import FixtureContext
+from palpate.scene.guidance.steered import SteeredFixtures
 from palpate.viewer.fixtures import in_words
 from palpate.viewer.live import LiveViewer
 from palpate.viewer.staging import fixture_mark

@@ -9,7 +9,7 @@ from browser import number, on_screen, open_page
 from fake_session import FakeSession, stage
 from PIL import Image
 
-from palpate.errors import PortError
+from palpate.base.errors import PortError
 from palpate.viewer.live import LiveViewer
 
 

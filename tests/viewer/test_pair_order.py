@@ -2,8 +2,8 @@
 
 import pytest
 
+from palpate.base.errors import RecordError
 from palpate.cli import main
-from palpate.errors import RecordError
 from palpate.report.pairs import pair_records
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from browser import on_screen, open_page
 
-from palpate.errors import DeviceError
+from palpate.base.errors import DeviceError
 from palpate.experiment import ExperimentFile, Study, run_participant
 from palpate.experiment import person as person_module
 from palpate.experiment.person import Person

@@ -14,7 +14,6 @@ from palpate.arm import Arm
 from palpate.record.ticks import TICK
 from palpate.scene import Scene
 from palpate.scene.rig import build
-from palpate.shapes.organ import organ
 from palpate.viewer import fixtures
 from palpate.viewer.arms import ArmDrawing
 from palpate.viewer.fixtures import FixtureDrawing
@@ -23,6 +22,7 @@ from palpate.viewer.page import write_page
 from palpate.viewer.picture import FULL, LIGHT, Picture, in_words, read
 from palpate.viewer.stage import ArmPlace, TouchedObject
 from palpate.viewer.staging import stage_of
+from palpate.world.shapes.organ import organ
 
 GPU = {"renderer": "ANGLE (a card)", "software": False, "slow": False, "fps": 60, "width": 640, "height": 700}
 NO_GPU = GPU | {"renderer": "SwiftShader <b>", "software": True, "fps": 28.4}

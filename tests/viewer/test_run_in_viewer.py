@@ -8,7 +8,7 @@ from browser import open_page, small_scene
 from rich.console import Console
 
 from palpate import Record, Session
-from palpate.console.view import live
+from palpate.cli.terminal.view import live
 from palpate.viewer import LiveViewer, stage_of
 from palpate.viewer.opening import Opening
 

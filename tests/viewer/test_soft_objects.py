@@ -6,12 +6,12 @@ from unittest.mock import MagicMock
 import numpy as np
 import pytest
 
-from palpate.shapes.organ import organ
 from palpate.viewer.organs import OrganDrawing
 from palpate.viewer.skins import BANDS
 from palpate.viewer.soft_objects import SCALES, SoftObjects, bands, legend
 from palpate.viewer.stage import TouchedObject
 from palpate.viewer.strain import SurfaceStrain
+from palpate.world.shapes.organ import organ
 
 
 def drawn():

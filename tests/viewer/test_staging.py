@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 import trimesh
 
-from palpate.mesh.coarse import drawable
 from palpate.record.ticks import TICK
 from palpate.scene import Scene
 from palpate.scene.rig import build
-from palpate.shapes.organ import organ
 from palpate.viewer.gauges import Gauges
 from palpate.viewer.organs import OrganDrawing
 from palpate.viewer.staging import stage_of
+from palpate.world.mesh.coarse import drawable
+from palpate.world.shapes.organ import organ
 
 
 def test_small_mesh_is_drawn_unchanged():

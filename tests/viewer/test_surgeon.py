@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from palpate import Scene
-from palpate.arrays import so3
+from palpate.base.arrays import so3
 from palpate.record.ticks import TICK
 from palpate.scene.rig import build
 from palpate.viewer import surgeon

@@ -10,7 +10,7 @@ from browser import on_screen, open_page
 from fake_session import FakeSession, stage
 from PIL import Image
 
-from palpate.arrays import so3
+from palpate.base.arrays import so3
 from palpate.scene import Scene
 from palpate.scene.rig import build
 from palpate.viewer.live import LiveViewer

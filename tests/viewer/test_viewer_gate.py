@@ -8,7 +8,7 @@ import viser
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
-from palpate.errors import PortError
+from palpate.base.errors import PortError
 from palpate.viewer.gate import Gate
 from palpate.viewer.server import close_server, open_server, url
 

@@ -11,9 +11,9 @@ pytest.importorskip("viser", reason="the viewer is not installed")
 
 from browser import open_page
 
+from palpate.base.errors import DeviceError
 from palpate.devices import DrivenSession, webxr
 from palpate.devices.buttons import CAMERA, CLUTCH
-from palpate.errors import DeviceError
 from palpate.scene import Scene
 from palpate.viewer import LiveViewer, stage_of, xr
 from palpate.viewer.server import close_server, open_server

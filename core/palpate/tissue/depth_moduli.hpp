@@ -3,7 +3,7 @@
 // Under a load, the displacement u_z(z) of a half-space decreases with the depth z (Boussinesq). The layer between z
 // and z + dz yields the share -du_z / u_z(0) of it. With a modulus E*(z), the half-space therefore yields as one of the
 // modulus 1 / integral of shares / E*(z). This is exact for a constant modulus; for lumps it is judged by finite
-// elements (palpate.verify.tissue). The shares are those under the middle of Hertz's pressure for a sphere, and of a
+// elements (palpate_lab.verify.tissue). The shares are those under the middle of Hertz's pressure for a sphere, and of a
 // Gaussian for the spread load of the body.
 #pragma once
 
@@ -19,7 +19,7 @@
 namespace palpate::tissue {
 
 /// Of the force of a Yeoh solid, F = F of a Neo-Hookean one times 1 + kYeoh c d / R up to d = .75 R, by finite elements
-/// (palpate.verify.tissue).
+/// (palpate_lab.verify.tissue).
 inline constexpr double kYeoh = 0.18;
 
 /// Moduli E* and stiffening of each vertex of a surface, as contacts of several sizes and the spread load feel them.

@@ -3,8 +3,8 @@
 from typing import ClassVar
 
 from palpate import _guidance  # noqa: F401 - has the base class of Rod
-from palpate.guidance import Shape
-from palpate.values import Place, Positive
+from palpate.base.values import Place, Positive
+from palpate.scene.guidance import Shape
 
 from . import _own_parts
 

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
+from palpate.base.errors import DeviceError
 from palpate.devices.driver import MOST_RATE, Driver, Reading
 from palpate.devices.haply.service import (
     EVENTS_ABOVE,
@@ -22,7 +23,6 @@ from palpate.devices.haply.service import (
     version,
     websocket,
 )
-from palpate.errors import DeviceError
 from palpate.scene.haply import HaplySection
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 
 Json = dict[str, Any]
 DIALECTS = ("3.0", "3.1", "3.4", "3.5")

@@ -13,7 +13,7 @@ from urllib.error import HTTPError, URLError
 from urllib.parse import urlsplit
 from urllib.request import Request, urlopen
 
-from palpate.errors import DeviceError
+from palpate.base.errors import DeviceError
 
 if TYPE_CHECKING:
     from palpate import _haply

@@ -7,7 +7,7 @@ from collections import deque
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.devices.haply.messages import Config, Grip, State
 from palpate.devices.simulated import SimulatedDevice, Truth
 

@@ -15,7 +15,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from palpate import _core
-from palpate.arrays import Array
+from palpate.base.arrays import Array
+from palpate.base.errors import DeviceError
 from palpate.devices.haply.messages import (
     DIALECTS,
     Config,
@@ -29,7 +30,6 @@ from palpate.devices.haply.messages import (
 )
 from palpate.devices.haply.stand_device import MIDDLE, StandDevice
 from palpate.devices.haply.wire import Connection, Port
-from palpate.errors import DeviceError
 
 __all__ = ["FAULTS", "MIDDLE", "Fault", "Options", "StandIn"]
 

@@ -16,7 +16,7 @@ from websockets.http11 import Request
 from websockets.protocol import State
 from websockets.server import ServerProtocol
 
-from palpate.errors import DeviceError
+from palpate.base.errors import DeviceError
 
 _LONGEST = 1 << 20  # bytes of an HTTP body or a WebSocket message
 

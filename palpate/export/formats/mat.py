@@ -8,7 +8,7 @@ from typing import Any
 
 from scipy.io import savemat
 
-from palpate.errors import RecordError
+from palpate.base.errors import RecordError
 from palpate.export.demonstration import Demonstration
 from palpate.export.options import Options
 from palpate.export.tables import Table, tables, told

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.errors import MissingExtraError, RecordError
+from palpate.base.errors import MissingExtraError, RecordError
 from palpate.export.demonstration import Demonstration
 from palpate.export.episode import episode_of
 from palpate.export.formats.lerobot.alike import require_alike

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from palpate.errors import MissingExtraError
+from palpate.base.errors import MissingExtraError
 from palpate.export.demonstration import Demonstration
 from palpate.export.options import Options
 from palpate.export.tables import Table, columns_of, tables, told

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from palpate.arrays import Array
-from palpate.errors import PalpateError
+from palpate.base.arrays import Array
+from palpate.base.errors import PalpateError
 from palpate.export.bag_ticks import BagTicks
 from palpate.export.demonstration import ArmOfRun, Demonstration
 from palpate.export.frames import ArmFrames, frames_of

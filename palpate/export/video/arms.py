@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from palpate.arm import Arm
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 from palpate.export.video.drawing import Body, Canvas
 from palpate.viewer.solids import merged
 

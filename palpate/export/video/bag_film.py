@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.errors import RecordError
+from palpate.base.errors import RecordError
 from palpate.export.bag_ticks import BagTicks
 from palpate.export.demonstration import Demonstration
 from palpate.export.episode import Episode

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.arrays import Array
-from palpate.errors import MissingExtraError, PalpateError
+from palpate.base.arrays import Array
+from palpate.base.errors import MissingExtraError, PalpateError
 
 Image = NDArray[np.uint8]
 _NEAR, _FAR = 0.004, 1.0  # [m]

@@ -11,14 +11,13 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.arrays import Array
-from palpate.errors import MissingExtraError
+from palpate.base.arrays import Array
+from palpate.base.errors import MissingExtraError
 from palpate.export.demonstration import ArmOfRun, Demonstration
 from palpate.export.episode import Episode
 from palpate.export.video.arms import ArmBodies
 from palpate.export.video.drawing import Body, Canvas, Image
 from palpate.export.video.solids import SolidBodies
-from palpate.mesh.coarse import MOST_TRIANGLES
 from palpate.record.reader import Record
 from palpate.record.snapshots import CAMERA, Track
 from palpate.scene import placed_ecm
@@ -30,6 +29,7 @@ from palpate.scene.rig import build
 from palpate.scene.scene import Scene
 from palpate.scene.soft import is_soft, rest_shape
 from palpate.session.recorded import body_track, recorded_scene, shape_track
+from palpate.world.mesh.coarse import MOST_TRIANGLES
 
 SIZE = (720, 1280)
 """Height and width of a picture [pixels]."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from palpate.arrays import Array, so3
-from palpate.bodies.shapes import by_color, triangles
+from palpate.base.arrays import Array, so3
 from palpate.export.video.drawing import Body, Canvas
 from palpate.scene import held
 from palpate.scene.scene import Scene
+from palpate.world.bodies.shapes import by_color, triangles
 
 
 class SolidBodies:

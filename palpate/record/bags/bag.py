@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from palpate.errors import RecordError
+from palpate.base.errors import RecordError
 from palpate.record.bags.reading import read
 from palpate.record.bags.tracks import Contents
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.errors import MissingExtraError, RecordError
+from palpate.base.errors import MissingExtraError, RecordError
 from palpate.record.bags.library import open_bag
 
 _IMAGES = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")

@@ -1,4 +1,4 @@
-"""Opens a ROS 2 bag with the library rosbags, whose unpacking and metadata get the limits of `palpate.limits`."""
+"""Opens a ROS 2 bag with the library rosbags, whose unpacking and metadata get the limits of `palpate.base.limits`."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from tempfile import TemporaryDirectory
 from types import SimpleNamespace
 from typing import Any
 
-from palpate import limits
-from palpate.arrays.yaml_loader import MOST_OF_PLAN, read_yaml
-from palpate.errors import MissingExtraError, RecordError
+from palpate.base import limits
+from palpate.base.arrays.yaml_loader import MOST_OF_PLAN, read_yaml
+from palpate.base.errors import MissingExtraError, RecordError
 from palpate.record.bags.recover import needs_recovery, recover
 from palpate.record.mcap_scan import require_unpackable
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from palpate.errors import MissingExtraError, RecordError
+from palpate.base.errors import MissingExtraError, RecordError
 from palpate.record.bags.bag import Bag
 from palpate.record.bags.library import refuse_ros_1
 from palpate.record.reader import Record

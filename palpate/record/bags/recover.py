@@ -17,8 +17,8 @@ from mcap.data_stream import ReadDataStream
 from mcap.opcode import Opcode
 from mcap.writer import CompressionType, Writer
 
-from palpate import limits
-from palpate.errors import RecordError
+from palpate.base import limits
+from palpate.base.errors import RecordError
 from palpate.record.mcap_file import MAGIC
 from palpate.record.mcap_scan import DAMAGE, chunk_data, whole_records
 

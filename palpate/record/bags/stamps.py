@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 
 MOST_OFFSET = 0.2
 """Offset of stamps from the times of reception above which it is told [s]."""

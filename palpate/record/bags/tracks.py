@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from palpate.arrays import Array
+from palpate.base.arrays import Array
 
 
 @dataclass(frozen=True)

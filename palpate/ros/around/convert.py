@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.arrays.so3 import quaternions
+from palpate.base.arrays import Array
+from palpate.base.arrays.so3 import quaternions
 
 WORLD = "palpate_world"
 """ROS name of the world frame W."""

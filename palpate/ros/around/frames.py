@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from palpate.arm import Arm
-from palpate.arrays import Array
-from palpate.arrays.so3 import pose
+from palpate.base.arrays import Array
+from palpate.base.arrays.so3 import pose
 from palpate.record.ticks import Ticks
 from palpate.ros.around.convert import WORLD, is_heard, latched, transforms
-from palpate.trackers.sending import object_poses
+from palpate.sensing.trackers.sending import object_poses
 
 if TYPE_CHECKING:
     from palpate.ros.haptics import HapticSession

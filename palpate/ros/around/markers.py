@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from palpate.arrays import Array
-from palpate.arrays.so3 import pose
+from palpate.base.arrays import Array
+from palpate.base.arrays.so3 import pose
 from palpate.record.ticks import Ticks
 from palpate.ros.around.convert import WORLD, is_heard, latched, point, vector
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import yaml
 
-from palpate.errors import PalpateError
+from palpate.base.errors import PalpateError
 from palpate.scene import Scene, gains, surface
 from palpate.scene.rig import check_method
 

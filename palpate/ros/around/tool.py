@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from palpate.errors import StateError
+from palpate.base.errors import StateError
 from palpate.session import machine
 
 if TYPE_CHECKING:

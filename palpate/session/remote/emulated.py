@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from palpate import _network
-from palpate.network.conditions import Network
 from palpate.scene import held
+from palpate.session.network.conditions import Network
 from palpate.session.remote.site import mode, world
 from palpate.session.session import Session
 

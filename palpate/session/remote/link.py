@@ -13,9 +13,9 @@ from typing import Any, Self
 import numpy as np
 
 from palpate import __version__, _network
-from palpate.errors import PalpateError
-from palpate.network import channel as channels
+from palpate.base.errors import PalpateError
 from palpate.scene import held
+from palpate.session.network import channel as channels
 from palpate.session.pairs import PairsSession
 from palpate.session.remote.pump import Pump
 from palpate.session.remote.site import PATIENCE, digest, mode, parts

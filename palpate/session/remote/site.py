@@ -15,11 +15,11 @@ from typing import Any, Literal, Protocol
 import numpy as np
 
 from palpate import __version__, _core, _network
-from palpate.network import channel as channels
-from palpate.network.relay import close, listen
 from palpate.scene import held
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
+from palpate.session.network import channel as channels
+from palpate.session.network.relay import close, listen
 from palpate.session.remote.pump import Pump
 
 PATIENCE = 5.0  # for the first messages of a connection [s]

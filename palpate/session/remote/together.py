@@ -12,10 +12,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from palpate.errors import PalpateError
-from palpate.network.conditions import TRACES
-from palpate.network.keys import make_key, read_key
+from palpate.base.errors import PalpateError
 from palpate.scene.scene import Scene
+from palpate.session.network.conditions import TRACES
+from palpate.session.network.keys import make_key, read_key
 
 _READY = re.compile(r"listening on \S+ port (\d+)")
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from palpate.contact.lessons.face_angle import (
+from palpate.scene.contact.lessons.face_angle import (
     OVERHANG,
     Slide,
     angle_noise,

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from palpate.contact.lessons.point_contact import approach
-from palpate.surfaces import ImplicitSurface
+from palpate.scene.contact.lessons.point_contact import approach
+from palpate.world.surfaces import ImplicitSurface
 
 U = ImplicitSurface.of_half_lengths((0.03, 0.025, 0.02), (2, 2, 4))
 V = ImplicitSurface.of_half_lengths((0.02, 0.015, 0.015), (4, 2, 2))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from palpate.studies.laws.work import Outcome, bandwidth
+from palpate_lab.studies.laws.work import Outcome, bandwidth
 from phrases.values import Maker, Result, Tie, kept, percent, rows_by
 
 

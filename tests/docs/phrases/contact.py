@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from palpate.contact.judging import PATHS, RADIUS
-from palpate.shapes.analytic import SHAPES
-from palpate.shapes.paths import tool_path
-from palpate.verify.bench.contact import CHAI3D, SIZES
+from palpate.scene.contact.judging import PATHS, RADIUS
+from palpate.world.shapes.analytic import SHAPES
+from palpate.world.shapes.paths import tool_path
+from palpate_lab.verify.bench.contact import CHAI3D, SIZES
 from phrases.values import Result, Tie
 
 NAMES = {10_000: "10k", 100_000: "100k", 1_000_000: "1M"}

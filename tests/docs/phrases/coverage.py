@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 
-from palpate.arrays.intervals import proportion
-from palpate.verify.coverage.run import ASKED, TOLD
-from palpate.verify.coverage.trial import RIGHT
+from palpate.base.arrays.intervals import proportion
+from palpate_lab.verify.coverage.run import ASKED, TOLD
+from palpate_lab.verify.coverage.trial import RIGHT
 from phrases.values import Result, Tie, kept
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from palpate.arrays.intervals import proportion
+from palpate.base.arrays.intervals import proportion
 from phrases.values import Result, Tie, control, least, most
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from palpate.arrays.intervals import proportion
-from palpate.verify.bench.tissue.ticks import CONTROL_MS
+from palpate.base.arrays.intervals import proportion
+from palpate_lab.verify.bench.tissue.ticks import CONTROL_MS
 from phrases.values import Result, Tie, control, least, most
 
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from palpate.arrays.intervals import proportion
+from palpate.base.arrays.intervals import proportion
 
 RESULTS = Path(__file__).resolve().parents[3] / "docs" / "results"
 Result = dict[str, Any]

@@ -10,8 +10,8 @@ import crtk_bag
 from rosbags.rosbag2 import StoragePlugin
 
 from palpate.arm import Arm
+from palpate.base.errors import RecordError
 from palpate.cli import main
-from palpate.errors import RecordError
 from palpate.record.bags import Bag
 from palpate.record.bags.summary import summary_of
 from palpate.viewer.bag import stage_and_ticks

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate.errors import RecordError
+from palpate.base.errors import RecordError
 from palpate.record.bags.open import open_any
 from palpate.record.bags.recover import needs_recovery
 

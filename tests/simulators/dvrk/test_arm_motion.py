@@ -251,7 +251,7 @@ def test_unknown_names_are_reported(robot):
         r.send("PSM9", "hold")
     with pytest.raises(ValueError, match="PSM1 has no command 'lock_orientation'"):
         r.send("PSM1", "lock_orientation", np.eye(3))
-    with pytest.raises(palpate.errors.ArmError, match="no arm 'PSM9'"):
+    with pytest.raises(palpate.base.errors.ArmError, match="no arm 'PSM9'"):
         robot("PSM9")
-    with pytest.raises(palpate.errors.ArmError, match="named 2 times"):
+    with pytest.raises(palpate.base.errors.ArmError, match="named 2 times"):
         robot("PSM1", "PSM1")

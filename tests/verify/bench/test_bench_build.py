@@ -7,8 +7,8 @@ import sys
 import json_contract
 import pytest
 
-from palpate.errors import PalpateError
-from palpate.verify.bench import build
+from palpate.base.errors import PalpateError
+from palpate_lab.verify.bench import build
 
 
 def test_stopwatch_writes_cpu_time_and_returns_the_exit_code(tmp_path):

@@ -5,7 +5,7 @@ from io import StringIO
 import json_contract
 from rich.console import Console
 
-from palpate.verify.bench import contact
+from palpate_lab.verify.bench import contact
 
 
 def test_row_has_the_documented_keys_and_beats_the_reference():

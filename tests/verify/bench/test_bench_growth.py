@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from palpate.cli.bench.growth import Command
-from palpate.errors import PalpateError
-from palpate.verify.bench import growth
+from palpate.base.errors import PalpateError
+from palpate_lab.commands.bench.growth import Command
+from palpate_lab.verify.bench import growth
 
 LIMITS = {
     "objects": {"cycle_p50_us": 0.11},  # twice the time for 512 objects

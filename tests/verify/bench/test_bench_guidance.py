@@ -5,7 +5,7 @@ import numpy as np
 from rich.console import Console
 
 from palpate import _guidance
-from palpate.verify.bench import guidance
+from palpate_lab.verify.bench import guidance
 
 
 def test_keys_and_table():

@@ -2,7 +2,7 @@
 
 import json_contract
 
-from palpate.verify.bench import loop
+from palpate_lab.verify.bench import loop
 
 
 def test_json_has_the_documented_keys_and_the_table_shows_them():

@@ -3,7 +3,7 @@
 import json_contract
 from rich.console import Console
 
-from palpate.verify.bench import simulate, start
+from palpate_lab.verify.bench import simulate, start
 
 SCENE = "objects: [{name: ball, sphere: {radius: 0.04}, stiffness: 300}]\nrecord: {report: false}\n"
 

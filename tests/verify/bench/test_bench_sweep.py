@@ -3,7 +3,7 @@
 import json_contract
 from rich.console import Console
 
-from palpate.verify.bench import sweep
+from palpate_lab.verify.bench import sweep
 
 
 def test_sweep_has_the_documented_keys_and_equal_numbers_on_one_and_two_processes():

@@ -10,10 +10,21 @@ import numpy as np
 import pytest
 
 from palpate import Tissue
-from palpate.cli.bench.tissue import Figure
-from palpate.contact import render
-from palpate.verify.bench.tissue import FIGURES, POISSON, YOUNG, Lab, finding, large_strain, lump, relaxing, run, table
-from palpate.verify.tissue import reference_force
+from palpate.scene.contact import render
+from palpate_lab.commands.bench.tissue import Figure
+from palpate_lab.verify.bench.tissue import (
+    FIGURES,
+    POISSON,
+    YOUNG,
+    Lab,
+    finding,
+    large_strain,
+    lump,
+    relaxing,
+    run,
+    table,
+)
+from palpate_lab.verify.tissue import reference_force
 
 
 def made(**changes):

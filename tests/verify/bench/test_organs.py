@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from palpate.mesh import Mesh
-from palpate.mesh import files as mesh_files
-from palpate.shapes.analytic import Sphere
-from palpate.verify.bench import organs
+from palpate.world.mesh import Mesh
+from palpate.world.mesh import files as mesh_files
+from palpate.world.shapes.analytic import Sphere
+from palpate_lab.verify.bench import organs
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from palpate.verify.conformance import (
+from palpate_lab.verify.conformance import (
     activation,
     damping,
     entry,
@@ -17,12 +17,12 @@ from palpate.verify.conformance import (
     rejected,
     run,
 )
-from palpate.verify.conformance.bench import DT, Answer, Bench, Motion, constant_pose, fixture
-from palpate.verify.conformance.combinations import ENGAGE, POLICIES, RELEASE, Combination
-from palpate.verify.conformance.probes import Probe, moved_to_gap, pool, probes, satisfied_pose
-from palpate.verify.conformance.roles import ROLES, angle
-from palpate.verify.conformance.run import NO_JUDGE, examine
-from palpate.verify.conformance.specimens import SPECIMENS
+from palpate_lab.verify.conformance.bench import DT, Answer, Bench, Motion, constant_pose, fixture
+from palpate_lab.verify.conformance.combinations import ENGAGE, POLICIES, RELEASE, Combination
+from palpate_lab.verify.conformance.probes import Probe, moved_to_gap, pool, probes, satisfied_pose
+from palpate_lab.verify.conformance.roles import ROLES, angle
+from palpate_lab.verify.conformance.run import NO_JUDGE, examine
+from palpate_lab.verify.conformance.specimens import SPECIMENS
 
 BALL = Combination("forbid", "sphere", "spring", "soft")
 TURNS = Combination("orient against the normal", "sphere", "spring", "soft")

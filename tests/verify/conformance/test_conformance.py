@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from palpate import _guidance, guidance
+from palpate import _guidance
+from palpate.scene import guidance
 from palpate.scene.rig import build
-from palpate.verify.conformance import (
+from palpate_lab.verify.conformance import (
     activation,
     at_rest,
     combinations,
@@ -19,11 +20,11 @@ from palpate.verify.conformance import (
     roles,
     summary,
 )
-from palpate.verify.conformance.bench import Answer, Bench, fixture
-from palpate.verify.conformance.combinations import POLICIES, Combination, unjudged
-from palpate.verify.conformance.laws import LAWS
-from palpate.verify.conformance.run import CHECKS, NO_JUDGE
-from palpate.verify.conformance.specimens import SPECIMENS
+from palpate_lab.verify.conformance.bench import Answer, Bench, fixture
+from palpate_lab.verify.conformance.combinations import POLICIES, Combination, unjudged
+from palpate_lab.verify.conformance.laws import LAWS
+from palpate_lab.verify.conformance.run import CHECKS, NO_JUDGE
+from palpate_lab.verify.conformance.specimens import SPECIMENS
 
 FEW = 8
 ALL = combinations()

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import pytest
 
-from palpate.verify.conformance import activation, at_rest, bench, damping, master
-from palpate.verify.conformance.bench import Answer, Bench, Motion, fixture
-from palpate.verify.conformance.combinations import Combination
-from palpate.verify.conformance.laws import B_TURN, K_TURN, B, K
+from palpate_lab.verify.conformance import activation, at_rest, bench, damping, master
+from palpate_lab.verify.conformance.bench import Answer, Bench, Motion, fixture
+from palpate_lab.verify.conformance.combinations import Combination
+from palpate_lab.verify.conformance.laws import B_TURN, K_TURN, B, K
 
 BALL = Combination("forbid", "sphere", "spring", "soft")
 RCM = Combination("rcm", "point", "spring", "hard")

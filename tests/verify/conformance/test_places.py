@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from palpate import _core, _verify
-from palpate.verify.conformance import billing, combinations, drawn, examine, in_motion, rejected, sample, summary
-from palpate.verify.conformance.bench import DT, Answer, Bench, Motion
-from palpate.verify.conformance.combinations import Combination
-from palpate.verify.conformance.probes import POOL, pool, probes, rejected_poses
-from palpate.verify.conformance.run import CHECKS
+from palpate_lab.verify.conformance import billing, combinations, drawn, examine, in_motion, rejected, sample, summary
+from palpate_lab.verify.conformance.bench import DT, Answer, Bench, Motion
+from palpate_lab.verify.conformance.combinations import Combination
+from palpate_lab.verify.conformance.probes import POOL, pool, probes, rejected_poses
+from palpate_lab.verify.conformance.run import CHECKS
 
 EDGE = Combination("forbid", "box", "spring", "soft")
 HARD = replace(EDGE, policy="hard")

@@ -6,13 +6,23 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from palpate.verify.conformance import activation, at_rest, bench, billing, damping, entry, in_motion, live, rejected
-from palpate.verify.conformance.bench import DT, Answer, Motion
-from palpate.verify.conformance.combinations import POLICIES, Combination, combinations, sample
-from palpate.verify.conformance.laws import LAWS
-from palpate.verify.conformance.probes import Probe, _has_discontinuity, moved_to_gap, pool, smooth
-from palpate.verify.conformance.roles import ROLES, gradient, moved, nearest
-from palpate.verify.conformance.specimens import SPECIMENS
+from palpate_lab.verify.conformance import (
+    activation,
+    at_rest,
+    bench,
+    billing,
+    damping,
+    entry,
+    in_motion,
+    live,
+    rejected,
+)
+from palpate_lab.verify.conformance.bench import DT, Answer, Motion
+from palpate_lab.verify.conformance.combinations import POLICIES, Combination, combinations, sample
+from palpate_lab.verify.conformance.laws import LAWS
+from palpate_lab.verify.conformance.probes import Probe, _has_discontinuity, moved_to_gap, pool, smooth
+from palpate_lab.verify.conformance.roles import ROLES, gradient, moved, nearest
+from palpate_lab.verify.conformance.specimens import SPECIMENS
 
 BALL = Combination("forbid", "sphere", "spring", "soft")
 TURNS = Combination("orient against the normal", "sphere", "spring", "soft")

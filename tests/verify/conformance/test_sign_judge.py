@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from palpate.verify.conformance import at_rest
-from palpate.verify.conformance.bench import Answer, Bench
-from palpate.verify.conformance.combinations import Combination
+from palpate_lab.verify.conformance import at_rest
+from palpate_lab.verify.conformance.bench import Answer, Bench
+from palpate_lab.verify.conformance.combinations import Combination
 
 SOFT = Combination("forbid", "sphere", "spring", "soft")
 HARD = Combination("forbid", "sphere", "spring", "hard")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from palpate.verify.conformance import (
+from palpate_lab.verify.conformance import (
     at_rest,
     bench,
     damping,
@@ -19,12 +19,12 @@ from palpate.verify.conformance import (
     rejected,
     roles,
 )
-from palpate.verify.conformance.bench import Answer, Bench, Motion, constant_pose, fixture
-from palpate.verify.conformance.combinations import Combination
-from palpate.verify.conformance.laws import B_TURN, B
-from palpate.verify.conformance.probes import Probe, is_smooth, smooth
-from palpate.verify.conformance.roles import ROLES, gradient, nearest
-from palpate.verify.conformance.specimens import BOX, SPECIMENS, TUBE, _curve
+from palpate_lab.verify.conformance.bench import Answer, Bench, Motion, constant_pose, fixture
+from palpate_lab.verify.conformance.combinations import Combination
+from palpate_lab.verify.conformance.laws import B_TURN, B
+from palpate_lab.verify.conformance.probes import Probe, is_smooth, smooth
+from palpate_lab.verify.conformance.roles import ROLES, gradient, nearest
+from palpate_lab.verify.conformance.specimens import BOX, SPECIMENS, TUBE, _curve
 
 BALL = Combination("forbid", "sphere", "spring", "soft")
 HARD = replace(BALL, policy="hard")

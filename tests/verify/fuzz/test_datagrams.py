@@ -7,8 +7,8 @@ import pytest
 from palpate.cli import main
 
 pytest.importorskip("cryptography", reason="links need the extra remote")
-from palpate.network import channel as channels
-from palpate.verify.fuzz import FaultError, datagrams
+from palpate.session.network import channel as channels
+from palpate_lab.verify.fuzz import FaultError, datagrams
 
 
 def test_no_packet_of_a_stranger_is_accepted():

@@ -2,9 +2,9 @@
 
 import pytest
 
-from palpate.errors import OutputError
-from palpate.verify import fuzz
-from palpate.verify.fuzz import campaign, contact, files
+from palpate.base.errors import OutputError
+from palpate_lab.verify import fuzz
+from palpate_lab.verify.fuzz import campaign, contact, files
 
 
 @pytest.mark.parametrize("first", range(0, 400, 50))

@@ -9,10 +9,10 @@ import pytest
 import yaml
 
 from palpate.arm.gravity_model import GravityModel
-from palpate.errors import ArmError, RecordingError, SurfaceError
+from palpate.base.errors import ArmError, RecordingError, SurfaceError
 from palpate.session.session import Session
-from palpate.surfaces import DistanceGrid
-from palpate.verify.fuzz import FaultError, contact, grids, models, packets, records, scenes, tables
+from palpate.world.surfaces import DistanceGrid
+from palpate_lab.verify.fuzz import FaultError, contact, grids, models, packets, records, scenes, tables
 
 
 def cases(target, count):

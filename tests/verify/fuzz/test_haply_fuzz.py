@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.verify.fuzz import FaultError, haply
+from palpate_lab.verify.fuzz import FaultError, haply
 
 
 def test_damaged_messages_of_haplys_service():

@@ -5,11 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from palpate.verify.fuzz import FaultError, loops
-from palpate.verify.fuzz.loops import kinds, port, reduce
-from palpate.verify.fuzz.loops.kinds import Loop
-from palpate.verify.fuzz.loops.verdict import judge
-from palpate.verify.fuzz.loops.ways import Way
+from palpate_lab.verify.fuzz import FaultError, loops
+from palpate_lab.verify.fuzz.loops import kinds, port, reduce
+from palpate_lab.verify.fuzz.loops.kinds import Loop
+from palpate_lab.verify.fuzz.loops.verdict import judge
+from palpate_lab.verify.fuzz.loops.ways import Way
 
 K, R, r = 800.0, 0.01, 0.002  # [N/m], [m], [m]
 

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from palpate.cli import main
-from palpate.trackers import gate as tracker_gate
-from palpate.verify import fuzz
-from palpate.verify.fuzz import FaultError, ports
-from palpate.verify.fuzz.ports import node, openigtlink, simulator, viewer
+from palpate.sensing.trackers import gate as tracker_gate
+from palpate_lab.verify import fuzz
+from palpate_lab.verify.fuzz import FaultError, ports
+from palpate_lab.verify.fuzz.ports import node, openigtlink, simulator, viewer
 
 
 def first_fault(case, cases=30):

@@ -6,9 +6,9 @@ The closed forms come from integral equations, the reference from finite element
 import numpy as np
 import pytest
 
-from palpate.tissue import indentation
-from palpate.verify.tissue import axisymmetric, reference, reference_force, solid
-from palpate.verify.tissue.axisymmetric import Indentation
+from palpate.world.tissue import indentation
+from palpate_lab.verify.tissue import axisymmetric, reference, reference_force, solid
+from palpate_lab.verify.tissue.axisymmetric import Indentation
 
 R, E = 8e-3, 5e3
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from palpate.errors import PalpateError, RecordError
+from palpate.base.errors import PalpateError, RecordError
 from palpate.export.demonstration import Demonstration
 from palpate.export.episode import Episode, episode_of
 from palpate.export.formats.lerobot.alike import require_alike

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from palpate.errors import RecordError
+from palpate.base.errors import RecordError
 from palpate.export.demonstration import Demonstration
 
 _FREE = {"seed", "duration", "record", "operator"}

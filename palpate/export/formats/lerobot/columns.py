@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.arrays import Array, so3
+from palpate.base.arrays import Array, so3
 from palpate.export.episode import ArmOfEpisode, Episode
 from palpate.export.frames import PEAKS, WRENCH
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from palpate.errors import MissingExtraError, RecordError
+from palpate.base.errors import MissingExtraError, RecordError
 from palpate.export.formats.lerobot.columns import Column
 from palpate.export.formats.lerobot.statistics import Moments, joined, moments, of_columns
 from palpate.export.video.film import Clip

@@ -1,0 +1,34 @@
+"""`palpate bench guidance`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import arg
+
+from palpate.cli.terminal.output import console_for, require_writable, say, write_json
+
+
+@dataclass
+class Command:
+    """Measure virtual fixtures: one on a mesh of a million triangles, and a hundred constraints at once.
+
+    examples:
+      palpate bench guidance
+    """
+
+    json: Annotated[Path | None, arg(metavar="FILE")] = None
+    """Write the figures as JSON (docs/json.md); - for the standard output."""
+
+    def __call__(self) -> int:
+        """Measure, print the table, write the JSON contract."""
+        from palpate_lab.verify.bench import guidance
+
+        console = console_for(self.json)
+        require_writable(self.json)
+        figures = guidance.run(on_progress=lambda text: say(console, text))
+        console.print(guidance.table(figures))
+        write_json(self.json, figures)
+        return 0

@@ -1,0 +1,74 @@
+"""Slow loops without the passivity layer: work of the hand along a way, at steps that may be halved."""
+
+from __future__ import annotations
+
+import copy
+from typing import Any
+
+import numpy as np
+
+from palpate.base.arrays import Array
+from palpate.base.arrays.plain import Content
+from palpate_lab.verify.fuzz.loops import files
+from palpate_lab.verify.fuzz.loops.device import Device
+from palpate_lab.verify.fuzz.loops.port import rotations, work_at_rest
+from palpate_lab.verify.fuzz.loops.ways import Way
+
+STEP, CORNERS = 1.5e-4, 20
+"""Distance of the samples of a way [m], and least number of samples on an edge, before any halving."""
+DWELL = 2
+"""Ticks at each place: contacts follow the motion of the tool by one tick."""
+
+
+def at_rest(way: Way, cycles: int, device: Device, halvings: int) -> tuple[float, float]:
+    """Work at rest at every place, and the largest energy put in before [J]."""
+    p, theta = way.samples(STEP * 0.5**halvings, CORNERS * 2**halvings)
+    X = np.repeat(device.handle(p, theta), DWELL, axis=0)
+    if cycles > 1:
+        X = np.concatenate([X, *[X[DWELL:]] * (cycles - 1)])
+    F = device.wrenches(X)
+    return _ends(work_at_rest(F[DWELL - 1 :: DWELL], X[DWELL - 1 :: DWELL]))
+
+
+def on_tissue(way: Way, device: Device, speed: float) -> tuple[float, float]:
+    """Work on a soft body at a slow speed [m/s], and the largest energy put in before [J]."""
+    p, theta = way.timed(speed, 1.0, device.period)
+    X = device.handle(p, theta)
+    X = np.concatenate([X, X[-1:]])
+    return _ends(work_at_rest(device.wrenches(X)[1:], X[:-1]))  # the tool follows by one tick
+
+
+def on_moving_object(way: Way, scene: Content, halvings: int) -> tuple[float, float]:
+    """Work on one object that moves, relative to it: the hand's and that of whatever moves the object [J].
+
+    The periods of its motion in the scene are in units of the duration of the way, and its velocities in units of one
+    over that duration. The contact of a tick belongs to the tool of the tick before and the object of this tick.
+    """
+    p, _ = way.samples(STEP * 0.5**halvings, CORNERS * 2**halvings)
+    one = copy.deepcopy(scene)
+    motion, duration = one["objects"][0]["motion"], len(p) / scene["rates"]["haptic"]
+    motion["period"] *= duration
+    for key in ("velocity", "spin_deg"):
+        motion[key] = [value / duration for value in motion[key]]
+    device = Device(one, files.folder())
+    t = np.asarray(device.period * np.arange(len(p)), dtype=np.float64)
+    R, shift = _motion(motion, t)
+    about = np.array(one["objects"][0]["pose"]["xyz"])
+    p_tool = np.einsum("nij,nj->ni", R, p - about) + about + shift
+    X = device.handle(p_tool, np.zeros_like(p))
+    F_W = device.force_in_world(device.wrenches(X, t))
+    late = np.concatenate([p_tool[:1], p_tool[:-1]])
+    q = np.einsum("nji,nj->ni", R, late - about - shift)
+    F_O = np.einsum("nji,nj->ni", R, F_W)
+    return _ends(np.append(0.0, -np.cumsum((0.5 * (F_O[1:] + F_O[:-1]) * np.diff(q, axis=0)).sum(axis=1))))
+
+
+def _motion(motion: Any, t: Array) -> tuple[Array, Array]:
+    """Rotation (n, 3, 3) about the centre and translation (n, 3) [m] of an object's motion at times (n,) [s]."""
+    wave = np.sin(2 * np.pi * t / motion["period"] + np.radians(motion["phase_deg"]))[:, None]
+    theta = np.radians(wave * motion["turn_deg"] + t[:, None] * motion["spin_deg"])
+    return rotations(theta), wave * motion["amplitude"] + t[:, None] * motion["velocity"]
+
+
+def _ends(done: Array) -> tuple[float, float]:
+    return float(done[-1]), float(done.max() - done.min())

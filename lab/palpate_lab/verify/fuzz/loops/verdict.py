@@ -1,0 +1,106 @@
+"""The verdict on a loop: neither direction may hand out energy, once the error of sampling is told apart."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from palpate_lab.verify.fuzz.loops import felt, files, slow
+from palpate_lab.verify.fuzz.loops.device import Device
+from palpate_lab.verify.fuzz.loops.kinds import Loop
+from palpate_lab.verify.fuzz.loops.ways import Way
+
+SHARE = 2e-3
+"""Energy that a slow loop may return, relative to the largest energy stored on its way [-]."""
+LEAST = 3e-7
+"""Energy that a slow loop may return in any case [J]."""
+HALVINGS = 4
+"""Largest number of halvings of the steps."""
+_SURE = 0.02  # relative change at a halving, below which the work is known
+_SHARE_OF_TISSUE = 1e-2  # in place of SHARE: a soft body is never at rest
+
+Work = tuple[float, float]
+"""Work of the hand, and the largest energy that it had put in [J]."""
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a loop returned."""
+
+    work: float  #: work of the hand over the loop; felt: the least work up to any tick [J]
+    stored: float  #: largest energy that the hand had put in on the way [J]
+    bound: float  #: least work that is allowed [J]
+    backwards: bool = False  #: the direction in which the work is the least
+    error: float = 0.0  #: distance of the work from its limit for small steps [J]
+    resolved: bool = True  #: False: halving the steps still changed the work
+
+    @property
+    def fails(self) -> bool:
+        """True if the loop hands out energy."""
+        return self.work < self.bound
+
+    @property
+    def excess(self) -> float:
+        """Energy handed out relative to the stored energy [-]."""
+        return (self.bound - self.work) / max(self.stored, LEAST)
+
+    def words(self) -> str:
+        """The verdict in words."""
+        way = "backwards" if self.backwards else "forwards"
+        known = f"+- {1e6 * self.error:.3g} uJ" if self.resolved else f"still changing by {1e6 * self.error:.3g} uJ"
+        return (
+            f"{1e6 * self.work:.4g} uJ put in by the hand {way} ({known}), at least {1e6 * self.bound:.3g} uJ "
+            f"allowed, {1e6 * self.stored:.4g} uJ stored"
+        )
+
+
+def judge(loop: Loop, device: Device | None = None) -> Verdict:
+    """Run a loop and judge it.
+
+    Args:
+        loop: the loop.
+        device: a device with its scene; made when left out.
+
+    Raises:
+        PalpateError: the scene cannot run.
+    """
+    if loop.run == "session":
+        return Verdict(*felt.in_session(loop.scene))
+    device = device or Device(loop.scene, files.folder())
+    if loop.run == "still":
+        return _both_ways(loop, lambda way, k: slow.at_rest(way, loop.cycles, device, k))
+    if loop.run == "moving":
+        return _both_ways(loop, lambda way, k: slow.on_moving_object(way, loop.scene, k))
+    if loop.run == "soft":
+        return _both_ways(loop, lambda way, k: slow.on_tissue(way, device, loop.speed * 0.5**k), 2, _SHARE_OF_TISSUE)
+    return Verdict(*felt.by_hand(loop, device))
+
+
+def _both_ways(loop: Loop, run: Callable[[Way, int], Work], halvings: int = HALVINGS, share: float = SHARE) -> Verdict:
+    """Both directions, with steps halved until the work is known or allowed; run(way, number of halvings)."""
+    found: list[Work] = []  # of the worse direction, at each halving
+    worst, bound, limit = 0, 0.0, 0.0
+    for halving in range(halvings + 1):
+        runs = [run(way, halving) for way in (loop.way, loop.way.backwards())]
+        if halving == 0:
+            bound = -(share * max(stored for _, stored in runs) + LEAST)
+            worst = int(np.argmin([work for work, _ in runs]))
+        found.append(runs[worst])
+        limit = _limit([work for work, _ in found])
+        if min(work for work, _ in runs) >= bound or (halving > 1 and limit >= bound):
+            break
+        if halving > 0 and abs(found[-1][0] - found[-2][0]) < _SURE * abs(found[-1][0]):
+            break
+    work, stored = found[-1]
+    error = abs(limit - work) if len(found) > 1 else 0.0
+    return Verdict(max(work, limit), stored, bound, worst == 1, error, error < 0.3 * abs(limit) or limit >= bound)
+
+
+def _limit(work: list[float]) -> float:
+    """The limit of works whose steps were halved each time: by Aitken's formula if their changes fall, or the last."""
+    if len(work) < 3:
+        return work[-1]
+    before, last = work[-2] - work[-3], work[-1] - work[-2]
+    return work[-1] + last * last / (before - last) if abs(last) < 0.8 * abs(before) else work[-1]

@@ -1,5 +1,0 @@
-"""Rigid bodies that tools grasp, move and feel: their sections of a scene, and the engine that moves them."""
-
-from palpate.bodies.sections import BodySection, EngineSection
-
-__all__ = ["BodySection", "EngineSection"]

@@ -1,0 +1,94 @@
+"""`palpate serve follower`."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from tyro.conf import Positional, arg
+
+from palpate.cli.terminal import HOST
+
+if TYPE_CHECKING:
+    from palpate.ros.patient import RosPatient
+    from palpate.scene.rig import Rig
+
+
+@dataclass
+class Command:
+    """Let an instrument, simulated or an arm over ROS 2, follow an operator across the network (docs/network.md).
+
+    examples:
+      palpate serve follower remote
+      palpate serve follower my.yaml --host 192.168.1.7 --port 7410 --key link.key
+      palpate serve follower my.yaml --arm PSM1 --force /PSM1/tissue_cf
+
+    The operator's end is `palpate run SCENE --remote HOST:PORT` with the same scene and the same key. Ctrl-C ends it.
+    """
+
+    scene: Positional[Path]
+    """Scene file (YAML), or the name of a shipped scene."""
+    port: int = 7410
+    """Port of UDP and TCP; 0: any free one, which is printed."""
+    host: str = HOST
+    """Address on which it listens: 127.0.0.1 for this machine only."""
+    key: Annotated[Path | None, arg(metavar="FILE")] = None
+    """The shared key; default: that of `palpate keys`."""
+    arm: str | None = None
+    """Name of an arm over ROS 2 that follows by CRTK's servo_cp, such as PSM1, with the base of the scene's follower; a
+    simulated instrument when left out."""
+    force: Annotated[str | None, arg(metavar="TOPIC")] = None
+    """With --arm: topic of the measured force of the tissue on the tool (WrenchStamped)."""
+    force_axes: Literal["base", "tip"] = "base"
+    """With --arm: axes of that force, of the arm's base (as its measured_cp) or of its tip."""
+    network: bool = False
+    """With --arm: ROS 2 communicates with other machines; otherwise only within this one."""
+
+    def __call__(self) -> int:
+        """Serve until Ctrl-C; returns the exit code."""
+        from rich.console import Console
+
+        from palpate.base import stop_signals
+        from palpate.cli.terminal.output import say
+        from palpate.scene import Scene
+        from palpate.scene.rig import build
+        from palpate.scene.together import build_pairs
+        from palpate.session.network.keys import default_path, read_key, require_cryptography
+        from palpate.session.remote.site import FollowerServer
+
+        require_cryptography()
+        key, console = read_key(self.key or default_path()), Console()
+        scene = Scene.load(self.scene)
+        rigs = build_pairs(scene) if scene.pairs else {"": build(scene)}
+        rate = scene.remote.rate if scene.remote is not None else 1000.0
+        arms = self._arms(rigs, lambda line: say(console, line))
+        server = FollowerServer(rigs, key, self.host, self.port, rate, lambda line: say(console, line), arms)
+        say(console, f"listening on {self.host} port {server.port}; Ctrl-C ends it")
+        with stop_signals.deferred(server.stopped):
+            server.run()
+        counts = f"{server.ticks} ticks, {server.missed} missed, {server.sent} packets sent, {server.strangers} refused"
+        say(console, f"{counts}, largest force {server.largest:.2f} N, {server.cpu:.2f} s of processor time")
+        return 0
+
+    def _arms(self, rigs: Mapping[str, Rig], on_change: Callable[[str], None]) -> list[RosPatient]:
+        """The arm over ROS 2; none for simulated instruments."""
+        from palpate.base.errors import PalpateError
+
+        if self.arm is None:
+            if self.force is not None:
+                raise PalpateError(f"--force {self.force}: a simulated instrument measures its own force",
+                                   mend="name the arm as well: --arm PSM1")  # fmt: skip
+            return []
+        if len(rigs) > 1:
+            raise PalpateError(f"--arm {self.arm}: one arm cannot follow the {len(rigs)} pairs of this scene",
+                               mend="leave --arm out, or run one pair as a scene of its own")  # fmt: skip
+        if self.force is None:
+            raise PalpateError(f"--arm {self.arm}: the force of the tissue on its tool is not known",
+                               why="the site learns the tissue from it, and keeps it below 3 N",
+                               mend="give the topic of a force sensor: --force /NAME/measured_cf")  # fmt: skip
+        from palpate.ros.patient import RosPatient
+
+        (rig,) = rigs.values()
+        return [RosPatient(rig, self.arm, self.force, self.force_axes, self.network, on_change)]

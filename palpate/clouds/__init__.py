@@ -1,5 +1,0 @@
-"""Point clouds: points in space with optional normals and colours, and the files that hold them."""
-
-from palpate.clouds.cloud import MAX_POINTS, PointCloud
-
-__all__ = ["MAX_POINTS", "PointCloud"]

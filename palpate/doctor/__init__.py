@@ -1,6 +1,0 @@
-"""What a machine has and lacks for Palpate, and how to fix what is missing: `palpate doctor`."""
-
-from palpate.doctor.examination import TOPICS, examine
-from palpate.doctor.finding import Finding
-
-__all__ = ["TOPICS", "Finding", "examine"]

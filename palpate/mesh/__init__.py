@@ -1,5 +1,0 @@
-"""Triangle meshes: files, checks, repairs (`palpate.Mesh`)."""
-
-from palpate.mesh.mesh import Mesh, Unit, quiet
-
-__all__ = ["Mesh", "Unit", "quiet"]

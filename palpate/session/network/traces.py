@@ -1,0 +1,109 @@
+"""Measured delays of a network as a trace of the emulator: from a table, or from captured packets."""
+
+from __future__ import annotations
+
+import csv
+import struct
+from pathlib import Path
+
+import numpy as np
+
+from palpate.base import limits
+from palpate.base.arrays import Array
+from palpate.base.arrays.checks import is_number
+from palpate.base.errors import PalpateError
+
+Trace = list[tuple[float, float]]
+"""(time, delay) [s]; a negative delay is a loss."""
+
+_MAGIC = {0xA1B2C3D4: 1e-6, 0xA1B23C4D: 1e-9}
+"""Resolution of the time stamps of a pcap file by its first word [s]."""
+_LEAST = 10
+_SPARSE = 100  # most periods a packet: more of them are no stream
+_WINDOW = 200  # packets over which the sender's period is taken as constant
+
+
+def read_trace(path: str | Path) -> Trace:
+    """The trace of a file.
+
+    A table (.csv) has the columns time and delay [s], with or without a line of names; an empty or negative delay is a
+    loss. A capture (.pcap) holds the packets of one stream with a constant period, as they arrived: the delay of each
+    is how much later it came than the earliest line of that period allows, and gaps are losses. The smallest delay
+    cannot be seen at one end, and is 0.
+
+    Raises:
+        PalpateError: the file does not exist, is no such file, or holds too few packets.
+    """
+    path = Path(path)
+    try:
+        limits.require_file(path)
+        trace = _of_table(path) if path.suffix == ".csv" else _of_arrivals(path, _arrivals(path))
+    except FileNotFoundError:
+        raise PalpateError(f"{path}: there is no such file", mend="give a trace: FILE.csv or FILE.pcap") from None
+    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        raise PalpateError(
+            f"{path}: the trace cannot be read", why=str(error)[:200], mend="give FILE.csv or FILE.pcap"
+        ) from None
+    arrived = sum(delay >= 0.0 for _, delay in trace)
+    if len(trace) < 2 or arrived == 0:
+        raise PalpateError(f"{path}: {arrived} usable packets", mend="record at least a few seconds")
+    return trace
+
+
+def _of_table(path: Path) -> Trace:
+    out: Trace = []
+    for number, row in enumerate(csv.reader(limits.read_text(path, limits.MOST_TABLE).splitlines()), 1):
+        if not row or (number == 1 and not is_number(row[0])):
+            continue
+        try:
+            delay = row[1].strip() if len(row) > 1 else ""
+            out.append((float(row[0]), float(delay) if delay else -1.0))
+        except ValueError:
+            what = f"{path}, line {number}: {','.join(row)[:60]!r} is no time and delay"
+            raise PalpateError(what, mend="write seconds, e.g. 0.25,0.041") from None
+    table = np.array(out).reshape(-1, 2)
+    if not np.isfinite(table).all():
+        raise PalpateError(f"{path}: times and delays must be finite", mend="leave the delay of a lost packet empty")
+    if (np.diff(table[:, 0]) <= 0.0).any():
+        raise PalpateError(f"{path}: times must increase", mend="sort the rows by time")
+    return out
+
+
+def _arrivals(path: Path) -> Array:
+    """Times of the packets of a pcap file [s]."""
+    data = limits.read_bytes(path, limits.MOST_TABLE)
+    for order in "<>":
+        if len(data) >= 24 and (magic := struct.unpack(order + "I", data[:4])[0]) in _MAGIC:
+            break
+    else:
+        mend = "record it with tcpdump -w FILE.pcap (pcapng: editcap -F pcap)"
+        raise PalpateError(f"{path}: this is no pcap file", mend=mend)
+    times, at = [], 24
+    while at + 16 <= len(data):
+        seconds, fraction, length = struct.unpack(order + "III", data[at : at + 12])
+        times.append(seconds + _MAGIC[magic] * fraction)
+        at += 16 + length
+    return np.array(times)
+
+
+def _of_arrivals(path: Path, arrivals: Array) -> Trace:
+    """Delays of a stream with a constant period, relative to the earliest packets."""
+    if len(arrivals) < _LEAST:
+        raise PalpateError(f"{path}: {len(arrivals)} packets", mend="record at least a few seconds of one stream")
+    arrivals = np.sort(arrivals) - arrivals.min()
+    period = float(np.median(np.diff(arrivals)))
+    if not period > 0.0:
+        raise PalpateError(
+            f"{path}: packets have no period", mend="filter the capture to one stream with a constant rate"
+        )
+    number = np.round(arrivals / period).astype(int)
+    number = np.maximum.accumulate(number)
+    slots = int(number[-1]) + 1
+    if slots > _SPARSE * len(arrivals):
+        mend = "filter the capture to one stream with a constant rate"
+        raise PalpateError(f"{path}: {len(arrivals)} packets in {slots} periods of {period:g} s", mend=mend)
+    late = np.full(slots, -1.0)
+    lag = arrivals - period * number
+    floor = np.array([lag[max(i - _WINDOW, 0) : i + _WINDOW].min() for i in range(len(lag))])
+    late[number] = lag - floor
+    return [(period * k, float(late[k])) for k in range(slots)]

@@ -1,6 +1,0 @@
-"""Words for invalid values of the files that people write: the message for one of pydantic's errors."""
-
-from palpate.values.wording.keys import Place, place_in_file
-from palpate.values.wording.message import describe
-
-__all__ = ["Place", "describe", "place_in_file"]

@@ -1,5 +1,0 @@
-"""References for soft tissue that share no code with the product: a fine axisymmetric finite element model."""
-
-from palpate.verify.tissue.reference import PATH, reference_force
-
-__all__ = ["PATH", "reference_force"]

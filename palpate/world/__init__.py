@@ -1,0 +1,1 @@
+"""What an instrument meets: meshes, surfaces, clouds, soft and rigid bodies, and where each is (frames, registration)."""

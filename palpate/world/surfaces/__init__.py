@@ -1,0 +1,23 @@
+"""Surfaces other than meshes: primitives, distance grids, point clouds and the paper's implicit surface.
+
+They are accepted wherever a mesh is: in ``palpate.contact.render(surface=...)``, and by name in scene files.
+"""
+
+from palpate.world.surfaces.grid import DistanceGrid
+from palpate.world.surfaces.implicit import ImplicitSurface
+from palpate.world.surfaces.points import LiveCloud, PointSurface
+from palpate.world.surfaces.primitives import Box, Capsule, Cylinder, Plane, Sphere
+from palpate.world.surfaces.surface import Surface
+
+__all__ = [
+    "Box",
+    "Capsule",
+    "Cylinder",
+    "DistanceGrid",
+    "ImplicitSurface",
+    "LiveCloud",
+    "Plane",
+    "PointSurface",
+    "Sphere",
+    "Surface",
+]
