@@ -5,11 +5,10 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from palpate.renamed import NAMES, RENAMED, install, missing_name
-
 if TYPE_CHECKING:
     from palpate import planning as planning
     from palpate.arm import Arm as Arm
+    from palpate.base.errors import PalpateError as PalpateError
     from palpate.devices import Haptics as Haptics
     from palpate.devices.certificate import DeviceModel as DeviceModel
     from palpate.devices.certificate import certify as certify
@@ -36,6 +35,7 @@ __all__ = [
     "Fixture",
     "Haptics",
     "Mesh",
+    "PalpateError",
     "PointCloud",
     "Record",
     "Scene",
@@ -59,6 +59,7 @@ _MODULE_OF = {
     "Fixture": "palpate.scene.guidance",
     "Haptics": "palpate.devices",
     "Mesh": "palpate.world.mesh",
+    "PalpateError": "palpate.base.errors",
     "PointCloud": "palpate.world.clouds",
     "Record": "palpate.record",
     "Scene": "palpate.scene",
@@ -67,6 +68,15 @@ _MODULE_OF = {
     "Variation": "palpate.session.batch",
     "certify": "palpate.devices.certificate",
     "simulate": "palpate.session.batch",
+}
+
+_MODULES = {
+    "contact": "palpate.scene.contact",
+    "guidance": "palpate.scene.guidance",
+    "planning": "palpate.planning",
+    "registration": "palpate.world.registration",
+    "shapes": "palpate.world.shapes",
+    "surfaces": "palpate.world.surfaces",
 }
 
 
@@ -99,13 +109,6 @@ def __getattr__(name: str) -> Any:
         return extension(name)
     if name in _MODULE_OF:
         return getattr(import_module(_MODULE_OF[name]), name)
-    if name in ("contact", "guidance", "planning", "registration", "shapes", "surfaces"):
-        return import_module(f"palpate.{name}")
-    if f"palpate.{name}" in RENAMED:
-        raise AttributeError(f"palpate.{name} is now {RENAMED[f'palpate.{name}']}")
-    if f"palpate.{name}" in NAMES:
-        raise missing_name("palpate", name)
+    if name in _MODULES:
+        return import_module(_MODULES[name])
     raise AttributeError(f"module 'palpate' has no attribute {name!r}. Available: {', '.join(__all__)}")
-
-
-install()

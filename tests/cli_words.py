@@ -13,7 +13,7 @@ def parse(words):
 
     group, left = palpate.cli, words[1:]
     while left and left[0] not in ("-h", "--help", "--version"):
-        members = entries(getattr(group, "MEMBERS", group.__name__), getattr(group, "FIRST", ()))
+        members = entries(getattr(group, "MEMBERS", (group.__name__,)), getattr(group, "FIRST", ()))
         if left[0] not in members and hasattr(group, "OTHERWISE"):
             left = [group.OTHERWISE, *left]
         assert left[0] in members, f"no command {left[0]!r}"

@@ -37,23 +37,23 @@ SLOW = "-k=not " + " and not ".join(
 )
 """Tests that take long, and tests of pictures. Modules that only draw are not mutated."""
 GROUPS = {
-    "units": (["values/*.py"], ["scene_file/test_scene_values.py", "scene_file/test_values_refused.py"]),
+    "units": (["palpate/base/values/*.py"], ["scene_file/test_scene_values.py", "scene_file/test_values_refused.py"]),
     "report energies": (
-        ["report/energy.py", "report/summary.py", "session/summary.py"],
+        ["palpate/report/energy.py", "palpate/report/summary.py", "palpate/session/summary.py"],
         ["report/test_report_summary.py", "report/test_report_elements.py", "report/test_report_touches.py",
          "report/test_report_page.py", "report/test_summary_totals.py"]),
-    "operators": (["operators/*.py"], ["operators"]),
-    "certificate": (["certificate/[!f]*.py"], ["certificate"]),
+    "operators": (["palpate/simulators/operators/*.py"], ["operators"]),
+    "certificate": (["palpate/devices/certificate/[!f]*.py"], ["certificate"]),
     "studies": (
-        ["studies/guidance/effects.py", "studies/guidance/work.py", "studies/guidance/cues.py",
-         "studies/guidance/tasks.py", "studies/wall/fit.py", "studies/wall/bench.py", "studies/wall/work.py",
-         "studies/passivity/work.py", "studies/certificate/[!f]*.py"],
+        [f"lab/palpate_lab/studies/{name}" for name in (
+            "guidance/effects.py", "guidance/work.py", "guidance/cues.py", "guidance/tasks.py", "wall/fit.py",
+            "wall/bench.py", "wall/work.py", "passivity/work.py", "certificate/[!f]*.py")],
         ["studies/test_study_certificate.py", "studies/test_study_wall.py", "studies/test_study_passivity.py",
          "studies/test_study_guidance.py", "studies/test_guidance_trials.py",
          "certificate/test_scene_certificate.py"]),
-    "conformance": (["verify/conformance/*.py"], ["verify/conformance"]),
+    "conformance": (["lab/palpate_lab/verify/conformance/*.py"], ["verify/conformance"]),
 }  # fmt: skip
-"""Modules of `palpate` to mutate, and the tests that hold their claims."""
+"""Modules to mutate, and the tests that hold their claims."""
 PRELOADED = ("pytest", "numpy", "scipy.optimize", "scipy.spatial.transform", "scipy.linalg", "scipy.signal",
              "scipy.stats", "hypothesis", "pydantic", "yaml", "trimesh", "tyro", "rich.console", "mcap.reader",
              "mcap.writer")  # fmt: skip
@@ -139,7 +139,7 @@ def examine(group: str, sample: int, seed: int, every: bool) -> tuple[int, list[
     patterns, names = GROUPS[group]
     suite = Suite(ROOT, [f"tests/{name}" for name in names], [SLOW])
     rng = random.Random(f"{seed} {group}")
-    paths = sorted({path for pattern in patterns for path in (ROOT / "palpate").glob(pattern)})
+    paths = sorted({path for pattern in patterns for path in ROOT.glob(pattern)})
     if group != "units":
         load(PRELOADED_BUT_FOR_UNITS)
     if early := [path for path in paths if str(path) in {getattr(one, "__file__", "") for one in sys.modules.values()}]:

@@ -35,6 +35,7 @@ NAVIGATION = {
     "Records and studies": "record metrics studies coverage operators paper requirements * json json/*",
     "Python": "/api/*",
     "Project": "/ARCHITECTURE /NOTATION /CONTRIBUTING changes extending security /SECURITY /CHANGELOG",
+    "History": "decisions/* history/*",
 }
 #: Languages of the files in folders of examples.
 CODE = {".py": "python", ".cpp": "cpp", ".hpp": "cpp", ".toml": "toml", ".txt": "cmake", ".yaml": "yaml"}
@@ -121,7 +122,7 @@ def reference(pages: Path) -> None:
         if name.startswith("_"):
             continue
         module = palpate._MODULE_OF.get(name)
-        place = f"{module}.{name}" if module else f"palpate.{name}"
+        place = f"{module}.{name}" if module else palpate._MODULES.get(name, f"palpate.{name}")
         (pages / "api" / f"{name}.md").write_text(f"# palpate.{name}\n\n::: {place}\n", encoding="utf-8")
 
 

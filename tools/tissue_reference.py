@@ -1,4 +1,4 @@
-"""Solve the axisymmetric indentation cases and write lab/palpate_lab/verify/tissue/reference.json (about 25 minutes for all).
+"""Solves the axisymmetric cases and writes lab/palpate_lab/verify/tissue/reference.json (25 minutes for all).
 
     python tools/tissue_reference.py           # only the cases that the file lacks
     python tools/tissue_reference.py --again   # all

@@ -1,4 +1,4 @@
-"""Arms: kinematics, dynamics and appearance of a leader or follower (`palpate.Arm`)."""
+"""Arms: kinematics, dynamics, hands on them, and what is identified from recordings of real ones."""
 
 from palpate.arm.arm import INSTRUMENTS, NAMES, SIDES, Arm, models_folder
 

@@ -1,1 +1,1 @@
-"""What every part needs: arrays, values of scene files, errors, limits, the cache, sweeps, pictures, entry points."""
+"""What every room needs: arrays, values of scene files, errors, limits, cache, sweeps, entry points."""

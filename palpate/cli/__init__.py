@@ -1,4 +1,4 @@
-"""The command line: `palpate COMMAND`. Each command is a file in this folder and is imported only when it runs."""
+"""The command line: `palpate NAME` is a file in `commands`; `terminal` writes, `doctor` examines the machine."""
 
 from __future__ import annotations
 
@@ -12,6 +12,9 @@ from typing import Any
 from palpate.base import stop_signals
 from palpate.base.errors import PalpateError, PalpateWarning
 from palpate.cli.terminal import INTERRUPTED, MISTAKE
+
+#: Packages whose files are the commands.
+MEMBERS = ("palpate.cli.commands", "palpate_lab.commands")
 
 #: Commands that `palpate --help` lists first, in this order; the others follow in alphabetical order.
 FIRST = (

@@ -2,7 +2,7 @@
 
 `palpate NAME` is `NAME.py`, or `NAME/command.py` when the command has several parts: a dataclass ``Command`` whose
 fields are the options and whose ``__call__`` does the work. A module without ``Command`` is a group: its docstring is
-the help text, its members are the commands in its folder (or in the package named by ``MEMBERS``), ``FIRST`` names the
+the help text, its members are the commands in its folder (or in the packages of ``MEMBERS``), ``FIRST`` names the
 members that the help shows first, ``OTHERWISE`` the one that takes arguments that begin with no member's name, and
 ``prepare()`` runs before one of them is imported.
 
@@ -28,7 +28,10 @@ from palpate.base import plugins
 from palpate.base.errors import PalpateError
 from palpate.cli._overview import overview
 
-_OF_OTHERS: dict[str, plugins.Group] = {"palpate.cli": "palpate.commands", "palpate.studies": "palpate.studies"}
+_OF_OTHERS: dict[str, plugins.Group] = {
+    "palpate.cli.commands": "palpate.commands",
+    "palpate_lab.studies": "palpate.studies",
+}
 """Groups of the entry points that add to the commands of a package."""
 
 
@@ -52,13 +55,10 @@ class Entry:
         return (ast.get_docstring(command) or "").partition("\n")[0]
 
 
-def entries(package: str, first: Sequence[str] = ()) -> dict[str, Entry]:
-    """The commands and groups in the folder of a package, by name; the names in ``first`` come first."""
-    spec = find_spec(package)
-    folders = (spec and spec.submodule_search_locations) or ()
-    paths = (path for folder in map(Path, folders) if folder.is_dir() for path in folder.iterdir())
+def entries(packages: Sequence[str], first: Sequence[str] = ()) -> dict[str, Entry]:
+    """The commands and groups in the folders of packages, by name; the names in ``first`` come first."""
     found: dict[str, Entry] = {}
-    for path in paths:
+    for package, path in ((one, path) for one in packages for path in _files(one)):
         name = path.stem.rstrip("_").replace("_", "-")  # import_.py is `import`, stand_in.py is `stand-in`
         if path.name.startswith("_"):
             continue
@@ -72,6 +72,12 @@ def entries(package: str, first: Sequence[str] = ()) -> dict[str, Entry]:
     return dict(sorted(found.items(), key=lambda item: (order.get(item[0], len(order)), item[0])))
 
 
+def _files(package: str) -> list[Path]:
+    spec = find_spec(package)
+    folders = map(Path, (spec and spec.submodule_search_locations) or ())
+    return [path for folder in folders if folder.is_dir() for path in folder.iterdir()]
+
+
 def all_entries(group: ModuleType) -> dict[str, Entry]:
     """The commands of a group, and those that other distributions add; ours come first, and keep their names."""
     own = _own_entries(group)
@@ -81,15 +87,15 @@ def all_entries(group: ModuleType) -> dict[str, Entry]:
 
 
 def _own_entries(group: ModuleType) -> dict[str, Entry]:
-    return entries(_package(group), getattr(group, "FIRST", ()))
+    return entries(_packages(group), getattr(group, "FIRST", ()))
 
 
-def _package(group: ModuleType) -> str:
-    return str(getattr(group, "MEMBERS", group.__name__))
+def _packages(group: ModuleType) -> tuple[str, ...]:
+    return tuple(getattr(group, "MEMBERS", (group.__name__,)))
 
 
 def _others(group: ModuleType) -> plugins.Group | None:
-    return _OF_OTHERS.get(_package(group))
+    return _OF_OTHERS.get(_packages(group)[0])
 
 
 def _added(group: ModuleType, name: str) -> Any:

@@ -1,4 +1,4 @@
-"""Environments of Gymnasium over any scene: an instrument that is moved by actions, and feels (extra learning).
+"""Environments of Gymnasium over any scene: an instrument that is moved by actions, and feels.
 
 env = gymnasium.make("palpate.gym:Palpate-v0", scene="palpation")
 many = palpate.gym.PalpateVectorEnv(64, scene="palpation")

@@ -1,4 +1,4 @@
-"""Measures of how somebody performed a task, from a record: one library for people and for simulated operators."""
+"""Measures of how somebody performed a task, from a record."""
 
 from palpate.metrics.force import ForceSensitivity, force_sensitivity
 from palpate.metrics.measures import Wanted, summary

@@ -1,4 +1,4 @@
-"""Motion plans: collision-free motions of a whole instrument through its remote centre (docs/planning.md).
+"""Motion plans: collision-free motions of a whole instrument through its remote centre.
 
 found = palpate.planning.plan("planning", goal="target")
 found.success, found.clearance_m, found.duration_s

@@ -1,4 +1,4 @@
-"""Palpate on ROS 2: a simulated dVRK, and the node that renders forces on a CRTK master. `palpate ros --help`.
+"""Palpate on ROS 2: a simulated dVRK, and the node that renders forces on a CRTK master.
 
 This package converts messages to structs of the core and back; the control laws are in the core. The nodes run in C++
 outside the interpreter (`cpp/`), and are compiled once against the installed ROS 2 (`build.py`).

@@ -18,7 +18,6 @@ from palpate import _core, ros
 from palpate.base import stop_signals
 from palpate.base.errors import PalpateError
 from palpate.record.ticks import STATUS, Ticks
-from palpate.renamed import RenamedMethod
 from palpate.ros import jitter
 from palpate.ros.ended_node import EndedNode
 from palpate.ros.guardian import Guardian
@@ -253,8 +252,6 @@ class HapticSession(LiveSession):
     Raises:
         SceneError, MeshError: the scene cannot run. RosMissingError: no ROS 2. OutputError: `out` cannot be written.
     """
-
-    told = RenamedMethod("HapticSession.events")
 
     def __init__(
         self,

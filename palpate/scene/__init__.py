@@ -1,4 +1,4 @@
-"""Scene files: all inputs of a run, read from YAML. Errors name the line in the file."""
+"""Scene files: all inputs of a run, read from YAML, with the fixtures and contact methods that they name."""
 
 from palpate.base.values import Pose
 from palpate.scene.leader import LeaderSection

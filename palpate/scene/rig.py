@@ -17,10 +17,10 @@ from palpate.scene import (
     arms,
     contact_method,
     doubts,
+    fixtures,
     force_source,
     gains,
     grip,
-    guidance,
     hand,
     placed_ecm,
     placing,
@@ -141,7 +141,7 @@ class Rig:
             file = self.scene.gravity_path(key)
             if absolute and file is not None:
                 arms["leader"][key] = str(file.resolve())
-        for section in guidance.files(data["guidance"]) if absolute else ():
+        for section in fixtures.files(data["guidance"]) if absolute else ():
             section["file"] = str(self.context.file(section["file"]).resolve())
         identified = self.scene.dynamics_path()
         if absolute and identified is not None:
@@ -230,9 +230,9 @@ def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | Non
     doubts.warn_of_places(scene, placed, both.follower.has_remote_centre)
     grip.check(scene, both.follower)
     spheres = tool.tool_spheres(both.follower, scene.contact.spheres, scene.contact.whole_tool)
-    context = guidance.fixture_context(scene, placed, both)
+    context = fixtures.fixture_context(scene, placed, both)
     frames = placing.whole_graph(scene, both.X_WL, both.X_WB)
-    rig = Rig(scene, placed, snapshot, path, both, spheres, context, frames, guidance.fixtures(scene, context), camera)
+    rig = Rig(scene, placed, snapshot, path, both, spheres, context, frames, fixtures.fixtures(scene, context), camera)
     for key in ("gravity_model", "plant_gravity_model"):
         rig.gravity_model(key)  # check the files before the run
     shaping.check_mass(scene, both.leader, both.q_leader0, rig.options())

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from palpate.base.errors import PalpateError
+
 
 def folder() -> Path | None:
     """Folder of the shipped scenes; None if there is none."""
@@ -17,21 +19,27 @@ def names() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in found.glob("*.yaml"))) if found is not None else ()
 
 
+def file(name: str) -> Path:
+    """The file of the shipped scene with this name.
+
+    Raises:
+        PalpateError: it is missing.
+    """
+    found = folder()
+    if found is None or not (found / f"{name}.yaml").is_file():
+        raise PalpateError(f"the shipped scene {name}.yaml is missing", mend="install palpate again")
+    return found / f"{name}.yaml"
+
+
 def find(path: Path) -> Path:
     """The file of the shipped scene with this name, such as ``palpation``; any other path is returned unchanged."""
-    found = folder()
     plain = path.name == str(path) and not path.suffix
-    if found is None or not plain or path.exists() or path.name not in names():
-        return path
-    return found / f"{path.name}.yaml"
+    return file(path.name) if plain and not path.exists() and path.name in names() else path
 
 
 def summary(name: str) -> str:
     """The first sentence of the comment at the start of a shipped scene."""
-    found = folder()
-    if found is None:
-        return ""
-    lines = (found / f"{name}.yaml").read_text(encoding="utf-8").splitlines()[1:]
+    lines = file(name).read_text(encoding="utf-8").splitlines()[1:]
     comment = []
     for line in lines:
         if not line.startswith("# "):
@@ -42,7 +50,5 @@ def summary(name: str) -> str:
 
 def copy_text(name: str) -> str:
     """Text of a shipped scene for a folder of the user, without the line that refers to the repository."""
-    found = folder()
-    assert found is not None
-    lines = (found / f"{name}.yaml").read_text(encoding="utf-8").splitlines(keepends=True)
+    lines = file(name).read_text(encoding="utf-8").splitlines(keepends=True)
     return "".join(line for line in lines if not line.startswith("# yaml-language-server:"))

@@ -187,7 +187,8 @@ class TissueSection(Section):
         """Tetrahedra of the object with the numbers of its parts: from a file, or filling a closed surface.
 
         Raises:
-            MeshError, MissingExtraError: see `palpate.world.tissue.load` and `palpate.world.tissue.tetrahedralize`; a part, or a
+            MeshError, MissingExtraError: see `palpate.world.tissue.load` and `palpate.world.tissue.tetrahedralize`; a
+            part, or a
                 fixed spot, without any tetrahedra or nodes.
         """
         if path is None:

@@ -8,7 +8,6 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -200,11 +199,3 @@ def _from_file(scene: Scene, index: int) -> Mesh | surfaces.Surface:
         why = "; ".join(part for part in (error.where, error.why) if part)
         where = scene.where("objects", index, obj.source)
         raise type(error)(error.what, where=where, why=why, mend=error.mend) from None
-
-
-if not TYPE_CHECKING:
-
-    def __getattr__(name: str) -> object:
-        from palpate.renamed import missing_name
-
-        raise missing_name(__name__, name)

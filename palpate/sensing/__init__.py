@@ -1,4 +1,4 @@
-"""Streams of point clouds: sources of frames, and what turns a frame into a surface beside the running loop."""
+"""Live sensing: point clouds that become surfaces beside the loop, and trackers of poses."""
 
 from palpate.sensing.source import CloudFrame, CloudSource
 

@@ -1,4 +1,4 @@
-"""Sessions: one scene, run in lockstep or in real time, and recorded (`palpate.Session`)."""
+"""Sessions: a scene runs in lockstep or in real time, alone, in a batch, across a network, and as a task."""
 
 from palpate.session.live import LiveSession
 from palpate.session.loop import Loop

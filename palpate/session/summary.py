@@ -12,7 +12,6 @@ from palpate.base.arrays.peaks import SustainedPeak
 from palpate.record.lag import Lags
 from palpate.record.ticks import STATUS, Ticks
 from palpate.record.withheld import Withheld
-from palpate.renamed import RenamedMethod
 from palpate.session.samples import Samples
 
 _FAST = STATUS["too_fast"][0]
@@ -57,8 +56,6 @@ class Summary:
     report: str | None = None  # path
     record_sha256: str | None = None
     remote: dict[str, Any] | None = None  # the link to a follower across a network; None: there was none
-
-    to_json = RenamedMethod("palpate.base.arrays.plain.plain(summary)")
 
 
 class Totals:

@@ -1,1 +1,1 @@
-"""Simulated robots with the interfaces of the real ones."""
+"""Simulated counterparts: robots with the interfaces of the real ones, and operators."""

@@ -1,4 +1,4 @@
-"""The 3-D viewer in the browser: shows a session or a record, and lets the user move the hand (extra `viewer`).
+"""The 3-D viewer in the browser: shows a session or a record, and lets the user move the hand.
 
     palpate.viewer.serve(session)             # until Ctrl-C
     palpate.viewer.serve(Record.open(path))   # with a time slider

@@ -10,7 +10,6 @@ from functools import partial
 import numpy as np
 import viser
 
-from palpate.renamed import RenamedMethod
 from palpate.session import LiveSession
 from palpate.session.rates import LiveRates
 from palpate.viewer import views
@@ -44,8 +43,6 @@ LIGHT_SLOWER = 2
 
 class LiveViewer:
     """A viewer of a running session; it reads the newest tick and never waits for the loop."""
-
-    console = RenamedMethod("LiveViewer.control_panel")
 
     def __init__(
         self,

@@ -1,1 +1,1 @@
-"""What an instrument meets: meshes, surfaces, clouds, soft and rigid bodies, and where each is (frames, registration)."""
+"""What an instrument meets: meshes, surfaces, clouds, soft and rigid bodies; frames and registration."""

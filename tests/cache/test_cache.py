@@ -108,7 +108,7 @@ def test_oldest_entries_are_deleted_at_the_size_limit(folder, monkeypatch):
 def test_two_concurrent_writers_leave_one_complete_file(folder):
     program = (
         "import numpy as np, sys\n"
-        "from palpate import cache\n"
+        "from palpate.base import cache\n"
         "arrays = {'a': np.full(200_000, 7.0)}\n"
         "for k in range(40):\n"
         "    found = cache.load_or_make('rivals', f'{k % 4:04}', lambda: arrays)\n"

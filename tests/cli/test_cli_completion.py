@@ -7,6 +7,7 @@ from importlib import import_module
 
 import pytest
 
+import palpate.cli
 from palpate.cli import _completion, main
 from palpate.cli._folder import entries
 
@@ -18,10 +19,10 @@ def table():
 
 def is_command(words):
     """True for a command, False for a group of commands."""
-    package, module = "palpate.cli", None
+    packages, module = palpate.cli.MEMBERS, None
     for word in words.split()[1:]:
-        module = import_module(entries(package)[word].module)
-        package = getattr(module, "MEMBERS", module.__name__)
+        module = import_module(entries(packages)[word].module)
+        packages = getattr(module, "MEMBERS", (module.__name__,))
     return hasattr(module, "Command")
 
 

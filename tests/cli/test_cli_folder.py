@@ -24,7 +24,7 @@ def test_files_are_commands_and_folders_are_groups_or_commands_in_parts(tmp_path
         (root / path).parent.mkdir(parents=True, exist_ok=True)
         (root / path).write_text(text)
     monkeypatch.syspath_prepend(tmp_path)
-    found = entries("listed_commands", first=("plain", "import"))
+    found = entries(["listed_commands"], first=("plain", "import"))
     assert {name: entry.summary for name, entry in found.items()} == {
         "plain": "Does one thing.", "import": "Imports.", "group": "A group.", "parts": "Has parts.",
     }  # fmt: skip
@@ -37,8 +37,9 @@ def test_files_are_commands_and_folders_are_groups_or_commands_in_parts(tmp_path
     ["palpate.cli", "palpate_lab.commands.bench", "palpate.cli.commands.calibrate", "palpate.cli.commands.ros"],
 )
 def test_every_command_has_a_summary_and_can_be_called(package):
-    first = import_module(package).FIRST
-    found = entries(package, first)
+    group = import_module(package)
+    first = group.FIRST
+    found = entries(getattr(group, "MEMBERS", (package,)), first)
     assert set(first) <= set(found)
     for name, entry in found.items():
         assert entry.summary, name
@@ -47,15 +48,18 @@ def test_every_command_has_a_summary_and_can_be_called(package):
             assert callable(module.Command)
             assert module.Command.__call__.__doc__
         else:
-            assert entries(getattr(module, "MEMBERS", module.__name__))
+            assert entries(getattr(module, "MEMBERS", (module.__name__,)))
 
 
 def test_listing_imports_no_command():
     code = (
-        "import sys\nfrom palpate.cli._folder import entries\n"
-        "found = entries('palpate.cli') | entries('palpate.studies')\nassert all(e.summary for e in found.values())\n"
-        "print(*(m for m in sys.modules if m.startswith(('palpate.cli.', 'palpate.studies.', 'numpy', 'scipy'))))"
+        "import sys\nimport palpate.cli\nfrom palpate.cli._folder import entries\n"
+        "found = entries((*palpate.cli.MEMBERS, 'palpate_lab.studies'))\n"
+        "assert all(e.summary for e in found.values())\n"
+        "print(*(m for m in sys.modules if m.startswith(('palpate.cli.', 'palpate_lab.', 'numpy', 'scipy'))))"
     )
     output = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert set(output.split()) == {"palpate.cli._folder", "palpate.cli._overview"}
-    assert "run" in entries(palpate.cli.__name__)
+    ours = {"palpate.cli._folder", "palpate.cli._overview", "palpate.cli.terminal"}
+    found = {name for name in output.split() if not name.startswith("palpate.cli.terminal.")}
+    assert found == ours
+    assert {"run", "bench"} <= set(entries(palpate.cli.MEMBERS))

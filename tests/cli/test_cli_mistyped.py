@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+import palpate.cli
 from palpate.cli import main
 from palpate.cli._folder import entries
 from palpate.scene import Scene, shipped
@@ -86,7 +87,7 @@ def test_a_file_of_another_kind_is_named(tmp_path, capsys, name, data, what, men
 def test_every_scene_that_a_help_text_names_is_shipped_with_its_meshes(monkeypatch):
     monkeypatch.setenv("PALPATE_DATA", "/nonexistent")
     named = set()
-    for path in (ROOT / "palpate" / "cli").rglob("*.py"):
+    for path in (*(ROOT / "palpate" / "cli").rglob("*.py"), *(ROOT / "lab").rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text())):
             words = ast.get_docstring(node) if isinstance(node, (ast.ClassDef, ast.Module)) else None
             named |= set(
@@ -105,4 +106,4 @@ def test_every_scene_that_a_help_text_names_is_shipped_with_its_meshes(monkeypat
 
 
 def test_every_command_can_be_listed():
-    assert "run" in entries("palpate.cli")
+    assert "run" in entries(palpate.cli.MEMBERS)

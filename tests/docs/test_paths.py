@@ -1,8 +1,8 @@
 """Every path of the repository that a page names exists.
 
-Checked are the links of each page, each word that begins with a folder of the repository (`palpate/world/mesh/files.py`), and
-back-ticked names of source files (`tick.hpp`, `guidance/fixture.cpp`). `*` and NAME stand for any text. CHANGELOG.md
-describes the past and is left out.
+Checked are the links of each page, each word that begins with a folder of the repository
+(`palpate/world/mesh/files.py`), and back-ticked names of source files (`tick.hpp`, `guidance/fixture.cpp`). `*` and
+NAME stand for any text. CHANGELOG.md describes the past and is left out.
 """
 
 import re
@@ -16,6 +16,7 @@ FOLDERS = (
     "core",
     "bindings",
     "palpate",
+    "lab",
     "simulators",
     "models",
     "scenes",
@@ -68,8 +69,8 @@ def test_pages_are_found():
 
 def test_missing_paths_of_a_sample_page_are_found():
     page = """[a](docs/none.md) and [fine](README.md), [web](https://example.org/docs/none.md); `palpate/nowhere.py`, in
-    palpate/world/mesh/nothing.py; `core/palpate/loop/tick.*`, `models/NAME.yaml`, `tick.hpp`, `loop/tick.hpp`, `judges.py`,
-    the topic `/palpate/scene`, `scenes/none.yaml`: `palpate/arm`, `tests/none/`."""
+    palpate/world/mesh/nothing.py; `core/palpate/loop/tick.*`, `models/NAME.yaml`, `tick.hpp`, `loop/tick.hpp`,
+    `judges.py`, the topic `/palpate/scene`, `scenes/none.yaml`: `palpate/arm`, `tests/none/`."""
     assert missing(page, ROOT / "PAGE.md") == [
         "docs/none.md",
         "docs/none.md",

@@ -12,6 +12,7 @@ import pytest
 from importlinter.cli import lint_imports
 
 ROOT = Path(__file__).resolve().parents[2]
+PACKAGES = {"palpate": ROOT / "palpate", "palpate_lab": ROOT / "lab" / "palpate_lab"}
 CONTRACT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]["contracts"][0]
 
 
@@ -57,14 +58,37 @@ def test_imports_only_go_down_the_layers():
     assert lint_imports(str(ROOT / "pyproject.toml"), no_cache=True, no_logo=True) == 0
 
 
-def test_there_are_no_import_cycles_of_files_or_folders():
-    assert circles("palpate") == []
+@pytest.mark.parametrize("package", PACKAGES)
+def test_there_are_no_import_cycles_of_files_or_folders(package):
+    assert circles(package) == []
+
+
+def test_rooms_of_the_product_and_the_arrows_between_them_stay_few():
+    """A room is a folder of the package, an arrow an import between two of them; those for type checkers count."""
+    graph = grimp.build_graph("palpate", cache_dir=None)
+    rooms = {f"palpate.{path.name}" for path in PACKAGES["palpate"].iterdir() if (path / "__init__.py").is_file()}
+    arrows = {
+        (_first(module, 2), _first(other, 2))
+        for module in graph.modules
+        for other in graph.find_modules_directly_imported_by(module)
+        if {_first(module, 2), _first(other, 2)} <= rooms and _first(module, 2) != _first(other, 2)
+    }
+    assert len(rooms) <= 18
+    assert len(arrows) <= 110
+
+
+def test_architecture_lists_every_room_with_the_first_sentence_of_its_docstring():
+    table = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    for package in PACKAGES.values():
+        for file in package.glob("*/__init__.py"):
+            sentence = (ast.get_docstring(ast.parse(file.read_text(encoding="utf-8"))) or "").splitlines()[0]
+            assert f"| `{file.parent.name}` | {sentence.replace('``', '`')} |" in table
 
 
 def test_parts_of_the_package_import_only_modules_from_the_root():
     """A graph of modules does not show names that a part imports from the root, such as `palpate.Session`."""
     parts = {path.name.removesuffix(".py") for path in (ROOT / "palpate").iterdir()}
-    for path in (ROOT / "palpate").rglob("*.py"):
+    for path in (path for folder in PACKAGES.values() for path in folder.rglob("*.py")):
         others = (
             from_the_root(path.read_text(encoding="utf-8"))
             - parts
@@ -101,7 +125,7 @@ def sample_package(folder: Path, name: str, files: Mapping[str, str], monkeypatc
 )
 def test_import_of_a_higher_layer_is_found(tmp_path, monkeypatch, uphill, kept):
     name = f"made_up_{abs(hash(uphill))}"
-    files = {"arm/arm.py": uphill, "scene/text.py": "", "errors/__init__.py": "class PalpateError(Exception): ...\n"}
+    files = {"arm/arm.py": uphill, "scene/text.py": "", "base/errors.py": "class PalpateError(Exception): ...\n"}
     contract = sample_package(tmp_path, name, files, monkeypatch)
     assert (lint_imports(str(contract), no_cache=True, no_logo=True) == 0) == kept
 
@@ -109,10 +133,10 @@ def test_import_of_a_higher_layer_is_found(tmp_path, monkeypatch, uphill, kept):
 @pytest.mark.parametrize(
     ("files", "circle"),
     [
-        ({"mesh/a.py": "from palpate.world.mesh import b\n", "mesh/b.py": "def f():\n    import palpate.world.mesh.a\n"}, "mesh.a"),
-        ({"mesh/a.py": "from palpate.arm import b\n", "arm/b.py": "", "arm/c.py": "from palpate.world.mesh import d\n",
-          "mesh/d.py": ""}, "mesh"),
-        ({"mesh/a.py": "from palpate.arm import b\n", "arm/b.py": "", "arm/c.py": "from palpate.arm import b\n"}, None),
+        ({"arm/a.py": "from palpate.arm import b\n", "arm/b.py": "def f():\n    import palpate.arm.a\n"}, "arm.a"),
+        ({"scene/a.py": "from palpate.arm import b\n", "arm/b.py": "", "arm/c.py": "from palpate.scene import d\n",
+          "scene/d.py": ""}, "scene"),
+        ({"scene/a.py": "from palpate.arm import b", "arm/b.py": "", "arm/c.py": "from palpate.arm import b"}, None),
     ],
 )  # fmt: skip
 def test_import_cycle_is_found(tmp_path, monkeypatch, files, circle):

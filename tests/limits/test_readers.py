@@ -19,12 +19,13 @@ import hostile
 import pytest
 
 import palpate
+import palpate_lab
 from palpate.base.errors import PalpateError
 
 MOST_MEMORY, MOST_TIME = 500, 3.0  # [MB, s of the processor]
 MAY_BE_READ = ("zeros", "a face without end", "a face without end, ascii")
 """Hostile files of which a part is sound, and may be read within the limits."""
-PACKAGE = Path(palpate.__file__).parent
+PACKAGES = (Path(palpate.__file__).parent, Path(palpate_lab.__file__).parent)
 
 
 def scene(path):
@@ -153,67 +154,72 @@ READERS = [
     ("arm/arm.py", urdf, "arm.urdf", hostile.urdf_files),
     ("arm/gravity_model.py", of("arm.gravity_model", "GravityModel.load"), "gravity.yaml", YAML),
     ("arm/dvrk_gravity.py", of("arm.dvrk_gravity", "load"), "gc.json", YAML),
-    ("frames/files.py", of("frames.files", "load"), "frames.yaml", YAML),
-    ("frames/files.py", of("frames.files", "pose"), "pose.yaml", YAML),
-    ("hands/__init__.py", of("hands", "load"), "hand.yaml", YAML),
-    ("certificate/device.py", of("certificate.device", "DeviceModel.load"), "device.yaml", YAML),
-    ("certificate/device.py", quiet(of("certificate.device", "is_device")), "device.yaml", YAML),
+    ("world/frames/files.py", of("world.frames.files", "load"), "frames.yaml", YAML),
+    ("world/frames/files.py", of("world.frames.files", "pose"), "pose.yaml", YAML),
+    ("arm/hands/__init__.py", of("arm.hands", "load"), "hand.yaml", YAML),
+    ("devices/certificate/device.py", of("devices.certificate.device", "DeviceModel.load"), "device.yaml", YAML),
+    ("devices/certificate/device.py", quiet(of("devices.certificate.device", "is_device")), "device.yaml", YAML),
     ("scene/force_source.py", dynamics, "dynamics.yaml", YAML),
     ("planning/result.py", of("planning.result", "load"), "plan.yaml", YAML),
     ("planning/goals.py", of("planning.goals", "read_places"), "goal.yaml", YAML),
     ("planning/moveit.py", of("planning.moveit", "read"), "trajectory.yaml", YAML),
-    ("guidance/files.py", of("guidance.files", "clearance_of_plan"), "plan.yaml", YAML),
-    ("guidance/files.py", of("guidance.files", "read_rows"), "curve.csv", hostile.csv_files),
+    ("scene/guidance/files.py", of("scene.guidance.files", "clearance_of_plan"), "plan.yaml", YAML),
+    ("scene/guidance/files.py", of("scene.guidance.files", "read_rows"), "curve.csv", hostile.csv_files),
     ("devices/wrist.py", of("devices.wrist", "load"), "wrist.csv", hostile.csv_files),
-    ("identify/recordings.py", moving, "moving.csv", hostile.csv_files),
-    ("identify/press_recording.py", press, "press.csv", hostile.csv_files),
-    ("identify/grip_recording.py", of("identify.grip_recording", "load"), "grip.csv", hostile.csv_files),
-    ("registration/files.py", of("registration.files", "read_points"), "points.csv", hostile.csv_files),
-    ("registration/slicer_files.py", of("registration.files", "read_points"), "a.fcsv", hostile.csv_files),
-    ("registration/slicer_files.py", of("registration.files", "read_points"), "a.mrk.json", YAML),
-    ("registration/files.py", of("registration.files", "read_poses"), "poses.csv", hostile.csv_files),
-    ("registration/cloud_files.py", of("registration.cloud_files", "read_cloud"), "cloud.npy", hostile.npy_files),
-    ("surfaces/grid.py", grid, "grid.npz", lambda: hostile.npz_files("distance", "origin", "spacing")),
-    ("mesh/volume_files.py", grid, "grid.nrrd", lambda: hostile.nrrd_files("float")),
-    ("clouds/files.py", cloud, "cloud.npz", lambda: hostile.npz_files("points", "normals", "colors")),
-    ("clouds/files.py", cloud, "cloud.npy", hostile.npy_files),
-    ("clouds/files.py", cloud, "cloud.xyz", hostile.csv_files),
-    ("clouds/pcd.py", cloud, "cloud.pcd", hostile.pcd_files),
-    ("clouds/ply.py", cloud, "cloud.ply", lambda: [one for one in hostile.ply_files() if "face" not in one[0]]),
-    ("mesh/files.py", solid, "organ.stl", hostile.stl_files),
-    ("mesh/headers.py", solid, "organ.obj", hostile.obj_files),
-    ("mesh/files.py", solid, "organ.ply", hostile.ply_files),
-    ("mesh/files.py", solid, "organ.off", hostile.off_files),
-    ("mesh/headers.py", solid, "organ.glb", hostile.glb_files),
-    ("mesh/files.py", solid, "organ.gltf", hostile.gltf_files),
-    ("mesh/files.py", solid, "organ.3mf", NONE),
-    ("mesh/files.py", solid, "organ.dae", NONE),
-    ("mesh/colors.py", colors, "organ.obj", hostile.obj_files),
-    ("mesh/colors.py", colors, "organ.glb", hostile.glb_files),
-    ("mesh/vtk_file.py", solid, "organ.vtk", hostile.vtk_files),
-    ("mesh/vtk_file.py", solid, "organ.vtp", hostile.vtu_files),
-    ("mesh/volume_files.py", solid, "labels.nrrd", lambda: hostile.nrrd_files("uint8")),
-    ("mesh/volume_files.py", solid, "labels.nhdr", lambda: hostile.nrrd_files("uint8")),
-    ("mesh/volume_files.py", solid, "labels.nii", lambda: hostile.nifti_files(False)),
-    ("mesh/volume_files.py", solid, "labels.nii.gz", lambda: hostile.nifti_files(True)),
-    ("mesh/meta_image.py", solid, "labels.mha", hostile.mha_files),
-    ("mesh/meta_image.py", solid, "labels.mhd", hostile.mha_files),
-    ("tissue/files.py", tetrahedra, "organ.vtk", hostile.vtk_files),
-    ("tissue/files.py", tetrahedra, "organ.vtu", hostile.vtu_files),
-    ("tissue/files.py", tetrahedra, "organ.msh", hostile.msh_files),
-    ("tissue/old_gmsh.py", tetrahedra, "old.msh", hostile.msh_files),
-    ("tissue/files.py", tetrahedra, "organ.mesh", hostile.medit_files),
-    ("tissue/files.py", tetrahedra, "organ.meshb", hostile.meshb_files),
+    ("arm/identify/recordings.py", moving, "moving.csv", hostile.csv_files),
+    ("arm/identify/press_recording.py", press, "press.csv", hostile.csv_files),
+    ("arm/identify/grip_recording.py", of("arm.identify.grip_recording", "load"), "grip.csv", hostile.csv_files),
+    ("world/registration/files.py", of("world.registration.files", "read_points"), "points.csv", hostile.csv_files),
+    ("world/registration/slicer_files.py", of("world.registration.files", "read_points"), "a.fcsv", hostile.csv_files),
+    ("world/registration/slicer_files.py", of("world.registration.files", "read_points"), "a.mrk.json", YAML),
+    ("world/registration/files.py", of("world.registration.files", "read_poses"), "poses.csv", hostile.csv_files),
+    (
+        "world/registration/cloud_files.py",
+        of("world.registration.cloud_files", "read_cloud"),
+        "cloud.npy",
+        hostile.npy_files,
+    ),
+    ("world/surfaces/grid.py", grid, "grid.npz", lambda: hostile.npz_files("distance", "origin", "spacing")),
+    ("world/mesh/volume_files.py", grid, "grid.nrrd", lambda: hostile.nrrd_files("float")),
+    ("world/clouds/files.py", cloud, "cloud.npz", lambda: hostile.npz_files("points", "normals", "colors")),
+    ("world/clouds/files.py", cloud, "cloud.npy", hostile.npy_files),
+    ("world/clouds/files.py", cloud, "cloud.xyz", hostile.csv_files),
+    ("world/clouds/pcd.py", cloud, "cloud.pcd", hostile.pcd_files),
+    ("world/clouds/ply.py", cloud, "cloud.ply", lambda: [one for one in hostile.ply_files() if "face" not in one[0]]),
+    ("world/mesh/files.py", solid, "organ.stl", hostile.stl_files),
+    ("world/mesh/headers.py", solid, "organ.obj", hostile.obj_files),
+    ("world/mesh/files.py", solid, "organ.ply", hostile.ply_files),
+    ("world/mesh/files.py", solid, "organ.off", hostile.off_files),
+    ("world/mesh/headers.py", solid, "organ.glb", hostile.glb_files),
+    ("world/mesh/files.py", solid, "organ.gltf", hostile.gltf_files),
+    ("world/mesh/files.py", solid, "organ.3mf", NONE),
+    ("world/mesh/files.py", solid, "organ.dae", NONE),
+    ("world/mesh/colors.py", colors, "organ.obj", hostile.obj_files),
+    ("world/mesh/colors.py", colors, "organ.glb", hostile.glb_files),
+    ("world/mesh/vtk_file.py", solid, "organ.vtk", hostile.vtk_files),
+    ("world/mesh/vtk_file.py", solid, "organ.vtp", hostile.vtu_files),
+    ("world/mesh/volume_files.py", solid, "labels.nrrd", lambda: hostile.nrrd_files("uint8")),
+    ("world/mesh/volume_files.py", solid, "labels.nhdr", lambda: hostile.nrrd_files("uint8")),
+    ("world/mesh/volume_files.py", solid, "labels.nii", lambda: hostile.nifti_files(False)),
+    ("world/mesh/volume_files.py", solid, "labels.nii.gz", lambda: hostile.nifti_files(True)),
+    ("world/mesh/meta_image.py", solid, "labels.mha", hostile.mha_files),
+    ("world/mesh/meta_image.py", solid, "labels.mhd", hostile.mha_files),
+    ("world/tissue/files.py", tetrahedra, "organ.vtk", hostile.vtk_files),
+    ("world/tissue/files.py", tetrahedra, "organ.vtu", hostile.vtu_files),
+    ("world/tissue/files.py", tetrahedra, "organ.msh", hostile.msh_files),
+    ("world/tissue/old_gmsh.py", tetrahedra, "old.msh", hostile.msh_files),
+    ("world/tissue/files.py", tetrahedra, "organ.mesh", hostile.medit_files),
+    ("world/tissue/files.py", tetrahedra, "organ.meshb", hostile.meshb_files),
     ("record/mcap_scan.py", of("record.reader", "Record.open"), "record.mcap", hostile.mcap_files),
     ("record/bags/library.py", record, "bag.mcap", hostile.mcap_files),
     ("record/bags/recover.py", record, "cut.mcap", hostile.mcap_files),
     ("record/bags/library.py", record, "bag.db3", NONE),
     ("record/bags/library.py", replayed, "clouds.mcap", hostile.mcap_files),
-    ("sweep/lines.py", journal, "points.jsonl", NONE),
+    ("base/sweep/lines.py", journal, "points.jsonl", NONE),
     ("experiment/study.py", of("experiment.study", "read_manifest"), "manifest.json", NONE),
-    ("network/traces.py", of("network.traces", "read_trace"), "trace.csv", hostile.csv_files),
-    ("network/traces.py", of("network.traces", "read_trace"), "trace.pcap", hostile.pcap_files),
-    ("network/keys.py", of("network.keys", "read_key"), "link.key", NONE),
+    ("session/network/traces.py", of("session.network.traces", "read_trace"), "trace.csv", hostile.csv_files),
+    ("session/network/traces.py", of("session.network.traces", "read_trace"), "trace.pcap", hostile.pcap_files),
+    ("session/network/keys.py", of("session.network.keys", "read_key"), "link.key", NONE),
 ]
 """Every reader of files, with hostile files of its format; `hostile.any_files` and `special` are for each of them."""
 
@@ -328,41 +334,41 @@ BARE_OF = {
     *(("trimesh", "load"), ("nibabel", "load"), ("meshio", "read"), ("pickle", "load"), ("pickle", "loads")),
 }
 OWN = {
-    "limits.py": "the limits themselves",
+    "base/limits.py": "the limits themselves",
     "rebuild.py": "files of this installation",
     "ros/build.py": "files of this installation",
     "ros/where.py": "files of this installation",
-    "values/descriptions.py": "sources of this package",
+    "base/values/descriptions.py": "sources of this package",
     "scene/shipped.py": "scenes of this package",
     "devices/trust.py": "sources and metadata of this environment",
-    "sweep/work.py": "sources of this package",
-    "cache/store.py": "the cache that this user wrote",
-    "tissue/make.py": "the folder of its own process",
-    "tissue/fill.py": "the folder of its own process",
-    "sweep/local.py": "work of its own process",
+    "base/sweep/work.py": "sources of this package",
+    "base/cache/store.py": "the cache that this user wrote",
+    "world/tissue/make.py": "the folder of its own process",
+    "world/tissue/fill.py": "the folder of its own process",
+    "base/sweep/local.py": "work of its own process",
     "viewer/page.py": "files of the packages",
     "report/bag.py": "files of the package",
     "report/html.py": "files of the package",
     "cli/_folder.py": "sources of this package",
     "simulators/touching_hand.py": "text of this process",
     "devices/evdev.py": "files of the kernel",
-    "arrays/yaml_loader.py": "the limits of YAML",
-    "dds_security.py": "a library of this ROS",
+    "base/arrays/yaml_loader.py": "the limits of YAML",
+    "base/dds_security.py": "a library of this ROS",
     "report/summary.py": "the record that was read before",
     "reproduce/run.py": "results that this command wrote",
     "reproduce/sliders.py": "files of the package",
-    "cli/_licenses.py": "metadata of this environment",
-    "doctor/connected.py": "files of the kernel",
-    "doctor/machine.py": "files of the kernel",
+    "cli/commands/_licenses.py": "metadata of this environment",
+    "cli/doctor/connected.py": "files of the kernel",
+    "cli/doctor/machine.py": "files of the kernel",
 }
 """Modules that read without limits, and what they read."""
-SAFE = {"cli/register/check.py"}  # the file was read before
+SAFE = {"cli/commands/register/check.py"}  # the file was read before
 
 
 FINE = {
     ("devices/wrist.py", "loadtxt"): "lines of a text that was read within limits",
     ("ros/topic.py", "safe_load"): "text of the command line",
-    ("sweep/journal.py", "read_bytes"): "the source of the user's own function",
+    ("base/sweep/journal.py", "read_bytes"): "the source of the user's own function",
 }
 """Calls that read without limits, and what they read."""
 
@@ -377,7 +383,8 @@ def calls(tree):
 @cache
 def modules():
     """Place, text and calls of each module which is no check of ours."""
-    texts = {str(file.relative_to(PACKAGE)): file.read_text(encoding="utf-8") for file in sorted(PACKAGE.rglob("*.py"))}
+    files = ((package, file) for package in PACKAGES for file in sorted(package.rglob("*.py")))
+    texts = {str(file.relative_to(package)): file.read_text(encoding="utf-8") for package, file in files}
     ours = {place: text for place, text in texts.items() if not place.startswith(("verify/", "studies/"))}
     return [(place, text, [*calls(ast.parse(text))]) for place, text in ours.items() if place not in OWN]
 

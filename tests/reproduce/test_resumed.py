@@ -13,9 +13,9 @@ import pytest
 from matplotlib.image import imread
 
 from palpate.cli import main
+from palpate.cli.terminal import chromium
 from palpate_lab.reproduce import run
 from palpate_lab.reproduce.items import running
-from palpate_lab.verify.bench import browser
 
 QUICK = ["eq3", "eq14", "fig10", "fig11"]
 
@@ -98,7 +98,7 @@ def test_a_killed_run_goes_on(tmp_path):
 
 
 def test_without_a_browser_the_picture_is_painted_and_made_anew_later(tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(browser, "find", lambda: None)
+    monkeypatch.setattr(chromium, "find", lambda: None)
     monkeypatch.setattr(running, "_POSES", 2)
     found = reproduce(tmp_path, "fig4", "eq14")
     assert found["items"]["fig4"]["verdict"] == "agrees"

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from palpate.base.errors import PalpateError
+from palpate.cli.terminal import chromium
 from palpate_lab.reproduce.sliders import gaps, write_sliders
-from palpate_lab.verify.bench.browser import find, open_browser
+from palpate_lab.verify.bench.browser import open_browser
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +59,7 @@ def test_pairs_of_the_gap_become_collinear():
 
 
 def test_each_slider_changes_its_picture(folder):
-    if find() is None:
+    if chromium.find() is None:
         pytest.skip("Chromium is not installed (Debian: apt-get install chromium), so the page is not tested")
     page_file = write_sliders(folder)
     try:

@@ -85,7 +85,7 @@ def test_missing_packages_and_folders_are_reported_before_the_work(folder, monke
 
 def test_every_study_is_such_a_command_and_is_documented():
     page = (Path(__file__).resolve().parents[2] / "docs" / "studies.md").read_text()
-    found = entries("palpate_lab.studies")
+    found = entries(["palpate_lab.studies"])
     assert len(found) >= 12
     for name, entry in found.items():
         study = import_module(entry.module).Command

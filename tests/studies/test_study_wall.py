@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from palpate.base.sweep import sweep
-from palpate.scene import Scene, rig
+from palpate.scene import Scene, rig, shipped
 from palpate_lab.studies.wall import bench, command, figures, fit
 from palpate_lab.studies.wall import work as wall
-from palpate_lab.studies.wall.bench import WALL, Setting, Trace, WallPress, judge, press, scene_file
+from palpate_lab.studies.wall.bench import WALL, Setting, Trace, WallPress, judge, press
 
 HAND = WallPress.fitted()
 
@@ -57,7 +57,7 @@ def test_the_fit_says_which_overshoots_its_hand_makes(rows):
 
 def test_wall_of_the_scene_is_at_the_position_of_the_paper():
     """At rest the force is K times the depth of the handle beyond y = 0.385 m."""
-    setup = rig.build(Scene.load(scene_file()))
+    setup = rig.build(Scene.load(shipped.file("wall")))
     assert setup.options().q_leader0 == pytest.approx(np.zeros(7))
     _, _, n = setup.surfaces[0].body.core.nearest(np.zeros((1, 3)))
     trace = press(Setting(5.0), HAND)

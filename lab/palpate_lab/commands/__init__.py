@@ -1,1 +1,1 @@
-"""Commands of the laboratory: `palpate NAME` is a file or a folder here, where the laboratory is installed."""
+"""Commands of the laboratory: `palpate NAME` is a file or a folder here."""

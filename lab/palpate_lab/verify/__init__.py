@@ -1,1 +1,1 @@
-"""Verification of the product: conformance of fixtures, fuzzing, coverage of intervals, soak runs and benchmarks."""
+"""Verification of the product: conformance, fuzzing, coverage of intervals, soak runs and benchmarks."""

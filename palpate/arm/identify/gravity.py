@@ -20,7 +20,6 @@ from palpate.arm.identify.recordings import Static, on_levels, read_static
 from palpate.arm.identify.scores import Scores
 from palpate.base.arrays import Array
 from palpate.base.errors import RecordingError
-from palpate.renamed import RenamedMethod
 
 _FEWEST = 12  # poses needed for ten base parameters, springs and friction
 _SILENT = 2e-4  # standard deviation of the torque below which a joint counts as not measured [N m]
@@ -43,10 +42,6 @@ class Calibration:
     advice: tuple[tuple[Array, float], ...]  # pose (n,) [rad], information that it adds [nat]
     warnings: tuple[str, ...]
     seconds: float  # CPU time on one core [s]
-
-    to_json = RenamedMethod(
-        "palpate.base.arrays.plain.plain(palpate.arm.identify.gravity_figures.figures(calibration))"
-    )
 
     @property
     def model(self) -> GravityModel:

@@ -21,7 +21,6 @@ between sections tells a hand of another form. Without u, x replaces u and the r
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -445,11 +444,3 @@ def figures(grip: Grip, found: HandFit) -> Figures:
         seconds=found.seconds,
         warnings=found.warnings,
     )
-
-
-if not TYPE_CHECKING:
-
-    def __getattr__(name: str) -> object:
-        from palpate.renamed import missing_name
-
-        raise missing_name(__name__, name)

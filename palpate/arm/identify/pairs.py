@@ -9,7 +9,6 @@ from scipy.spatial import cKDTree
 
 from palpate.arm.identify.recordings import Static
 from palpate.base.arrays import Array
-from palpate.renamed import RenamedMethod
 
 _SAME_POSE = 0.03  # two poses closer than this form a pair [rad]
 
@@ -29,8 +28,6 @@ class Pairs:
 
     means: Static
     half_difference: Array  # (k, n) magnitude [N m]
-
-    to_json = RenamedMethod("palpate.base.arrays.plain.plain(pairs.figures(joints))")
 
     def figures(self, joints: tuple[int, ...]) -> PairFigures:
         """The figures for these joints (from 0)."""

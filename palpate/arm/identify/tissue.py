@@ -6,10 +6,11 @@ The force is a hereditary integral of the elastic force of a half-space, or of a
     Fe(d) = F_small(d - d_0; E) (1 + beta (d - d_0)/R)
 
 F_small is the theory of small strain, which a Neo-Hookean half-space at nu = .45 follows within .5 % up to d = R/2
-(`palpate.world.tissue.indentation`, `palpate_lab.verify.tissue`). beta measures stiffening beyond that. F_0 is the offset of the
-sensor, which drifts linearly. All parameters are fitted by least squares; those that are linear in the force are
-eliminated (variable projection; Golub and Pereyra 1973). The covariance is that of least squares in noise that is white
-plus 1/f plus 1/f^2, with the shares that explain the spectrum of the residual, of which the fit has taken a part.
+(`palpate.world.tissue.indentation`, `palpate_lab.verify.tissue`). beta measures stiffening beyond that. F_0 is the
+offset of the sensor, which drifts linearly. All parameters are fitted by least squares; those that are linear in the
+force are eliminated (variable projection; Golub and Pereyra 1973). The covariance is that of least squares in noise
+that is white plus 1/f plus 1/f^2, with the shares that explain the spectrum of the residual, of which the fit has taken
+a part.
 
 How many time constants there are, and whether the tissue stiffens, is not known. The values are means over these forms,
 weighted by Akaike's information criterion (Buckland et al., Biometrics 53, 1997), and the intervals include the spread

@@ -78,9 +78,9 @@ Color = Annotated[
 class Section(BaseModel):
     """A section of a scene file. It is immutable, and an unknown key is an error.
 
-    The string below a field describes the field. `palpate.base.values.descriptions` reads these strings on demand, because
-    pydantic would read them at every import. The unit in brackets at the end of a description is the unit of the
-    field: text with another unit of the same dimension is converted to it, so that ``radius: 2 mm`` gives 0.002 m.
+    The string below a field describes the field. `palpate.base.values.descriptions` reads these strings on demand,
+    because pydantic would read them at every import. The unit in brackets at the end of a description is the unit of
+    the field: text with another unit of the same dimension is converted to it, so that ``radius: 2 mm`` gives 0.002 m.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")

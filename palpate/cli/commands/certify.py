@@ -148,9 +148,9 @@ def _entries(rig: Rig) -> list[tuple[str, float, list[Entry]]]:
     """Name, stiffness times authority [N/m] and simulated presses of each soft fixture that has a stiffness."""
     from palpate.devices.certificate.entry import entries
     from palpate.devices.certificate.guidance import acts_on_position
-    from palpate.scene import fixtures as guidance
+    from palpate.scene import fixtures
 
-    soft = [f for f in guidance.each(rig.fixtures) if acts_on_position(f) and not f.policy.hard and f.stiffness > 0.0]
+    soft = [f for f in fixtures.each(rig.fixtures) if acts_on_position(f) and not f.policy.hard and f.stiffness > 0.0]
     each = [(f.name, f.policy.authority * f.stiffness, f.policy.authority * f.damping) for f in soft]
     return [(name, K, entries(rig, K, B)) for name, K, B in each]
 

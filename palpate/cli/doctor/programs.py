@@ -41,7 +41,7 @@ _USES = {
 
 def compiler() -> list[Finding]:
     """Programs that compile the core in a clone, the nodes of ROS 2, and the adapter of OpenHaptics."""
-    clone = (Path(__file__).resolve().parents[2] / "CMakeLists.txt").exists()
+    clone = (Path(__file__).resolve().parents[3] / "CMakeLists.txt").exists()
     needed = "the core of this clone, ROS 2 nodes" if clone else "ROS 2 nodes, own drivers in C"
     lacking: State = "problem" if clone else "optional"
     found = [_gcc(needed, lacking)]
@@ -66,7 +66,7 @@ def extras() -> list[Finding]:
 
 def browser() -> list[Finding]:
     """A browser for the viewer, and Chromium for pictures made without a person."""
-    from palpate_lab.verify.bench.browser import find
+    from palpate.cli.terminal.chromium import find
 
     opens = "opening the viewer by itself"
     try:

@@ -52,11 +52,3 @@ def certify_all(
     from palpate.devices.certificate.scene import certificates
 
     return certificates(scene, K, B, rig)
-
-
-if not TYPE_CHECKING:
-
-    def __getattr__(name: str) -> object:
-        from palpate.renamed import missing_name
-
-        raise missing_name(__name__, name)

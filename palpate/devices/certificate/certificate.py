@@ -13,7 +13,6 @@ from palpate.devices.certificate import classical, trials, words
 from palpate.devices.certificate.coupled import CoupledLoop
 from palpate.devices.certificate.device import DeviceModel
 from palpate.devices.certificate.loop import SampledLoop
-from palpate.renamed import RenamedMethod
 
 Verdict = Literal["stable", "marginal", "unstable"]
 
@@ -97,8 +96,6 @@ class Certificate:
     cases: tuple[Case, ...] = field(default=(), repr=False)
     name: str = ""
     """Name of the object, region or fixture; empty for a device."""
-
-    to_json = RenamedMethod("palpate.base.arrays.plain.plain(certificate.figures())")
 
     @property
     def k_sure(self) -> float:

@@ -23,7 +23,7 @@ from palpate.devices.certificate.guidance import entry_summary, total_stiffness
 from palpate.devices.certificate.spheres import PlaneContact, plane_contacts, postures
 from palpate.devices.certificate.touched import PATH_FRACTIONS, Touched, touched
 from palpate.record.ticks import as_ticks
-from palpate.scene import fixtures as guidance
+from palpate.scene import fixtures
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 
@@ -67,11 +67,11 @@ def _certificates(scene: Scene, K: float | None, B: float | None, rig: Rig | Non
     _require_known(scene)
     rig = rig or build(scene)
     objects = _Arms(rig)
-    fixtures = objects.variant(fixture=True)
-    objects = objects.variant(parallel_stiffness=total_stiffness(guidance.each(rig.fixtures)))
+    through_fixtures = objects.variant(fixture=True)
+    objects = objects.variant(parallel_stiffness=total_stiffness(fixtures.each(rig.fixtures)))
     found = []
     for surface in touched(rig):
-        arms = objects if surface.index >= 0 else fixtures
+        arms = objects if surface.index >= 0 else through_fixtures
         dampings = {surface.B, surface.B_most} if B is None else {B}
         each = [arms.certificate(surface, surface.K if K is None else K, b) for b in sorted(dampings)]
         found.append(min(each, key=lambda certificate: certificate.k_max))

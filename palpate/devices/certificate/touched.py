@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from palpate.devices.certificate.at_once import groups
 from palpate.devices.certificate.guidance import NO_OBJECT, fixture_springs
 from palpate.devices.certificate.spheres import longest
-from palpate.scene import fixtures as guidance
+from palpate.scene import fixtures
 from palpate.scene.gains import touched_stiffness
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
@@ -50,7 +50,7 @@ def touched(rig: Rig) -> list[Touched]:
         found.append(Touched(" and ".join(one.name for one in stiffest) + " at once", group[0], K, B, most, group[1:]))
     if rig.spheres:
         found += [replace(one, name=f"{one.name}, whole tool", several=True) for one in found]
-    return found + [Touched(f.name, NO_OBJECT, f.K, f.B, f.B) for f in fixture_springs(guidance.each(rig.fixtures))]
+    return found + [Touched(f.name, NO_OBJECT, f.K, f.B, f.B) for f in fixture_springs(fixtures.each(rig.fixtures))]
 
 
 def _alone(scene: Scene, i: int) -> list[Touched]:

@@ -5,16 +5,7 @@ bag = Bag.open("rosbag2_2026_11_21-13_00_00")
 print(bag.arms, bag.arms["MTMR"].wrench.values)
 """
 
-from typing import TYPE_CHECKING
-
 from palpate.record.bags.bag import Bag
 from palpate.record.bags.tracks import ArmTracks, Event, Topic, Track
 
 __all__ = ["ArmTracks", "Bag", "Event", "Topic", "Track"]
-
-if not TYPE_CHECKING:
-
-    def __getattr__(name: str) -> object:
-        from palpate.renamed import missing_name
-
-        raise missing_name(__name__, name)

@@ -20,7 +20,6 @@ from palpate.base.arrays import Array
 from palpate.base.arrays.checks import finite_or_none
 from palpate.base.arrays.plain import Content, plain
 from palpate.base.errors import PalpateWarning
-from palpate.renamed import RenamedMethod
 from palpate.world.mesh import Mesh
 from palpate.world.mesh.flips import thickness
 
@@ -81,8 +80,6 @@ class Radius:
     def conflict(self) -> bool:
         """True if no radius satisfies both limits."""
         return self.smallest_mm > self.largest_mm
-
-    to_json = RenamedMethod("palpate.scene.contact.touchable.Radius.figures()")
 
     def figures(self) -> Content:
         """The values for JSON; an infinite radius becomes None."""

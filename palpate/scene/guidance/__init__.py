@@ -1,7 +1,5 @@
 """Virtual fixtures: constraints on the tool, each made from a geometry, a role and a law (docs/guidance.md)."""
 
-from typing import TYPE_CHECKING
-
 from palpate.scene.guidance.combine import Difference, Geometry, Intersection, Offset, Union
 from palpate.scene.guidance.context import FixtureContext
 from palpate.scene.guidance.fixture import Fixture
@@ -51,10 +49,3 @@ __all__ = [
     "from_yaml",
     "to_yaml",
 ]
-
-if not TYPE_CHECKING:
-
-    def __getattr__(name: str) -> object:
-        from palpate.renamed import missing_name
-
-        raise missing_name(__name__, name)

@@ -32,8 +32,8 @@ def simulate(
 ) -> Simulated:
     """Simulate many runs in lockstep. Each run equals that of a session with the same scene and seed.
 
-    Nothing is recorded on disk. Apart from the keys in ``palpate.session.batch.MEASURED``, the results depend only on scenes,
-    overrides and seeds, and not on the order of the runs, the executor or the number of workers.
+    Nothing is recorded on disk. Apart from the keys in ``palpate.session.batch.MEASURED``, the results depend only on
+    scenes, overrides and seeds, and not on the order of the runs, the executor or the number of workers.
 
     Args:
         runs: one or several scenes, paths of scene files or `Variation` objects.

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 
 from palpate import _core
 from palpate.base.values.units import FILE_UNITS
-from palpate.renamed import RenamedMethod
 
 #: Plausible extents of an organ, a bone or a phantom [m]; beyond them, the unit is questioned.
 PLAUSIBLE_SIZE = (0.005, 2.0)
@@ -39,8 +38,6 @@ class MeshReport:
     turned: int  # triangles whose winding was reversed to match their neighbours
     inverted: int  # triangles of closed parts that were inside out; their winding was reversed
     findings: tuple[Finding, ...] = ()
-
-    to_json = RenamedMethod("palpate.base.arrays.plain.plain(report)")
 
 
 def report_of(core: _core.MeshReport, unit: str = "m") -> MeshReport:

@@ -8,6 +8,7 @@ import json_contract
 import pytest
 
 from palpate.base.errors import PalpateError
+from palpate_lab import places
 from palpate_lab.verify.bench import build
 
 
@@ -65,7 +66,7 @@ def test_every_header_of_another_library_is_counted():
 
 
 def test_wheel_has_nothing_to_compile(monkeypatch, tmp_path):
-    monkeypatch.setattr(build, "__file__", str(tmp_path / "a" / "b" / "c" / "build.py"))
+    monkeypatch.setattr(places, "__file__", str(tmp_path / "site-packages" / "palpate_lab" / "places.py"))
     with pytest.raises(PalpateError, match="there is no source to compile"):
         build.root()
 

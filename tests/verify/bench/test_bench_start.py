@@ -3,6 +3,7 @@
 import json_contract
 from rich.console import Console
 
+from palpate.scene import shipped
 from palpate_lab.verify.bench import simulate, start
 
 SCENE = "objects: [{name: ball, sphere: {radius: 0.04}, stiffness: 300}]\nrecord: {report: false}\n"
@@ -17,7 +18,7 @@ def test_keys_of_start_and_its_table(tmp_path):
     assert set(result["seconds"]) == {"help_s", "first_tick_s", "check_s", "control_s"}
     assert len(progress) == 2
     Console(width=120, record=True, quiet=True).print(start.table(result))
-    assert start.default_scene().is_file()
+    assert shipped.file("palpation").is_file()
 
 
 def test_simulate_has_the_documented_keys_and_equal_numbers(tmp_path):

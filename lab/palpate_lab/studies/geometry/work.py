@@ -7,8 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 from rich.table import Table
 
-import palpate.scene.contact
 from palpate.base.arrays import Array
+from palpate.scene import contact
 from palpate.scene.contact.lessons.face_angle import Slide, angle_noise, contact_normal_error, eq20
 from palpate.scene.contact.lessons.point_contact import Pair, approach
 from palpate.world.surfaces import ImplicitSurface, Plane
@@ -55,7 +55,7 @@ def pressed() -> tuple[Array, Array]:
     """The SPR pressed into a plane: depth of its lowest point, and deflection from the contact stage (101,) [m]."""
     depths = np.linspace(0.0, 1e-2, 101)
     tips = np.stack([np.zeros(101), np.zeros(101), RADIUS - depths], axis=1)
-    felt = palpate.contact.render(Plane(), tips, radius=RADIUS, stiffness=1.0)
+    felt = contact.render(Plane(), tips, radius=RADIUS, stiffness=1.0)
     return depths, felt.depth
 
 

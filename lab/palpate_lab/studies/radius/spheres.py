@@ -8,7 +8,7 @@ from typing import TypedDict
 import numpy as np
 from rich.table import Table
 
-import palpate.scene.contact
+from palpate.scene.contact import render
 from palpate.world.clouds import PointCloud
 from palpate.world.mesh import Mesh, quiet
 from palpate.world.mesh.denoise import denoise
@@ -107,9 +107,7 @@ def _direction_deg(surface: Mesh | PointSurface, radius: float, places: int) -> 
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     deepest = Sphere().radius + radius - DEPTH
     way = np.concatenate([np.linspace(deepest + 5e-3, deepest, 60), np.full(20, deepest)])  # of the tip's centre
-    forces = [
-        palpate.contact.render(surface, way[:, None] * n, radius=radius, stiffness=STIFFNESS).force[-1] for n in normals
-    ]
+    forces = [render(surface, way[:, None] * n, radius=radius, stiffness=STIFFNESS).force[-1] for n in normals]
     cosines = [F @ n / np.linalg.norm(F) for F, n in zip(forces, normals, strict=True)]
     return float(np.percentile(np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0))), 95))
 

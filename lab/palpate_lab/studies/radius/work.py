@@ -8,12 +8,12 @@ from typing import TypedDict, cast
 import numpy as np
 from rich.table import Table
 
-import palpate.scene.contact
 from palpate import _core, _verify
 from palpate.base.arrays import Array
 from palpate.base.sweep import Axis, sweep
 from palpate.base.sweep.grid import Point
 from palpate.base.sweep.work import Values
+from palpate.scene.contact import render
 from palpate_lab.studies._command import Sweeper
 
 RADII = (0.5e-3, 1e-3, 2e-3, 4e-3, 8e-3, 15e-3)  # [m]; the paper's figures show 15 mm
@@ -117,7 +117,7 @@ def _render(feature: float, noise: float, radius: float) -> tuple[Array, Array]:
     tips = path(feature, radius)
     down = tips[0] + np.linspace(5e-3 + DEPTH, 0.0, 200)[:, None] * [0, 0, 1]
     mesh, approach = _relief_mesh(feature, noise), np.concatenate([down, tips])
-    felt = palpate.contact.render(mesh, approach, radius=radius, stiffness=STIFFNESS)
+    felt = render(mesh, approach, radius=radius, stiffness=STIFFNESS)
     return felt.force[len(down) :], felt.proxy[len(down) :, 2]
 
 

@@ -1,4 +1,4 @@
-"""References that share no code with ``palpate.world.registration``: Fitzpatrick's closed form, and Horn's quaternions."""
+"""References that share no code with `palpate.world.registration`: Fitzpatrick's closed form, Horn's quaternions."""
 
 from __future__ import annotations
 

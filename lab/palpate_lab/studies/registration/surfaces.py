@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 
@@ -16,6 +14,7 @@ from palpate.world.registration import surface
 from palpate.world.registration.cloud_files import averaged, read_cloud
 from palpate.world.registration.clouds import sampled
 from palpate.world.shapes.organ import gallbladder, organ
+from palpate_lab import places
 from palpate_lab.studies.registration.fiducials import pose
 from palpate_lab.studies.registration.result import Real
 
@@ -83,14 +82,9 @@ def surface_error(X: Array, covariance: Array, m: Array) -> float:
     return float(np.sqrt(np.mean([target(X, covariance, p).tre ** 2 for p in m[::40]])))
 
 
-def data_folder() -> Path:
-    """Folder of the test data: PALPATE_DATA, or shared/data beside the repository."""
-    return Path(os.environ.get("PALPATE_DATA") or Path(__file__).resolve().parents[4] / "shared" / "data")
-
-
 def real() -> Real | None:
     """A Kinect pair registered here and by small_gicp alone; None if the data are absent."""
-    paths = [data_folder() / "clouds" / f"capture000{k}.pcd" for k in (2, 1)]
+    paths = [places.data() / "clouds" / f"capture000{k}.pcd" for k in (2, 1)]
     if not all(path.is_file() for path in paths):
         return None
     m, f = (read_cloud(path) for path in paths)

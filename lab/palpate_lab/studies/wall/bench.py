@@ -9,7 +9,6 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass, fields, replace
 from functools import cache
-from pathlib import Path
 from typing import Self, TypedDict
 
 import numpy as np
@@ -17,7 +16,7 @@ import numpy as np
 from palpate import _core, _verify
 from palpate.base.arrays import Array
 from palpate.record.ticks import as_ticks
-from palpate.scene import Scene
+from palpate.scene import Scene, shipped
 from palpate.scene.rig import Rig, build
 
 WALL = 0.385  # distance of the wall from the master's base along y, reference of the overshoot [m]
@@ -29,12 +28,6 @@ OSCILLATES = 5e-4  # smallest final peak-to-peak amplitude of an oscillation [m]
 LONGER = 12.0  # further simulation of a run that still moves, to judge whether it oscillates or decays [s]
 ARM = 0.55  # mass of the arm at the handle along y [kg]
 _START = 0.2  # start of the hand's motion [s]
-_HERE = Path(__file__).resolve().parents[2]
-
-
-def scene_file() -> Path:
-    """Path of ``scenes/wall.yaml`` in the installed package or in the repository."""
-    return next(p for p in (_HERE / "scenes" / "wall.yaml", _HERE.parent / "scenes" / "wall.yaml") if p.is_file())
 
 
 @dataclass(frozen=True)
@@ -55,7 +48,7 @@ class WallPress:
     @cache
     def fitted(cls) -> Self:
         """The hand and the delay of the shipped scene."""
-        scene = Scene.load(scene_file())
+        scene = Scene.load(shipped.file("wall"))
         o, path = scene.operator, scene.operator.path or ()
         push = o.stiffness * (-path[-1].xyz[1] - WALL)
         return cls(o.mass, o.damping, o.stiffness, push, path[-1].t - path[0].t, scene.loop_delay)
@@ -127,7 +120,7 @@ class Outcome(TypedDict):
 
 @cache
 def _rig(setting: Setting) -> Rig:
-    scene = Scene.load(scene_file())
+    scene = Scene.load(shipped.file("wall"))
     wall = scene.objects[0].model_copy(update={"stiffness": (setting.kp,) * 3, "damping": (setting.kd,) * 3})
     stability = scene.stability.model_copy(update={"passivity": setting.passivity})
     rates = scene.rates.model_copy(update={"haptic": setting.rate})

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import json
-import shutil
 import subprocess
 import tempfile
 import time
@@ -14,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from palpate.base.errors import MissingExtraError, PalpateError
+from palpate.cli.terminal import chromium
 from palpate_lab.verify.processes import end as end_process
 
-NAMES = ("chromium", "chromium-browser", "google-chrome")
 FLAGS = (
     "--headless=new", "--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
     "--disable-background-networking", "--disable-component-update", "--disable-quic", "--no-first-run",
@@ -91,20 +90,15 @@ class Page:
         return spent
 
 
-def find() -> str | None:
-    """Path of Chromium or Chrome; None if it is not installed."""
-    return next((path for name in NAMES if (path := shutil.which(name))), None)
-
-
 @contextmanager
 def open_browser() -> Iterator[Page]:
     """A page of a new browser with an empty profile; both are gone afterwards.
 
     Raises PalpateError when no Chromium is installed or it does not start, MissingExtraError without `viewer`.
     """
-    program = find()
+    program = chromium.find()
     if program is None:
-        raise PalpateError("no Chromium was found", why=f"none of {', '.join(NAMES)} is on the PATH",
+        raise PalpateError("no Chromium was found", why=f"none of {', '.join(chromium.NAMES)} is on the PATH",
                            mend="install it (Debian: apt-get install chromium)")  # fmt: skip
     try:
         from websockets.sync.client import connect

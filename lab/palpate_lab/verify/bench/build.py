@@ -22,6 +22,7 @@ from typing import TypedDict
 from rich.table import Table
 
 from palpate.base.errors import PalpateError
+from palpate_lab import places
 
 CONTROL = ("Eigen/Dense", "pinocchio/algorithm/joint-configuration.hpp")
 _EXTERNAL = re.compile(r"^#include <((?:Eigen|pinocchio|coal|nanobind)/[^>]+)>", re.MULTILINE)
@@ -75,11 +76,9 @@ def root() -> Path:
     Raises:
         PalpateError: the package was installed from a wheel, so there is nothing to compile.
     """
-    folder = Path(__file__).resolve().parents[3]
-    if not (folder / "CMakeLists.txt").is_file():
-        raise PalpateError(
-            "there is no source to compile", where=str(folder), mend="run this in a clone of the repository"
-        )
+    folder = places.repository()
+    if folder is None:
+        raise PalpateError("there is no source to compile", mend="run this in a clone of the repository")
     return folder
 
 

@@ -66,12 +66,12 @@ class Axis:
 
 def _duration(seconds: int) -> dict[str, float]:
     from palpate.report import write_report
+    from palpate.scene import shipped
     from palpate.session import Session
-    from palpate_lab.verify.bench.start import default_scene
 
     with tempfile.TemporaryDirectory(prefix="palpate-bench-") as folder:
         began = time.process_time()
-        summary = Session(default_scene(), out=folder).run(float(seconds))
+        summary = Session(shipped.file("palpation"), out=folder).run(float(seconds))
         ran = time.process_time()
         assert summary.record is not None
         size = Path(summary.record).stat().st_size

@@ -9,7 +9,6 @@ privileges, so that both see the same load.
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -21,6 +20,7 @@ from palpate import _core, _verify
 from palpate.record.ticks import TICK, Ticks, Timing
 from palpate.scene import Scene, rig
 from palpate.scene.together import capsules
+from palpate_lab import places
 
 Progress = Callable[[str], None]
 
@@ -110,8 +110,7 @@ class Result(Lockstep):
 
 def default_mesh() -> Path | None:
     """The liver of the test data (`PALPATE_DATA`, or `../shared/data` next to the repository); None when absent."""
-    folder = Path(__file__).resolve().parents[4] / "shared" / "data"
-    liver = Path(os.environ.get("PALPATE_DATA") or folder) / "meshes" / "Liver.stl"
+    liver = places.data() / "meshes" / "Liver.stl"
     return liver if liver.is_file() else None
 
 

@@ -7,7 +7,6 @@ over a ridge of radius R turns the force by v dt / (R + r - d) per tick.
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import TypedDict
@@ -23,6 +22,7 @@ from palpate.scene.contact.rendering import render
 from palpate.world.mesh import Mesh, quiet
 from palpate.world.mesh.denoise import denoise
 from palpate.world.mesh.repair import repair
+from palpate_lab import places
 
 ORGANS = ("Liver", "Kidney_right", "Stomach", "Spleen", "Duodenum", "gallbladder_visual")
 DEPTHS = (1e-3, 2e-3)  # [m]
@@ -66,8 +66,7 @@ def run(files: Sequence[Path] = (), on_row: Callable[[Slides], None] | None = No
 
 def organ_files() -> list[Path]:
     """The organ meshes of the test data: PALPATE_DATA, or shared/data beside the repository."""
-    folder = Path(os.environ.get("PALPATE_DATA") or Path(__file__).resolve().parents[4] / "shared" / "data") / "meshes"
-    return [file for file in (folder / f"{name}.stl" for name in ORGANS) if file.is_file()]
+    return [file for name in ORGANS if (file := places.data() / "meshes" / f"{name}.stl").is_file()]
 
 
 def organ_rows(file: Path) -> Iterator[Slides]:

@@ -17,7 +17,7 @@ from typing import Any, TypedDict
 from rich.table import Table
 
 from palpate.base.errors import PalpateError
-from palpate_lab.verify.bench.start import default_scene
+from palpate.scene import shipped
 
 HOURS = 0.02
 MINUTE = 1.0 / 60.0
@@ -126,7 +126,7 @@ def run(
         seconds: simulated time of the lockstep runs [s].
         on_progress: called before each measurement.
     """
-    scene = scene or default_scene()
+    scene = scene or shipped.file("palpation")
     with tempfile.TemporaryDirectory(prefix="palpate-bench-") as folder:
         on_progress(f"running {scene.stem} for {seconds:g} s in lockstep, without and with a record")
         ran = _child(_RUN, str(scene), folder, str(seconds))

@@ -22,6 +22,7 @@ from rich.table import Table
 
 from palpate.base.arrays import Array
 from palpate.base.errors import PalpateError
+from palpate.scene import shipped
 from palpate_lab.verify.processes import end as end_process
 
 Figures = dict[str, float | str]
@@ -66,7 +67,7 @@ def run(seconds: float = SECONDS, rate: float = RATE, on_progress: Callable[[str
     options.leader, options.teleop, options.rate, options.echo = LEADER, TELEOP, rate, True
     options.wrench = f"/{TELEOP}/following/mtm/body/servo_cf"
     mock_leader = native.MockLeader(native.Context(), options)
-    node_command = ["-m", "palpate_lab.verify.bench.ros_node", str(_scene()), f"{rate:g}", LEADER, TELEOP]
+    node_command = ["-m", "palpate_lab.verify.bench.ros_node", str(shipped.file("wall")), f"{rate:g}", LEADER, TELEOP]
     with _process("-c", _ECHO), _process(*node_command) as node:
         on_progress("node and echo are up")
         mock_leader.start()
@@ -237,12 +238,3 @@ def _cpu_time(pid: int) -> float:
     """User and system time of a process [s]."""
     fields = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / float(os.sysconf("SC_CLK_TCK"))
-
-
-def _scene() -> Path:
-    from palpate.arm import models_folder
-
-    for folder in (models_folder().parent / "scenes", Path(__file__).parents[2] / "scenes"):
-        if (folder / "wall.yaml").is_file():
-            return folder / "wall.yaml"
-    raise PalpateError("the shipped scene wall.yaml is missing", mend="install palpate again")

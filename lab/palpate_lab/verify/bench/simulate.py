@@ -18,11 +18,10 @@ import numpy as np
 from rich.table import Table
 
 from palpate.base.sweep.local import cores
-from palpate.scene import Scene
+from palpate.scene import Scene, shipped
 from palpate.session import Session
 from palpate.session.batch import MEASURED, Variation, simulate
 from palpate.session.batch.one import BatchOptions, SharedSurfaces, simulate_one
-from palpate_lab.verify.bench.start import default_scene
 
 RUNS, SECONDS, TURNS = 40, 5.0, 2
 _SOFTEST, _STIFFEST = 200.0, 600.0  # range of the stiffness [N/m]
@@ -68,7 +67,7 @@ def run(
         sessions: number of runs that are also single sessions, spread over all; their time is scaled to all runs.
             0: every run.
     """
-    base = Scene.load(scene or default_scene())
+    base = Scene.load(scene or shipped.file("palpation"))
     variations = [Variation(base, {"objects.0.stiffness": float(K)}) for K in np.linspace(_SOFTEST, _STIFFEST, runs)]
     memory = _memory_of_a_run(variations[0])
     sample = np.unique(np.linspace(0, runs - 1, min(sessions or runs, runs)).round().astype(int)).tolist()

@@ -19,6 +19,7 @@ from typing import TypedDict
 from rich.table import Table
 
 from palpate.base.errors import PalpateError
+from palpate.scene import shipped
 
 RUNS = 7
 
@@ -47,15 +48,6 @@ class Figures(TypedDict):
     load: float
 
 
-def default_scene() -> Path:
-    """The shipped scene with a palpated organ, from the installed package or from the repository."""
-    package = Path(__file__).parents[2]
-    for folder in (package / "scenes", package.parent / "scenes"):
-        if (folder / "palpation.yaml").is_file():
-            return folder / "palpation.yaml"
-    raise PalpateError("the shipped scenes are missing", where=str(package), mend="install palpate again")
-
-
 def run(runs: int = RUNS, scene: Path | None = None, on_progress: Callable[[str], None] = lambda _: None) -> Figures:
     """Measure; the result has the keys of `palpate bench start` in docs/json.md.
 
@@ -64,7 +56,7 @@ def run(runs: int = RUNS, scene: Path | None = None, on_progress: Callable[[str]
         scene: scene of `palpate run` and `palpate check`; default: the shipped scene.
         on_progress: called after each measurement.
     """
-    path = str(scene or default_scene())
+    path = str(scene or shipped.file("palpation"))
     with tempfile.TemporaryDirectory() as folder:
         commands = {
             "help_s": ["-m", "palpate", "--help"],

@@ -149,8 +149,8 @@ def soft(force: float) -> dict[str, float]:
     """Measured and certified penetration of a soft wall under a given force of the hand [mm].
 
     The two values come from independent experiments. This one imposes the force: the hand's target is far below, and
-    its grip slips at this force. The certificate (`palpate.devices.certificate.entry`) imposes positions and measures the
-    stiffness as the slope of force over depth.
+    its grip slips at this force. The certificate (`palpate.devices.certificate.entry`) imposes positions and measures
+    the stiffness as the slope of force over depth.
     """
     rig, wall = _pressed()
     o, arms = rig.options(), rig.arms

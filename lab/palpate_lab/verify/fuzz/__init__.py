@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any, TypedDict
 
 from palpate.base.arrays.plain import Content
-from palpate.renamed import RenamedMethod
 
 #: Targets: modules of this package with ``case(seed)``, which returns counts and raises ``FaultError``.
 TARGETS = (
@@ -59,8 +58,6 @@ class Outcome:
     faults: list[Fault] = field(default_factory=list)
     counts: dict[str, int] = field(default_factory=dict)  #: number of cases by property
     seconds: float = 0.0
-
-    to_json = RenamedMethod("palpate.base.arrays.plain.plain(outcome)")
 
     def add(self, counts: dict[str, int], faults: list[Fault]) -> None:
         """Add the counts and faults of further cases."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-import palpate.scene.contact
 from palpate import _core, _verify
 from palpate.base.arrays import Array
+from palpate.scene.contact import render
 from palpate.world.shapes.analytic import SHAPES
 from palpate_lab.verify.fuzz import FaultError
 
@@ -39,7 +39,7 @@ def case(seed: int) -> dict[str, int]:
     stiffness = 10.0 ** rng.uniform(0, 4)
     method = METHODS[rng.integers(len(METHODS))] if rng.uniform() < 0.3 else "proxy"
     friction = float(rng.choice([0.0, rng.uniform(0, 2)]))
-    felt = palpate.contact.render(mesh, tips, radius=radius, stiffness=stiffness, friction=friction, method=method)
+    felt = render(mesh, tips, radius=radius, stiffness=stiffness, friction=friction, method=method)
     for name in ("force", "normal", "depth", "proxy"):
         if not np.isfinite(getattr(felt, name)).all():
             row = int(np.argmin(np.isfinite(getattr(felt, name)).reshape(len(tips), -1).all(axis=1)))

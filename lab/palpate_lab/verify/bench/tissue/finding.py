@@ -1,11 +1,12 @@
 """Do simulated operators find a lump by palpation, and do they find none where there is none?
 
-Each operator (`palpate.simulators.operators`) slides a probe with constant force along a line over a soft block. What the operator
-senses is the force with the errors of touch and the position with those of sight; their ratio is the stiffness that the
-operator perceives. A lump is reported where the stiffness, averaged over a patch, exceeds that of the softer patches,
-their first quartile, by the just noticeable difference of stiffness, 22 % (Jones and Hunter 1990, Exp. Brain Res. 79).
-The median would be no background: a lump 3 mm deep stiffens half of the line. A lump counts as found if the report lies
-within `NEAR` of its middle. The control is the same operator, with the same errors, on the same block without a lump.
+Each operator (`palpate.simulators.operators`) slides a probe with constant force along a line over a soft block. What
+the operator senses is the force with the errors of touch and the position with those of sight; their ratio is the
+stiffness that the operator perceives. A lump is reported where the stiffness, averaged over a patch, exceeds that of
+the softer patches, their first quartile, by the just noticeable difference of stiffness, 22 % (Jones and Hunter 1990,
+Exp. Brain Res. 79). The median would be no background: a lump 3 mm deep stiffens half of the line. A lump counts as
+found if the report lies within `NEAR` of its middle. The control is the same operator, with the same errors, on the
+same block without a lump.
 
 The press and the quartile were chosen on operators 0 to 4 and the places of seed 5. The figure judges other operators
 at other places.
