@@ -8,18 +8,26 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from importlib.machinery import PathFinder
-from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from palpate.base.errors import PalpateError
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint, EntryPoints
 
 Group = Literal["palpate.commands", "palpate.studies", "palpate.methods", "palpate.shapes", "palpate.exporters"]
 
 
 def names(group: Group) -> list[str]:
     """Names that other distributions add to a group, sorted."""
-    return sorted({point.name for point in entry_points(group=group)})
+    return sorted({point.name for point in _entry_points(group)})
+
+
+def _entry_points(group: Group, name: str | None = None) -> EntryPoints:
+    from importlib.metadata import entry_points  # takes 20 ms, and few commands need it
+
+    return entry_points(group=group) if name is None else entry_points(group=group, name=name)
 
 
 def files(group: Group) -> dict[str, tuple[str, Path]]:
@@ -37,7 +45,7 @@ def files(group: Group) -> dict[str, tuple[str, Path]]:
 
 
 def _points(group: Group, name: str) -> list[EntryPoint]:
-    return list({one.value: one for one in entry_points(group=group, name=name)}.values())
+    return list({one.value: one for one in _entry_points(group, name)}.values())
 
 
 def load(group: Group, name: str) -> Any | None:

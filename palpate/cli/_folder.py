@@ -15,7 +15,6 @@ the help, and for a name that is no command of our own.
 from __future__ import annotations
 
 import ast
-import difflib
 from collections.abc import Sequence
 from dataclasses import dataclass, make_dataclass
 from importlib import import_module
@@ -146,6 +145,8 @@ def dispatch(group: ModuleType, prog: str, description: str, args: Sequence[str]
 
 def _nearest(prog: str, given: str, names: Sequence[str]) -> str:
     """Advice for a mistyped command: the nearest names, also those of parts of a command, or all names."""
+    import difflib
+
     near = difflib.get_close_matches(given.lower(), names, n=3, cutoff=0.5)
     near += [name for name in names if len(given) > 1 and name.startswith(given.lower()) and name not in near]
     if near:

@@ -13,6 +13,7 @@ from mcap.writer import CompressionType, Writer
 from palpate.record import SIGNALS, Record, Recorder, as_rows
 from palpate.record.layout import GROUPS, group_of, topic
 from palpate.record.mcap_file import McapFile
+from palpate.record.mcap_scan import scan
 
 rosbag2 = pytest.importorskip("rosbags.rosbag2", reason="rosbags (test group) is not installed")
 from rosbags.highlevel import AnyReader  # noqa: E402
@@ -188,3 +189,36 @@ def test_a_long_record_takes_little_memory_in_its_writer(tmp_path):
     tracemalloc.stop()
     file.finish()
     assert grown / 300 < 20 * 70
+
+
+def chunks_by_the_library(path):
+    """The chunks of a file as the mcap library reads them: the reference."""
+    with path.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    return [
+        (c.chunk_start_offset, c.chunk_length, c.message_start_time, c.message_end_time, c.uncompressed_size,
+         tuple(sorted(c.message_index_offsets)))
+        for c in summary.chunk_indexes
+    ]  # fmt: skip
+
+
+def test_entries_of_chunks_of_any_forms_are_those_of_the_library(tmp_path):
+    """Runs of alike entries are taken at once: chunks of one to three channels, in any order."""
+    path, rng = tmp_path / "any.mcap", np.random.default_rng(0)
+    with path.open("wb") as file:
+        writer = Writer(file, chunk_size=300)
+        writer.start()
+        numbers = [writer.register_channel(f"/c{k}", "", 0) for k in range(3)]
+        for k in range(2000):
+            some = numbers[: 1 + int(rng.integers(3))] if k // 200 % 2 else numbers[k // 400 % 3 :][:1]
+            writer.add_message(int(rng.choice(some)), 10**9 + k, bytes(int(rng.integers(5, 60))), 10**9 + k)
+        writer.finish()
+    expected = chunks_by_the_library(path)
+    assert len({one[-1] for one in expected}) > 3
+    found = scan(path)
+    assert found.complete
+    assert [tuple(one) for one in found.chunks] == expected
+    for wanted in ({numbers[0]}, {numbers[1], numbers[2]}):
+        assert [tuple(p) for p in found.chunks.holding(wanted)] == [one for one in expected if wanted & set(one[-1])]
+        count = sum(1 for one in found.messages(wanted))
+        assert count == sum(1 for one in found.messages() if one.channel_id in wanted) > 100
