@@ -163,6 +163,8 @@ void bind_device(nb::module_& m) {
           },
           "t"_a, "X_LH"_a, "F"_a, nb::call_guard<nb::gil_scoped_release>(),
           "Steps at all times t (n,) [s] with poses X_LH (n, 4, 4) [m]; writes the wrenches to F (n, 6) [N, N m].")
+      .def("attach", &DeviceCycle::attach, "remote"_a.none(),
+           "Lets the hand feel what this end of a link renders; None: the objects of the cycle. Not while it runs.")
       .def("allow_force", &DeviceCycle::allow_force, "allowed"_a, "False: the wrench ramps to zero.")
       .def_prop_ro("gripper_torque", &DeviceCycle::gripper_torque,
                    "Torque on the operator's fingers after the last step, positive when it opens them [N m].")

@@ -4054,6 +4054,11 @@ class DeviceCycle:
         Steps at all times t (n,) [s] with poses X_LH (n, 4, 4) [m]; writes the wrenches to F (n, 6) [N, N m].
         """
 
+    def attach(self, remote: RemoteEnd | None) -> None:
+        """
+        Lets the hand feel what this end of a link renders; None: the objects of the cycle. Not while it runs.
+        """
+
     def allow_force(self, allowed: bool) -> None:
         """False: the wrench ramps to zero."""
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from palpate import _core
 from palpate.base import stop_signals
 from palpate.devices.buttons import press
 from palpate.devices.driven import DrivenLoop
@@ -41,6 +42,11 @@ class DeviceSession(LiveSession):
         super().__init__(loop.rig, loop, scene.rates.haptic, scene.seed, out, clouds)
         self.world = loop.world
         self._steps, self._counted_at = 0, time.monotonic()
+
+    def attach(self, remote: _core.RemoteEnd | None) -> None:
+        """Let the hand feel what this end of a link renders, from the next start on; None: the objects of the scene."""
+        assert isinstance(self._loop, DeviceLoop)
+        self._loop.cycle.attach(remote)
 
     @property
     def state(self) -> State:

@@ -100,6 +100,14 @@ class LiveSession(AttendedLoop):
         self._pump = None
         self._drain()
 
+    def attach(self, remote: _core.RemoteEnd | None) -> None:
+        """Let the hand feel what this end of a link renders, from the next start on; None: the objects of the session.
+
+        Raises:
+            PalpateError: the loop of this session knows no links.
+        """
+        raise PalpateError("this session does not run across a network", mend="use the loop of an arm or a device")
+
     # -- observation and control ------------------------------------------------------------------------------------
 
     @property

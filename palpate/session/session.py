@@ -85,6 +85,10 @@ class Session(LiveSession):
         """The simulation that the session runs."""
         return rig.simulation(seed)
 
+    def attach(self, remote: _core.RemoteEnd | None) -> None:
+        """Let the hand feel what this end of a link renders; None: the objects of the session."""
+        self.simulation.attach(remote)
+
     def run(
         self,
         duration: float | None = None,

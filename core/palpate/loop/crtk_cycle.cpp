@@ -282,6 +282,7 @@ void CrtkCycle::join_bodies(std::shared_ptr<Bodies> bodies, int tool) {
 // Shows the tool to the other cycles and to the bodies, and computes their force on it. A tool whose pose is not
 // trusted is not shown: the others see it at rest where it was, and it receives no force.
 void CrtkCycle::meet(bool trusted) noexcept {
+  in_.tool.F_others_W = {F_pushed_W_, Vec3::Zero()};
   if (!in_world_ && !body_port_) return;
   const Pose X_WO = on_tool_.X_WO;
   on_tool_ = OnTool{};
@@ -300,7 +301,7 @@ void CrtkCycle::meet(bool trusted) noexcept {
     }
     met_at_ = last_.t;
   }
-  in_.tool.F_others_W = on_tool_.F_T_W;
+  in_.tool.F_others_W = in_.tool.F_others_W + on_tool_.F_T_W;
   in_.tool.K_others = on_tool_.stiffness;
   in_.tool.power_others = on_tool_.power;
 }

@@ -87,6 +87,8 @@ class CrtkCycle {
   void set_scene(const scene::Snapshot& scene) noexcept { in_.scene = &scene; }
   /// Resets contact to the tool's position, for a scene with other objects.
   void forget_contacts() noexcept { haptics_.forget_contacts(); }
+  /// An additional force on the tool from the next step on, in W [N].
+  void push(const Vec3& F_W) noexcept { F_pushed_W_ = F_W; }
   /// Replaces the fixtures, which must outlive their use.
   void take(const guidance::ActiveFixtures& active) noexcept { haptics_.take(active); }
 
@@ -109,6 +111,7 @@ class CrtkCycle {
   [[nodiscard]] const Watch& leader() const noexcept { return leader_; }
   [[nodiscard]] const Watch& follower() const noexcept { return follower_; }
   [[nodiscard]] const CrtkOptions& options() const noexcept { return options_; }
+  [[nodiscard]] const mapping::Mapping& mapping() const noexcept { return haptics_.mapping(); }
 
  private:
   std::uint64_t check_conditions(ClockTime now) noexcept;
@@ -145,6 +148,7 @@ class CrtkCycle {
   std::unique_ptr<InWorld> in_world_;                                  ///< null without other instruments
   std::unique_ptr<BodyPort> body_port_;                                ///< null without rigid bodies
   OnTool on_tool_;                                                     ///< forces of the others and the bodies
+  Vec3 F_pushed_W_ = Vec3::Zero();                                     ///< by push() [N]
   double engaged_at_ = 0.0;  ///< time of the last step in which the tool followed [s]
   bool moved_ = false;       ///< somebody else has moved the follower since it last followed
   double met_at_ = 0.0;      ///< time at which the instrument was last shown to the others; 0: never [s]

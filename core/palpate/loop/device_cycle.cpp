@@ -127,11 +127,22 @@ DeviceFault DeviceCycle::check_time(double t) noexcept {
 
 // Takes the controls, scene and fixtures that other threads have set since the last step.
 void DeviceCycle::take() noexcept {
-  cycle_.set_controls(front_.take_controls());
+  Controls controls = front_.take_controls();
   const bool other = front_.take_scene(clock_);
   cycle_.set_scene(front_.scene());
+  reach_out(controls);
+  cycle_.set_controls(controls);
   if (other) cycle_.forget_contacts();
   if (front_.take_fixtures()) cycle_.take(front_.fixtures());
+}
+
+// Takes objects and force from the other end of a link; without a link the tool holds.
+void DeviceCycle::reach_out(Controls& controls) noexcept {
+  if (!link_.attached()) return;
+  const RemoteTick* felt = link_.step(clock_);
+  controls.hold_all |= felt == nullptr || !felt->linked;
+  cycle_.push(felt == nullptr ? Vec3(Vec3::Zero()) : felt->F);
+  if (felt != nullptr && felt->scene != nullptr) cycle_.set_scene(*felt->scene);
 }
 
 void DeviceCycle::feed(const DeviceState& state) noexcept {
@@ -160,6 +171,7 @@ const Wrench& DeviceCycle::advance() noexcept {
   cycle_time_.add(spent);
   Tick tick = out.tick;
   tick.cycle_us = 1e-3 * static_cast<double>(spent);
+  if (link_.attached()) link_.remember(tick, cycle_.mapping().energy_ratio());
   status_ = static_cast<std::uint64_t>(tick.status);
   front_.record(tick);
   front_.keep(tick);

@@ -12,6 +12,7 @@
 #include "palpate/loop/crtk_cycle.hpp"
 #include "palpate/loop/front.hpp"
 #include "palpate/loop/histogram.hpp"
+#include "palpate/loop/link.hpp"
 
 namespace palpate::loop {
 
@@ -72,6 +73,10 @@ class DeviceCycle {
   /// Puts the tool among rigid bodies, from the next step on; the owner of the engine advances it.
   void join_bodies(std::shared_ptr<Bodies> bodies, int tool) { cycle_.join_bodies(std::move(bodies), tool); }
 
+  /// Lets the hand feel what this end of a link renders, from the next step on; null: the objects of the cycle. Not to
+  /// be called while the cycle runs.
+  void attach(std::shared_ptr<RemoteEnd> remote) noexcept { link_.attach(std::move(remote)); }
+
   /// One step; returns the wrench on the hand, in the axes of the device's base [N, N m]. No allocation, no exception.
   const Wrench& step(const DeviceState& state) noexcept;
   /// Sets the wrench to zero and records it: the device cannot be read. Advances the clock by one period.
@@ -98,11 +103,13 @@ class DeviceCycle {
  private:
   DeviceFault check_time(double t) noexcept;
   void take() noexcept;
+  void reach_out(Controls& controls) noexcept;
   void feed(const DeviceState& state) noexcept;
   const Wrench& advance() noexcept;
 
   CrtkCycle cycle_;
   Front front_;
+  Link link_;
   CrtkGates gates_;
   Histogram cycle_time_;
   DeviceFault fault_ = DeviceFault::none;

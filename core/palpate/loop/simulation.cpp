@@ -136,12 +136,11 @@ void Simulation::publish() noexcept {
 void Simulation::attach(std::shared_ptr<RemoteEnd> remote) {
   const std::lock_guard lock(driver_);
   if (running()) throw std::logic_error("the simulation runs in real time: stop() it before attach()");
-  remote_ = std::move(remote);
+  link_.attach(std::move(remote));
   const FollowerState& follower = follower_.measured();
   if (follower.q.size() != follower_model_.n() || !follower.q.allFinite()) return;
   follower_model_.update(follower.q, JointVector::Zero(follower_model_.n()));
-  local_.X = options_.X_WB * follower_model_.tip();
-  local_.jaw = follower.jaw;
+  link_.begin(options_.X_WB * follower_model_.tip(), follower.jaw);
 }
 
 void Simulation::watch_stages() {
@@ -247,7 +246,7 @@ const Tick& Simulation::tick(double lateness_us) noexcept {
     fault_.write(tick);
   }
 
-  if (remote_) remember(tick);
+  if (link_.attached()) link_.remember(tick, cycle_.mapping().energy_ratio());
   leader_.command(out.leader);
   follower_.command(out.follower);
   plant();
@@ -275,33 +274,13 @@ void Simulation::meet() noexcept {
 
 // Takes objects and force from the other end of a link.
 void Simulation::reach_out() noexcept {
-  if (!remote_) return;
-  local_.t = in_.t;
-  const RemoteTick& felt = remote_->step(local_);
-  felt_ = &felt;
-  if (felt.scene != nullptr) in_.scene = felt.scene;
+  if (!link_.attached()) return;
+  const RemoteTick* felt = link_.step(in_.t);
+  in_.controls.hold_all |= felt == nullptr || !felt->linked;
   in_.F_others_W = tool_contact_ ? Wrench{} : on_tool_.F_T_W;
-  in_.F_others_W.f += felt.F;
-  in_.controls.hold_all |= !felt.linked;
-}
-
-// Records the link, and keeps the tool of this tick for its other end.
-void Simulation::remember(Tick& tick) noexcept {
-  local_.X = {Mat3(Eigen::Quaterniond(tick.quat_WT[0], tick.quat_WT[1], tick.quat_WT[2], tick.quat_WT[3])),
-              Vec3(tick.p_WT[0], tick.p_WT[1], tick.p_WT[2])};
-  local_.jaw = tick.jaw;
-  local_.F = Vec3(tick.F_T_W[0], tick.F_T_W[1], tick.F_T_W[2]);
-  for (int i = 0; i < 3; ++i) {
-    tick.p_WR[i] = felt_->p_tool[i];
-    tick.F_remote_W[i] = felt_->F_tool[i];
-  }
-  const double per_hand = cycle_.mapping().energy_ratio();
-  tick.remote_age = felt_->age;
-  tick.remote_delay = felt_->delay;
-  tick.remote_link = felt_->linked ? 2.0 : 1.0;
-  tick.remote_received = felt_->received;
-  tick.energy_model = per_hand * felt_->paid;
-  tick.energy_tank = per_hand * felt_->tank;
+  if (felt == nullptr) return;
+  if (felt->scene != nullptr) in_.scene = felt->scene;
+  in_.F_others_W.f += felt->F;
 }
 
 // Steps the simulated world by one period of the cycle.

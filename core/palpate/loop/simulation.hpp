@@ -15,8 +15,8 @@
 #include "palpate/loop/hand_motion.hpp"
 #include "palpate/loop/histogram.hpp"
 #include "palpate/loop/instruments.hpp"
+#include "palpate/loop/link.hpp"
 #include "palpate/loop/realtime.hpp"
-#include "palpate/loop/remote_end.hpp"
 #include "palpate/plant/follower.hpp"
 #include "palpate/plant/hand.hpp"
 #include "palpate/plant/leader.hpp"
@@ -102,7 +102,6 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): a singl
   void plant() noexcept;
   void meet() noexcept;
   void reach_out() noexcept;
-  void remember(Tick& tick) noexcept;
   Wrench touch(double t) noexcept;
   bool wake(const Wake& wake) noexcept;
 
@@ -123,10 +122,8 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): a singl
   std::shared_ptr<Bodies> bodies_;          ///< null without rigid bodies
   bool advances_ = false;                   ///< run() advances the engine of bodies_
   std::unique_ptr<BodyPort> body_port_;
-  std::shared_ptr<RemoteEnd> remote_;  ///< null without a link
-  LocalTool local_;                    ///< for remote_
-  const RemoteTick* felt_ = nullptr;   ///< of remote_ at this tick
-  OnTool on_tool_;                     ///< forces of the other instruments at this tick
+  Link link_;
+  OnTool on_tool_;  ///< forces of the other instruments at this tick
   std::atomic<std::int64_t> stall_ns_{0};
 
   RealTimeThread thread_;

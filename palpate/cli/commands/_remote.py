@@ -11,7 +11,7 @@ from palpate.base.errors import PalpateError, SceneError
 
 if TYPE_CHECKING:
     from palpate.scene import Scene
-    from palpate.session import PairsSession, Session
+    from palpate.session import LiveSession, PairsSession
     from palpate.session.remote.link import RemoteLink
 
 
@@ -39,15 +39,13 @@ def require(scene: Scene, at: str | None, fast: bool) -> None:
         if given:
             raise SceneError(f"a scene with {part} does not run across a network", where=scene.where(part),
                              mend="leave the section out")  # fmt: skip
-    if any(one.arms.leader.driver is not None for one in scene.each_pair().values()):
-        raise PalpateError("a leader with a driver does not run across a network yet", mend="leave --leader out")
     section = scene.remote
     if section is not None:
         network(network_name(scene))
 
 
 @contextmanager
-def joined(session: Session | PairsSession, at: str | None, key: Path | None) -> Iterator[RemoteLink | None]:
+def joined(session: LiveSession | PairsSession, at: str | None, key: Path | None) -> Iterator[RemoteLink | None]:
     """The link of a session: to the address, to processes on this machine as the scene says, or none.
 
     Raises:

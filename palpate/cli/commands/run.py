@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from palpate.scene import Scene
     from palpate.session import Session
+    from palpate.session.remote.link import RemoteLink
     from palpate.session.summary import Summary
     from palpate.session.tasks import TaskRun
 
@@ -187,15 +188,14 @@ class Command:
             joined(session, self.remote, self.key) as link,
         ):
             summary = session.run(duration, realtime=realtime, on_progress=progress)
-        if link is not None:
-            summary = replace(summary, remote=link.figures())
-            say(console, link.words())
+        summary = _with_link(summary, link, console)
         if session.execution is not None:
             say(console, session.execution.words())
         return summary
 
     def _run_device(self, scene: Scene, viewer: bool) -> int:
         """Render the scene on the device of its driver until the duration or Ctrl-C ends it; returns the exit code."""
+        from palpate.cli.commands._remote import joined
         from palpate.cli.terminal import outcome
         from palpate.cli.terminal.device import DeviceLine
         from palpate.cli.terminal.output import console_for, say, write_json
@@ -215,10 +215,14 @@ class Command:
             return session
 
         def run(session: DrivenSession) -> Summary:
-            with DeviceLine(console, session.nearest) as line, pedals(self.pedals, session.console, True):
+            with (
+                DeviceLine(console, session.nearest) as line,
+                pedals(self.pedals, session.console, True),
+                joined(session, self.remote, self.key) as link,
+            ):
                 summary = session.run(self.duration, on_progress=line)
             self.failed = session.failed
-            return summary
+            return _with_link(summary, link, console)
 
         report = partial(_report, console, outcome.wants_report(scene, viewer))
         if viewer:
@@ -260,6 +264,16 @@ class Command:
             )
         if self.seed is not None and not 0 <= self.seed < 2**64:
             raise PalpateError(f"--seed {self.seed}: must be a whole number from 0", mend="give e.g. --seed 1")
+
+
+def _with_link(summary: Summary, link: RemoteLink | None, console: Console) -> Summary:
+    """The summary with what a link has measured, which is printed as well."""
+    from palpate.cli.terminal.output import say
+
+    if link is None:
+        return summary
+    say(console, link.words())
+    return replace(summary, remote=link.figures())
 
 
 def _report(console: Console, wanted: bool, summary: Summary) -> Summary:

@@ -15,11 +15,11 @@ import numpy as np
 from palpate import __version__, _network
 from palpate.base.errors import PalpateError
 from palpate.scene import held
+from palpate.session.live import LiveSession
 from palpate.session.network import channel as channels
 from palpate.session.pairs import PairsSession
 from palpate.session.remote.pump import Pump
 from palpate.session.remote.site import PATIENCE, digest, mode, parts
-from palpate.session.session import Session
 
 MENDS = {
     "another operator": "end the other session, or wait until it has ended",
@@ -35,7 +35,7 @@ _HEADERS = 28  # of IPv4 and UDP [bytes]
 class _Hand:
     """One pair of a session at the operator's end."""
 
-    def __init__(self, session: Session, mode: str) -> None:
+    def __init__(self, session: LiveSession, mode: str) -> None:
         self.session, options = session, _network.LoopEndOptions()
         options.radius = session.rig.scene.contact.radius
         options.mode = _network.Mode[mode]
@@ -81,7 +81,9 @@ class RemoteLink:
         through the network.
     """
 
-    def __init__(self, session: Session | PairsSession, at: tuple[str, int], key: bytes, rate: float = 1000.0) -> None:
+    def __init__(
+        self, session: LiveSession | PairsSession, at: tuple[str, int], key: bytes, rate: float = 1000.0
+    ) -> None:
         self._session, self._at = session, at
         held.refuse(session.scene, "across a network")
         self.mode = mode(session.scene)  #: what the hands feel
@@ -140,7 +142,7 @@ class RemoteLink:
         """Begin to exchange packets; the loop holds until the link stands."""
         for hand in self._hands.values():
             hand.session.linked = True
-            hand.session.simulation.attach(hand.end)
+            hand.session.attach(hand.end)
         self._thread.start()
 
     def close(self) -> None:
@@ -150,7 +152,7 @@ class RemoteLink:
             self._thread.join()
         for hand in self._hands.values():
             if not hand.session.running:
-                hand.session.simulation.attach(None)
+                hand.session.attach(None)
         self._channel.close()
         self._udp.close()
 
@@ -198,21 +200,9 @@ class RemoteLink:
         return f"remote {f['at']}{of}: round trip {f['round_trip_ms']:.0f} ms, {ages}, {counts}{learnt}"
 
 
-def _sessions(session: Session | PairsSession) -> dict[str, Session]:
-    """The session of each pair by its name; that of one pair has the name ''.
-
-    Raises:
-        PalpateError: a pair has a device as its leader.
-    """
-    if isinstance(session, Session):
-        return {"": session}
-    found: dict[str, Session] = {}
-    for name, one in session.pairs.items():
-        if not isinstance(one, Session):
-            raise PalpateError(f"pair {name} has a leader with a driver, which does not run across a network yet",
-                               mend="leave --leader out")  # fmt: skip
-        found[name] = one
-    return found
+def _sessions(session: LiveSession | PairsSession) -> dict[str, LiveSession]:
+    """The session of each pair by its name; that of one pair has the name ''."""
+    return dict(session.pairs) if isinstance(session, PairsSession) else {"": session}
 
 
 def _packets_to(at: tuple[str, int], pairs: int) -> socket.socket:
