@@ -1420,10 +1420,10 @@ class Follower:
         options: FollowerOptions,
         scene: palpate._core.Snapshot,
         world: palpate._core.Snapshot,
-        p: Annotated[NDArray[numpy.float64], "(3,)"],
+        X: Annotated[NDArray[numpy.float64], "(4, 4)"],
     ) -> None:
         """
-        scene: the objects as both ends have them; world: as they are; p (3,): place [m].
+        scene: the objects as both ends have them; world: as they are; X (4, 4): pose of the tool in W [m].
         """
 
     def start(self) -> None:

@@ -173,7 +173,9 @@ void bind_site(nb::module_& m) {
   nb::class_<Instrument>(m, "Instrument", "A simulated instrument that touches the objects of a scene.")
       .def(nb::init<const InstrumentOptions&, double, scene::Snapshot, std::uint64_t>(), "options"_a, "radius"_a,
            "world"_a, "seed"_a = 0)
-      .def("place", &Instrument::place, "p"_a, "Places the tool at p (3,) [m], at rest.")
+      .def(
+          "place", [](Instrument& self, const Vec3& p) { self.place({Mat3::Identity(), p}); }, "p"_a,
+          "Places the tool at p (3,) [m], at rest.")
       .def("step", &Instrument::step, "goal"_a, "t"_a, "dt"_a, "One tick with this goal from the time t on [s].")
       .def("measure", &Instrument::measure, "t"_a, "What the sensors report at the time t [s].")
       .def_prop_ro("force", &Instrument::force, "True force of the tissue (3,) [N].")

@@ -88,8 +88,12 @@ void bind_follower(nb::module_& m) {
       .def_ro("largest", &FollowerState::largest, "Largest force of the tissue so far [N]."_doc)
       .def_ro("account", &FollowerState::account, "Energy that the tool may still spend [J]."_doc);
   nb::class_<Follower>(m, "Follower", "The follower's end with a simulated instrument, in a real-time thread.")
-      .def(nb::init<const FollowerOptions&, scene::Snapshot, scene::Snapshot, const Vec3&>(), "options"_a, "scene"_a,
-           "world"_a, "p"_a, "scene: the objects as both ends have them; world: as they are; p (3,): place [m].")
+      .def(
+          "__init__",
+          [](Follower* self, const FollowerOptions& options, const scene::Snapshot& scene, const scene::Snapshot& world,
+             const Matrix4& X) { new (self) Follower(options, scene, world, to_pose(X, "X")); },
+          "options"_a, "scene"_a, "world"_a, "X"_a,
+          "scene: the objects as both ends have them; world: as they are; X (4, 4): pose of the tool in W [m].")
       .def("start", &Follower::start, nb::call_guard<nb::gil_scoped_release>(), "Starts the thread.")
       .def("stop", &Follower::stop, nb::call_guard<nb::gil_scoped_release>(), "Ends the thread.")
       .def("receive", &take<Follower>, "bytes"_a, "at"_a,

@@ -204,13 +204,19 @@ def test_a_tool_without_mass_is_refused(mass):
 
 @pytest.mark.parametrize(
     ("rate", "p", "words"),
-    [(0.0, 0.0, "rate"), (np.nan, 0.0, "rate"), (1e9, 0.0, "rate"), (1000.0, np.nan, "p")],
+    [
+        (0.0, 0.0, r"follower\.rate = "),
+        (np.nan, 0.0, r"follower\.rate = "),
+        (1e9, 0.0, r"follower\.rate = "),
+        (1000.0, np.nan, "X must be a pose"),
+    ],
 )
 def test_a_follower_without_a_rate_or_a_place_is_refused(rate, p, words):
     options, nothing = _network.FollowerOptions(), _core.Snapshot([])
-    options.rate = rate
-    with pytest.raises(ValueError, match=rf"follower\.{words} = "):
-        _network.Follower(options, nothing, nothing, np.full(3, p))
+    options.rate, X = rate, np.eye(4)
+    X[:3, 3] = p
+    with pytest.raises(ValueError, match=words):
+        _network.Follower(options, nothing, nothing, X)
 
 
 def test_a_trial_needs_an_object():

@@ -18,7 +18,7 @@ EmulatedEnd::EmulatedEnd(const EmulatedOptions& options, const scene::Snapshot& 
 
 const loop::RemoteTick& EmulatedEnd::step(const loop::LocalTool& tool) noexcept {
   const double t = tool.t;
-  if (!started_) instrument_.place(tool.X.p);
+  if (!started_) instrument_.place(tool.X);
   started_ = true;
   to_site_.deliver(t, [this](const Datagram& d, double at) { site_.receive(d, at); });
   to_operator_.deliver(t, [this](const Datagram& d, double at) { end_.receive(d, at); });

@@ -12,16 +12,16 @@ constexpr std::int64_t kMostMissed = 20;  // ticks by which the instrument catch
 
 }  // namespace
 
-Follower::Follower(const FollowerOptions& options, scene::Snapshot scene, scene::Snapshot world, const Vec3& p)
+Follower::Follower(const FollowerOptions& options, scene::Snapshot scene, scene::Snapshot world, const Pose& X)
     : options_(options),
       site_(options.site, std::move(scene)),
       instrument_(options.instrument, options.site.radius, std::move(world), 1),
       thread_(options.realtime) {
   require("follower", options.rate >= 50.0 && options.rate <= 10000.0, "rate", options.rate, "must be 50 to 10000 Hz");
-  require("follower", p.allFinite(), "p", p.sum(), "must be finite");
-  instrument_.place(p);
+  require("follower", X.p.allFinite(), "p", X.p.sum(), "must be finite");
+  instrument_.place(X);
   FollowerState before;
-  before.x = p;
+  before.x = X.p;
   state_.write(before);
 }
 

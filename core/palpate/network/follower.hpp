@@ -32,8 +32,9 @@ struct FollowerState : Ages {
 /// Site and instrument in a real-time thread; packets come and go through queues.
 class Follower {
  public:
-  /// scene: the objects as both ends have them; world: as they really are. Throws std::invalid_argument.
-  Follower(const FollowerOptions& options, scene::Snapshot scene, scene::Snapshot world, const Vec3& p);
+  /// scene: the objects as both ends have them; world: as they really are; X: pose of the tool in W. Throws
+  /// std::invalid_argument.
+  Follower(const FollowerOptions& options, scene::Snapshot scene, scene::Snapshot world, const Pose& X);
 
   void start();
   void stop() { thread_.stop(); }

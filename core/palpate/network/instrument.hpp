@@ -28,7 +28,11 @@ class Instrument {
  public:
   /// world: the objects as they really are. Throws std::invalid_argument naming an invalid option.
   Instrument(const InstrumentOptions& options, double radius, scene::Snapshot world, std::uint64_t seed);
-  void place(const Vec3& p) noexcept { x_ = p; }
+  /// Puts the tool at a pose in W, at rest. Its orientation follows the goal at once.
+  void place(const Pose& X) noexcept {
+    goal_.X = X;
+    x_ = X.p;
+  }
   /// One tick of length dt with this goal, beginning at the time t of the scene [s].
   void step(const SiteGoal& goal, double t, double dt) noexcept;
   /// What the sensors report at the time t [s].

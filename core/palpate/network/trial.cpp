@@ -106,7 +106,7 @@ TrialResult Trial::palpate(const PalpationOptions& options, double most) {
 
 void Trial::begin(const Vec3& x) {
   x_ = x_before_ = x;
-  instrument_.place(x_);
+  instrument_.place({Mat3::Identity(), x_});
   goal_.X.p = x_;
 }
 

@@ -84,8 +84,8 @@ def simulated(rig: Rig, rate: float) -> _network.Follower:
     """A simulated instrument at the start of the scene's follower; rate: of its loop [Hz]."""
     options = _network.FollowerOptions()
     options.site, options.rate = site_options(rig), rate
-    p = (rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0))[:3, 3]
-    return _network.Follower(options, rig.snapshot, world(rig), p)
+    X_WT = rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0)
+    return _network.Follower(options, rig.snapshot, world(rig), X_WT)
 
 
 def site_options(rig: Rig) -> _network.SiteOptions:
