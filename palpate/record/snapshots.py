@@ -8,7 +8,9 @@ makes the shapes small, since most of a surface is at rest.
 
 from __future__ import annotations
 
+import struct
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 from typing import Any
 
@@ -65,11 +67,21 @@ def shape_of(message: bytes) -> npt.NDArray[np.int16]:
 
 def joints_message(t: float, names: tuple[str, ...], q: Array) -> bytes:
     """The message of joint positions q (n,) at a time [s]."""
-    seconds, rest = divmod(round(1e9 * t), 10**9)
-    message = Cdr().number("i", seconds).number("I", rest).text("").number("I", len(names))
+    before, after = _around_joints(names, len(q))
+    stamp = struct.pack("<iI", *divmod(round(1e9 * t), 10**9))
+    return before[:_HEAD] + stamp + before[_HEAD + len(stamp) :] + q.astype("<f8").tobytes() + after
+
+
+@cache
+def _around_joints(names: tuple[str, ...], n: int) -> tuple[bytes, bytes]:
+    """The bytes of a message before and after the positions, with a stamp of zero."""
+    message = Cdr().number("i", 0).number("I", 0).text("").number("I", len(names))
     for name in names:
         message.text(name)
-    return bytes(message.number("I", len(q)).number("d", *q.tolist()).number("I", 0).number("I", 0))
+    message.number("I", n).number("d", *[0.0] * n)
+    end = message.end
+    whole = bytes(message.number("I", 0).number("I", 0))
+    return whole[: end - 8 * n], whole[end:]
 
 
 def joints_of(message: bytes) -> Array:

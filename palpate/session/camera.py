@@ -78,6 +78,9 @@ class CameraArm:
         """One period [s] with the newest tick of each hand: the hands in the state `camera` move the camera."""
         self.steps += 1
         pressed = [machine.name_of(float(tick["session_state"])) == "camera" for tick in ticks]
+        if not any(pressed):
+            self._rest()
+            return
         self.step(pressed, [tick["p_LH"] for tick in ticks], dt)
 
     def step(self, pressed: bool | Sequence[bool], p_LH: ArrayLike, dt: float) -> None:
@@ -91,7 +94,7 @@ class CameraArm:
         p_LH = np.atleast_2d(np.asarray(p_LH, dtype=float))
         holding = np.asarray(pressed, dtype=bool) & np.isfinite(p_LH).all(axis=1)
         if not holding.any():
-            self._hands0, self._done = None, PictureMotion()
+            self._rest()
             return
         hands = (np.einsum("nij,nj->ni", self._R_DL, p_LH) + self._p_DL)[holding]
         if self._hands0 is None or not np.array_equal(holding, self._holding):
@@ -99,6 +102,10 @@ class CameraArm:
         motion = picture_motion(self._hands0, hands)
         self._follow(motion.minus(self._done), dt)
         self._done = motion
+
+    def _rest(self) -> None:
+        """No hand moves the camera."""
+        self._hands0, self._done = None, PictureMotion()
 
     def _follow(self, by: PictureMotion, dt: float) -> None:
         """Turn and insert the camera so that the picture moves by this, within the limits of joints and speed."""
