@@ -65,7 +65,7 @@ class TaskWords:
 
 def jaw_slider(gui: viser.GuiApi, send: Callable[[float], None]) -> viser.GuiSliderHandle[float]:
     """The slider that pinches the simulated hand's fingers."""
-    hint = "Pinch angle of the hand [deg]: 0 closes the jaws"
-    slider = gui.add_slider("jaws open [deg]", 0.0, 60.0, 1.0, 50.0, hint=hint)
+    # no hint: viser then puts label and slider into one row, which leaves the slider no width in a narrow panel
+    slider = gui.add_slider("jaws open [deg]", 0.0, 60.0, 1.0, 50.0)
     slider.on_update(lambda _: send(float(np.radians(slider.value))))
     return slider

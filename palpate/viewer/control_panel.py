@@ -92,7 +92,7 @@ class ControlPanel(HandBall):
             smaller = f"The instrument makes the motion {1 / stage.motion_scale:.3g} times smaller"
             drag = (
                 "Drag the orange ball at the master's handle to move the hand (hold shift to stay level with the "
-                f"table). {smaller}, and the organ pushes the hand back."
+                f"table). {smaller}, and what it touches pushes the hand back."
             )
             led = None if stage.device is None else f"Move the hand on the device ({stage.device.name}). {smaller}."
             gui.add_html(_TEXT.format(led or drag))

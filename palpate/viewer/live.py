@@ -31,8 +31,8 @@ from palpate.viewer.surgeon import SurgeonView
 
 FRAME_RATE = 30.0
 """Update rate of poses and arrows [Hz]."""
-NARROW = 1500
-"""Width of a window below which the panels are narrow [pixels]."""
+NARROW = 1200
+"""Width of a window up to which the panels are narrow: half of a wider one is left to the picture [pixels]."""
 FRAMES_PER_READOUT, FRAMES_PER_PLOT = 3, 6
 """Frames between two updates of the read-outs (10 Hz) and of the plots (5 Hz)."""
 FRAMES_PER_IDLE = 6
