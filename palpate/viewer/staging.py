@@ -77,7 +77,7 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
         motion_scale=scene.mapping.scale,
         pseudo_haptic=scene.arms.leader.shows_force,
         focus=0.5 * (middle + p_WH[:3]),
-        seen=_seen(bounds, p_WH[:3], (arms.X_WB @ arms.follower.fk(arms.q_follower0))[:3, 3]),
+        seen=_seen(bounds, p_WH[:3], (arms.X_WB @ arms.follower.fk(arms.q_follower0))[:3, 3], scene),
         stable_below=stable_below(rig),
         spheres=tuple(rig.spheres),
         carried=() if scene.graspable is None else tuple(name for name, _ in scene.graspable.spheres()),
@@ -108,12 +108,18 @@ def _first_felt(scene: Scene) -> ObjectSection:
     return next((each for each in scene.objects if each.presence != "real"), scene.objects[0])
 
 
-def _seen(bounds: Array, p_WH: Array, p_WT: Array) -> Array:
-    """Corners of the objects with bounds (m, 2, 3), and points around handle and tool tip: (n, 3) in W [m]."""
+def _seen(bounds: Array, p_WH: Array, p_WT: Array, scene: Scene) -> Array:
+    """Corners of the objects with bounds (m, 2, 3), and points around handle and tool tip: (n, 3) in W [m].
+
+    The handle, which is dragged, also where the tool takes bodies and puts them down: it would go behind a panel.
+    """
     near = np.clip(bounds, p_WT - _NEAR, p_WT + _NEAR)  # a plane or a table is wider than what happens on it
     corners = [[b[i, 0], b[j, 1], b[k, 2]] for b in near for i in (0, 1) for j in (0, 1) for k in (0, 1)]
     around = _AROUND_HAND * np.vstack([np.eye(3), -np.eye(3)])
-    return np.concatenate([np.array(corners), p_WH + around, p_WT + around])
+    place = None if scene.task is None else scene.task.place
+    handled = [] if place is None else [body.pose.xyz for body in scene.bodies if body.free] + list(place.targets)
+    handles = [p_WH + (np.array(p) - p_WT) / scene.mapping.scale for p in handled]
+    return np.concatenate([np.array(corners), p_WT + around, *(p + around for p in [p_WH, *handles])])
 
 
 def file_colors(rig: Rig, index: int) -> Array | None:

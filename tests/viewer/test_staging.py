@@ -66,3 +66,23 @@ def test_frames_and_tracked_objects_follow_their_newest_pose():
     view = MagicMock()
     OrganDrawing(view, made.objects[0], (1, 2, 3)).show(tick)
     assert view.add_frame.return_value.position == pytest.approx([0.1, 0.15, 1.0])
+
+
+def test_the_ball_stays_between_the_panels_where_bodies_are_taken_and_put_down():
+    """In the tray of cubes it went behind the right panel when a cube was carried to its place."""
+    from palpate.viewer.views import FIELD_OF_VIEW, overview
+
+    rig = build(Scene.load("tray_cubes"))
+    stage, arms, aspect = stage_of(rig), rig.arms, 0.9
+    eye, target = overview(stage, aspect)
+    back = (eye - target) / np.linalg.norm(eye - target)
+    right = np.cross([0.0, 0.0, 1.0], back)
+    right /= np.linalg.norm(right)
+    axes = np.stack([right, np.cross(back, right), back])
+    p_WH = (arms.X_WL @ arms.leader.fk(arms.q_leader0))[:3, 3]
+    p_WT = (arms.X_WB @ arms.follower.fk(arms.q_follower0))[:3, 3]
+    for place in rig.scene.task.place.targets:
+        x, y, z = axes @ (p_WH + (np.array(place) - p_WT) / rig.scene.mapping.scale - eye)
+        half = -z * np.tan(0.5 * FIELD_OF_VIEW)
+        assert abs(x) < aspect * half
+        assert abs(y) < half
