@@ -235,7 +235,8 @@ def planted(method: str, rate: float) -> dict[str, object]:
 def linked(sim: _core.Simulation, scene: _core.Snapshot) -> Callable[[], None]:
     """Links the loop to a follower in a thread of its own; returns what ends it, and the exchange of packets."""
     hand = _network.LoopEnd(_network.LoopEndOptions(), scene)
-    follower = _network.Follower(_network.FollowerOptions(), scene, scene, np.eye(4))
+    start = loop_rig.options().X_WB @ Arm.psm("lnd").fk(loop_rig.Q_FOLLOWER)  # another place would be approached slowly
+    follower = _network.Follower(_network.FollowerOptions(), scene, scene, start)
     sim.attach(hand)
     follower.start()
     done = threading.Event()
