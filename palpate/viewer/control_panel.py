@@ -68,13 +68,16 @@ class HandBall:
         self._source.controls = controls
 
     async def _drag(self, event: viser.SceneNodeDragEvent[viser.IcosphereHandle]) -> None:
-        """Moves the hand with the pointer: in the plane of the screen, or level with the table while shift is held."""
+        """Moves the hand with the pointer: up, down and across, or level with the table while shift is held."""
         p_W = np.array(event.end_position)
         if event.phase == "start":
             self._grab()
             self._p_grab, self._offset_grab = np.array(event.start_position), self._offset
+        eye = np.array(event.client.camera.position)
         if event.modifier == "shift":
-            p_W = _on_level(np.array(event.client.camera.position), p_W, float(self._p_grab[2]))
+            p_W = _on_level(eye, p_W, float(self._p_grab[2]))
+        else:
+            p_W = upright(eye, p_W, self._p_grab)
         self._offset = np.clip(self._offset_grab + p_W - self._p_grab, -REACH, REACH)
         self._send()
 
@@ -91,8 +94,8 @@ class ControlPanel(HandBall):
         with gui.add_folder("Hand"):
             smaller = f"The instrument makes the motion {1 / stage.motion_scale:.3g} times smaller"
             drag = (
-                "Drag the orange ball at the master's handle to move the hand (hold shift to stay level with the "
-                f"table). {smaller}, and what it touches pushes the hand back."
+                "Drag the orange ball at the master's handle to move the hand: up, down and across, and level with the "
+                f"table while you hold shift. {smaller}, and what it touches pushes the hand back."
             )
             led = None if stage.device is None else f"Move the hand on the device ({stage.device.name}). {smaller}."
             gui.add_html(_TEXT.format(led or drag))
@@ -175,6 +178,19 @@ def _slider(gui: viser.GuiApi, label: str, nominal: float) -> viser.GuiSliderHan
         return gui.add_slider(f"{label}: zero in the scene", 0.0, 1.0, 0.1, 0.0, disabled=True)
     step = float(10.0 ** np.floor(np.log10(3.0 * nominal / 50.0)))
     return gui.add_slider(label, 0.0, 3.0 * nominal, step, nominal)
+
+
+def upright(eye: Array, p: Array, grab: Array) -> Array:
+    """Point (3,) [m] where the ray from the eye through p meets the vertical plane through `grab` that faces the eye.
+
+    A pointer that moves down then moves the hand straight down; in the plane of the screen it would come nearer, too.
+    p itself if the eye looks down by more than 60 degrees, where that plane is seen from its edge.
+    """
+    normal = (eye - grab) * [1.0, 1.0, 0.0]
+    far = float((eye - grab) @ normal)
+    fall = float((eye - p) @ normal)
+    steep = float(np.linalg.norm(normal)) < 0.5 * float(np.linalg.norm(eye - grab))
+    return p if steep or fall <= 0.0 else np.asarray(eye + far / fall * (p - eye))
 
 
 def _on_level(eye: Array, p: Array, z: float) -> Array:

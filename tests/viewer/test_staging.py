@@ -86,3 +86,20 @@ def test_the_ball_stays_between_the_panels_where_bodies_are_taken_and_put_down()
         half = -z * np.tan(0.5 * FIELD_OF_VIEW)
         assert abs(x) < aspect * half
         assert abs(y) < half
+
+
+def test_a_pointer_that_moves_down_moves_the_hand_straight_down():
+    """And one that moves across moves it level; from steeply above it moves in the plane of the screen."""
+    from palpate.viewer.control_panel import upright
+
+    grab, eye = np.array([0.2, -0.1, 0.1]), np.array([0.1, -1.2, 0.6])
+    back = (eye - grab) / np.linalg.norm(eye - grab)
+    right = np.cross([0.0, 0.0, 1.0], back)
+    right /= np.linalg.norm(right)
+    down = -np.cross(back, right)
+    moved = upright(eye, grab + 0.05 * down, grab) - grab
+    assert moved[:2] == pytest.approx([0.0, 0.0], abs=1e-12)
+    assert -0.08 < moved[2] < -0.05
+    assert upright(eye, grab + 0.03 * right, grab) - grab == pytest.approx(0.03 * right)
+    above = grab + np.array([0.0, -0.1, 1.0])
+    assert upright(above, grab + 0.05 * down, grab) == pytest.approx(grab + 0.05 * down)
