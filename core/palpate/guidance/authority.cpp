@@ -36,7 +36,7 @@ double target(const Fixture& f, FixtureState& now, bool has_place, const Input& 
   now.engaged = engaged;
   double share = engaged ? f.policy.authority : 0.0;
   for (const Ramp& ramp : f.policy.ramps) {
-    share *= std::clamp((measured(ramp, f, now, in) - ramp.from) / (ramp.to - ramp.from), 0.0, 1.0);
+    share *= factor(ramp, measured(ramp, f, now, in));
   }
   return std::isfinite(share) ? share : 0.0;
 }
@@ -56,7 +56,9 @@ unsigned Authority::step(FixtureStates& states, const Input& in) const noexcept 
     const double wanted = target(f, now, has_place, in);
     const bool jumped =
         std::any_of(f.frames.begin(), f.frames.end(), [](const auto& frame) { return frame->jumped(); });
-    if (jumped || (now.authority == 0.0 && wanted > 0.0)) now.needs_slack = now.edited = true;
+    const bool appears = now.authority == 0.0 && wanted > 0.0;
+    now.needs_slack |= jumped || appears;
+    now.edited |= jumped || (appears && !follows_distance(f.policy));  // a hand that comes back is no edit
     const double before = now.authority;
     now.authority = std::clamp(wanted, before - dt_ / f.policy.fall, before + dt_ / f.policy.rise);
     now.rise = std::max(now.authority - before, 0.0);

@@ -2,14 +2,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "palpate/guidance/authority.hpp"
 #include "palpate/types/so3.hpp"
 
 namespace palpate::guidance {
 namespace {
 
-constexpr double kInexact = 1e-2;   // error of the work of a tick, relative to force times motion: normals of clouds
-constexpr double kRounding = 1e-9;  // of a stored energy
+constexpr double kInexact = 1e-2;  // error of the work of a tick, relative to force times motion: normals of clouds
+constexpr double kInexactJoint = 2e-3;  // the same where a program finds the correction
+constexpr double kRounding = 1e-9;      // of a stored energy
+constexpr int kSteps = 16;              // of an integral over the gap
 constexpr double kInexactMotion = 0.1;  // of the energy by the motion of a fixture: its velocity is that of one moment
 
 double work(const Wrench& F, const Twist& moved) noexcept { return -F.f.dot(moved.v) - F.t.dot(moved.w); }
@@ -22,6 +26,51 @@ double energy_of_motion(const FixtureState& now, const Wrench& F, double dt) noe
   return size > 0.0 ? -along / size * now.constraint.gap_rate_of_fixture * dt : 0.0;
 }
 
+/// Factor of the authority by the ramps that follow the distance, at a gap [m, rad].
+double factor_by_distance(const Policy& policy, double gap) noexcept {
+  double product = 1.0;
+  for (const Ramp& ramp : policy.ramps) {
+    if (ramp.by == Ramp::By::distance) product *= factor(ramp, std::abs(gap));
+  }
+  return product;
+}
+
+/// Energy whose gradient is the fixture's force times its factor by distance: the sum of the changes of the law's own
+/// energy in equal steps of the gap, times the factor in the middle of each [J].
+double energy_with_ramps(const Fixture& fixture, Constraint c) noexcept {
+  const double begin = c.attracts ? 0.0 : fixture.law->reach(), whole = begin - c.gap;
+  if (!(whole > 0.0) || !std::isfinite(whole)) return 0.0;
+  double sum = 0.0, before = 0.0;
+  for (int k = 0; k < kSteps; ++k) {
+    c.gap = begin - whole * (k + 1) / kSteps;
+    const double U = fixture.law->force(c, {}).U;
+    sum += factor_by_distance(fixture.policy, begin - whole * (k + 0.5) / kSteps) * (U - before);
+    before = U;
+  }
+  return sum;
+}
+
+/// Energy that a fixture with ramps by distance stores at its present authority [J]. Rise and fall times delay the
+/// authority; the part that is still too large adds to the force of the law as it is.
+double present_energy(const Fixture& fixture, const FixtureState& now) noexcept {
+  const double wanted = fixture.policy.authority * factor_by_distance(fixture.policy, now.constraint.gap);
+  const double U = fixture.policy.authority * energy_with_ramps(fixture, now.constraint);
+  if (now.authority < wanted) return U * now.authority / wanted;
+  return U + (now.authority - wanted) / now.authority * now.force.U;
+}
+
+/// True if the authority of fixture i follows the distance, and a soft fixture of higher priority may cut its force:
+/// its energy then includes the ramp.
+bool is_cut_on_a_ramp(const FixtureStates& states, int i) noexcept {
+  const Policy& own = states.fixture(i).policy;
+  bool cut = false;
+  for (int j = 0; j < states.size(); ++j) {
+    const Policy& other = states.fixture(j).policy;
+    cut |= !other.hard && other.priority > own.priority;
+  }
+  return cut && follows_distance(own);
+}
+
 }  // namespace
 
 void KeptEnergy::step(FixtureStates& states, const Pose& X_WT) noexcept {
@@ -29,30 +78,80 @@ void KeptEnergy::step(FixtureStates& states, const Pose& X_WT) noexcept {
   X_WT_ = X_WT;
   for (int i = 0; i < states.size(); ++i) {
     Account& account = account_[to_index(i)];
-    if (!states[i].active() || states.fixture(i).policy.hard || states.fixture(i).law->solves_jointly()) {
-      account.last.key = 0;
+    const Fixture& fixture = states.fixture(i);
+    if (fixture.policy.hard || fixture.law->solves_jointly()) {
+      account.key = 0;
+    } else if (states[i].active()) {
+      scale(states[i].force, share(account, stored(fixture, states[i], is_cut_on_a_ramp(states, i)), moved));
+    } else if (account.key != states[i].key || !is_cut_on_a_ramp(states, i) ||
+               factor_by_distance(fixture.policy, states[i].constraint.gap) > 0.0) {
+      account.key = 0;  // it begins anew, unless it is only too far away
     } else {
-      scale(states[i].force, share(account, states[i], moved));
+      account.F = {};
     }
+  }
+  step_joint(states, moved);
+}
+
+// Lets the fixtures with a joint law keep the energy of their common correction, which follows their authorities.
+void KeptEnergy::step_joint(FixtureStates& states, const Twist& moved) noexcept {
+  const auto is_joint = [&](int i) {
+    return states[i].active() && !states.fixture(i).policy.hard && states.fixture(i).law->solves_jointly();
+  };
+  Stored all;
+  all.inexact = kInexactJoint;
+  for (int i = 0; i < states.size(); ++i) {
+    FixtureState& now = states[i];
+    if (!is_joint(i)) continue;
+    const bool by_time = now.rise > 0.0 && !follows_distance(states.fixture(i).policy);
+    all.U += now.force.U;
+    all.F = all.F + now.force.F;
+    all.motion += energy_of_motion(now, now.force.F, dt_);
+    all.key += now.key;
+    all.edited |= now.edited || by_time;
+    all.slack += now.slack;
+    now.edited = false;
+  }
+  const double by = share(joint_, all, moved);
+  for (int i = 0; by < 1.0 && i < states.size(); ++i) {
+    if (is_joint(i)) scale(states[i].force, by);
   }
 }
 
-double KeptEnergy::share(Account& account, FixtureState& fixture, const Twist& moved) const noexcept {
-  const double one = 1.0 / fixture.authority, U = one * fixture.force.U;
-  const Last last = account.last;
-  account.last = {{one * fixture.force.F.f, one * fixture.force.F.t}, fixture.key};
-  const bool by_others = fixture.edited || fixture.slack > 0.0 || fixture.key != last.key;
-  fixture.edited = false;
-  if (by_others) {
-    account.rest.start(U);
+KeptEnergy::Stored KeptEnergy::stored(const Fixture& fixture, FixtureState& now, bool ramped) const noexcept {
+  const double one = ramped ? 1.0 : 1.0 / now.authority;
+  Stored out;
+  out.F = {one * now.force.F.f, one * now.force.F.t};
+  out.U = ramped ? present_energy(fixture, now) : one * now.force.U;
+  out.motion = energy_of_motion(now, out.F, dt_);
+  out.key = now.key;
+  out.inexact = kInexact;
+  out.edited = now.edited;
+  out.slack = now.slack;
+  out.rises = ramped && now.rise > 0.0;
+  now.edited = false;
+  return out;
+}
+
+double KeptEnergy::share(Account& account, const Stored& now, const Twist& moved) noexcept {
+  const Wrench last = account.F;
+  const bool appears = now.key != account.key, begins = now.edited || appears;
+  // A goal that jumps renews the slack, which no longer only shrinks.
+  const bool shrinks = begins ? now.slack > 0.0 : now.slack < account.slack;
+  account.appears = (begins || account.appears) && (now.rises || shrinks);
+  account.slack = now.slack;
+  account.F = now.F;
+  account.key = now.key;
+  if (appears || account.appears) {
+    account.rest.start(now.U);
     return 1.0;
   }
-  const Wrench& F = account.last.F;
-  const double before = work(last.F, moved), after = work(F, moved);
-  const double by_motion = energy_of_motion(fixture, F, dt_);
-  const double inexact = kInexact * (F.f.norm() * moved.v.norm() + F.t.norm() * moved.w.norm());
-  return account.rest.step(U, std::min(before, after) + by_motion, std::max(before, after) + by_motion,
-                           inexact + kRounding * U + kInexactMotion * std::abs(by_motion));
+  // What an edit changes counts as put in; the rest stays, as it would be without the edit.
+  if (now.edited) return account.rest.step(now.U, 0.0, 0.0, std::numeric_limits<double>::infinity());
+  const double before = work(last, moved), after = work(now.F, moved);
+  const double inexact = now.inexact * (now.F.f.norm() * moved.v.norm() + now.F.t.norm() * moved.w.norm());
+  return account.rest.step(now.U, std::min(before, after) + now.motion, std::max(before, after) + now.motion,
+                           inexact + kRounding * now.U + kInexactMotion * std::abs(now.motion));
 }
 
 }  // namespace palpate::guidance

@@ -11,30 +11,42 @@ namespace palpate::guidance {
 /// A soft fixture is the gradient of its energy but for two cases: priorities take away the part of its force that
 /// opposes a higher fixture, and the nearest place of its geometry may jump. Motion then changes the energy without
 /// work. The rest of its spring is displaced by that (types/spring_rest.hpp), so that no loop of the hand gains energy.
+/// Fixtures with a joint law have one common correction, and so one account.
 class KeptEnergy {
  public:
   /// dt: period of the cycle [s].
   explicit KeptEnergy(double dt) : dt_(dt) {}
-  /// Scales the wrenches of the soft fixtures of a tool at X_WT, after the priorities. Fixtures with a joint law are
-  /// left as they are: their common correction follows authority, slack and time as well, which is no jump.
+  /// Scales the wrenches of the soft fixtures of a tool at X_WT, after the priorities.
   void step(FixtureStates& states, const Pose& X_WT) noexcept;
 
  private:
-  /// Of a fixture at the last tick, at an authority of one.
-  struct Last {
-    Wrench F;
-    std::uint64_t key = 0;  ///< of the fixture; 0: it did not act
-  };
-  /// The energy of a fixture.
+  /// The energy of a fixture, or of several with one correction.
   struct Account {
-    Last last;
+    Wrench F;               ///< at the last tick, as `Stored`
+    std::uint64_t key = 0;  ///< of the fixtures; 0: none acted
+    bool appears = false;   ///< the energy has grown by itself ever since the last edit
+    double slack = 0.0;     ///< as `Stored`
     SpringRest rest;
   };
-  double share(Account& account, FixtureState& fixture, const Twist& moved) const noexcept;
+  /// What a fixture stores: at an authority of one, or, if it is cut on a ramp, at the present one.
+  struct Stored {
+    double U = 0.0;         ///< energy whose gradient the wrench is [J]
+    double motion = 0.0;    ///< part that the motion of the fixture stored since the last tick [J]
+    Wrench F;               ///< [N, N m]
+    std::uint64_t key = 0;  ///< of the fixtures
+    bool edited = false;    ///< the energy does not follow from the last one and the motion
+    double slack = 0.0;     ///< tolerated violations, whose decrease lets the energy grow [m, rad]
+    bool rises = false;     ///< an authority that follows the hand rises, which lets the energy grow
+    double inexact = 0.0;   ///< error of the work of a tick, relative to force times motion
+  };
+  static double share(Account& account, const Stored& now, const Twist& moved) noexcept;
+  [[nodiscard]] Stored stored(const Fixture& fixture, FixtureState& now, bool ramped) const noexcept;
+  void step_joint(FixtureStates& states, const Twist& moved) noexcept;
 
   double dt_;
   Pose X_WT_;
   std::array<Account, kMaxFixtures> account_{};
+  Account joint_;
 };
 
 }  // namespace palpate::guidance
