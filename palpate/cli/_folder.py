@@ -166,7 +166,7 @@ def _with_typing_unions(command: type[Any]) -> type[Any]:
 
 def _typing_union(hint: Any) -> Any:
     if get_origin(hint) is Annotated:
-        return Annotated[_typing_union(hint.__origin__), *hint.__metadata__]
+        return hint.copy_with((_typing_union(hint.__origin__),))  # Annotated[...] caches A | B in 3.11.2
     return Union[get_args(hint)] if isinstance(hint, UnionType) else hint  # noqa: UP007 - made at run time
 
 

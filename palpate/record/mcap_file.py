@@ -8,6 +8,7 @@ Writes are unbuffered: a killed process only loses the chunk that is not yet wri
 from __future__ import annotations
 
 import hashlib
+import os
 import struct
 import tempfile
 import zlib
@@ -63,7 +64,9 @@ class McapFile:
         self._schemas: list[records.Schema] = []
         self._channels: list[records.Channel] = []
         #: Serialised, in a file without a name: a run of days has hundreds of thousands, which would fill the memory.
-        self._chunk_indexes = tempfile.TemporaryFile(dir=path.parent)  # noqa: SIM115 (closed with the record)
+        #: Beside the record, where there is space for it, unless the record is a device, such as /dev/full.
+        beside = path.parent if os.access(path.parent, os.W_OK) else None
+        self._chunk_indexes = tempfile.TemporaryFile(dir=beside)  # noqa: SIM115 (closed with the record)
         self._chunk_count = 0
         self._start, self._end = 0, 0  # times of the first and the last message [ns]
         self._attachments: list[records.AttachmentIndex] = []

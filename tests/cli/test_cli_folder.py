@@ -3,11 +3,12 @@
 import subprocess
 import sys
 from importlib import import_module
+from typing import Annotated, Union, get_args, get_origin
 
 import pytest
 
 import palpate.cli
-from palpate.cli._folder import entries
+from palpate.cli._folder import _typing_union, entries
 
 
 def test_files_are_commands_and_folders_are_groups_or_commands_in_parts(tmp_path, monkeypatch):
@@ -49,6 +50,13 @@ def test_every_command_has_a_summary_and_can_be_called(package):
             assert module.Command.__call__.__doc__
         else:
             assert entries(getattr(module, "MEMBERS", (module.__name__,)))
+
+
+def test_annotated_unions_become_those_of_typing_although_typing_caches_them():
+    hint = Annotated[float | None, "a description"]
+    made = _typing_union(hint)
+    assert get_origin(get_args(made)[0]) is Union
+    assert get_args(made)[1] == "a description"
 
 
 def test_listing_imports_no_command():
