@@ -160,12 +160,13 @@ def control() -> float:
 
 
 def commit() -> str:
-    """The commit of the code; with a + when files of the core or of the package differ from it."""
+    """The commit of the code; with a + when files of the core or of the packages differ from it."""
 
     def git(*words: str) -> str:
         return subprocess.check_output(["git", *words], cwd=ROOT, text=True).strip()
 
-    changed = git("status", "--porcelain", "--untracked-files=no", "palpate", "core", "simulators", "models", "scenes")
+    folders = ("palpate", "lab", "core", "simulators", "models", "scenes")
+    changed = git("status", "--porcelain", "--untracked-files=no", *folders)
     return git("rev-parse", "--short=12", "HEAD") + ("+" if changed else "")
 
 

@@ -9,13 +9,14 @@ import time
 import warnings
 from dataclasses import dataclass
 from functools import partial
+from importlib.util import spec_from_file_location
 from pathlib import Path
 
 import pytest
 import sweep_points
 
 from palpate.base.errors import OutputError, PalpateWarning, SweepError
-from palpate.base.sweep import sweep
+from palpate.base.sweep import sweep, work
 from palpate.base.sweep.journal import Journal, steady
 from palpate.base.sweep.work import seed_of
 from palpate.scene.scene import Scene
@@ -152,6 +153,19 @@ def test_journal_of_another_version_is_rejected(tmp_path, monkeypatch):
     monkeypatch.setattr("palpate.base.sweep.run.identity", lambda: "9.9.9 (new)")
     with pytest.raises(SweepError, match=r"version was .* and is \"9.9.9 \(new\)\""):
         sweep(sweep_points.draw, GRID, 1, "serial", resume=tmp_path / "j")
+
+
+@pytest.mark.parametrize("package", ["palpate", "palpate_lab"])
+def test_identity_follows_the_sources_of_product_and_laboratory(package, tmp_path, monkeypatch):
+    """A study's helpers lie in the laboratory; results of before a change must not be taken up."""
+    file = tmp_path / package / "folder" / "work.py"
+    file.parent.mkdir(parents=True)
+    monkeypatch.setattr(work, "find_spec", lambda name: spec_from_file_location(name, tmp_path / name / "__init__.py"))
+    found = []
+    for text in ("A = 1\n", "A = 2\n"):
+        file.write_text(text)
+        found.append(work.identity.__wrapped__())
+    assert found[0] != found[1]
 
 
 def test_invalid_journal_files_are_rejected(tmp_path):

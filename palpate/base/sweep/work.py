@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from hashlib import sha256
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
@@ -82,14 +83,17 @@ def seed_of(seed: int, index: int) -> int:
 
 @cache
 def identity() -> str:
-    """Version of palpate with a fingerprint of its sources and its compiled core."""
-    from palpate import __file__ as package
+    """Version of palpate with a fingerprint of its sources, the laboratory's included, and its compiled core."""
     from palpate import __version__, _core
 
-    folder = Path(package).parent
     digest = sha256(Path(_core.__file__).read_bytes())
-    for file in sorted(folder.rglob("*.py")):
-        digest.update(f"{file.relative_to(folder)}\n".encode() + file.read_bytes())
+    for package in ("palpate", "palpate_lab"):
+        spec = find_spec(package)
+        if spec is None or spec.origin is None:
+            continue
+        folder = Path(spec.origin).parent
+        for file in sorted(folder.rglob("*.py")):
+            digest.update(f"{package}/{file.relative_to(folder)}\n".encode() + file.read_bytes())
     return f"{__version__} ({digest.hexdigest()[:12]})"
 
 
