@@ -82,7 +82,7 @@ def statement(text: str, line: int) -> set[int]:
 class Tracer:
     """A plugin of pytest that fills a `Map` with the lines of the given files."""
 
-    def __init__(self, paths: set[str], packages: set[str]) -> None:
+    def __init__(self, paths: set[str], packages: frozenset[str]) -> None:
         self.paths, self.packages, self.map = paths, packages, Map()
         self.now = self.map.imports
         self.shared: dict[int, set[Line]] = {}  # lines of each fixture of module or session scope
@@ -213,11 +213,12 @@ class Suite:
     root: Path
     files: list[str]
     arguments: list[str]
+    packages: frozenset[str]
+    """Packages whose cached results each test computes anew."""
 
     def map_lines(self, paths: set[Path]) -> tuple[bool, Map]:
         """Run all tests without a fault; whether they pass, and which lines of the files each of them executes."""
-        packages = {path.relative_to(self.root).parts[0].removesuffix(".py") for path in paths}
-        tracer = Tracer({str(path) for path in paths}, packages)
+        tracer = Tracer({str(path) for path in paths}, self.packages)
         with tempfile.TemporaryFile() as out:
             passed, _ = _forked(lambda: _traced(self, tracer, out), 600.0)
             out.seek(0)

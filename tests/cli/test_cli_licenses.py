@@ -10,10 +10,11 @@ import json_contract
 import pytest
 
 import palpate
+import palpate_lab
 from palpate.cli import main
 from palpate.cli.commands import _licenses
 
-PACKAGE = Path(palpate.__file__).parent
+PACKAGES = [Path(package.__file__).parent for package in (palpate, palpate_lab)]
 
 
 @pytest.fixture(scope="module")
@@ -24,13 +25,13 @@ def found():
 def imported():
     """Names of the packages of others that the sources import."""
     names = set()
-    for path in PACKAGE.rglob("*.py"):
+    for path in (path for package in PACKAGES for path in package.rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.Import):
                 names |= {alias.name.partition(".")[0] for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and not node.level and node.module:
                 names.add(node.module.partition(".")[0])
-    return names - set(sys.stdlib_module_names) - {"palpate"}
+    return names - set(sys.stdlib_module_names) - {"palpate", "palpate_lab"}
 
 
 #: Modules that only tests, benchmarks or sourced ROS installations have.

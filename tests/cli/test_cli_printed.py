@@ -23,7 +23,7 @@ def commands():
             for line in block.replace("\\\n", " ").splitlines():
                 if match := re.match(r"\s*(?:[A-Z_]+=\S+ +)*(palpate .*)", line):
                     found.setdefault(" ".join(END.sub("", match[1]).split()), page.name)
-    for file in sorted((ROOT / "palpate").rglob("*.py")):
+    for file in sorted([*(ROOT / "palpate").rglob("*.py"), *(ROOT / "lab").rglob("*.py")]):
         text = file.read_text(encoding="utf-8")
         for part in re.findall(r"^ *examples:\n(.*?)(?:\n\s*\n|\"\"\")", text, re.MULTILINE | re.DOTALL):
             for line in EXAMPLE.findall(part.replace("\\\n", " ")):

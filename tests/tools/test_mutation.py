@@ -93,7 +93,9 @@ sys.path[:0] = [sys.argv[1], sys.argv[2]]
 import mutation
 mutation.START = 0.5
 root = Path(sys.argv[2])
-module, suite = root / "faulty.py", mutation.Suite(root, ["test_faulty.py"], ["-c", "/dev/null"])
+module, suite = root / "faulty.py", mutation.Suite(
+    root, ["test_faulty.py"], ["-c", "/dev/null"], frozenset(["faulty"])
+)
 text = module.read_text()
 passed, lines = suite.map_lines({module})
 out = {"passed": passed}
