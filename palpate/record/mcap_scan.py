@@ -36,6 +36,7 @@ _FOOTER = struct.Struct("<BQQQI")
 _CHUNK_HEAD = struct.Struct("<BQQQQII")  # opcode, length, start, end, unpacked size, checksum, length of the kind
 _INDEX_ENTRY = struct.Struct("<xQQQQQI")  # length, start, end, offset, length, bytes of the places of message indexes
 _INDEX_REST = struct.Struct("<QI")  # length of the message indexes, length of the kind
+_AT_ONCE = 256  # entries of chunks that are read at once: all that are left, each time, would take their square
 DAMAGE = (
     McapError,
     struct.error,
@@ -346,7 +347,7 @@ def _bounded(size: int) -> int:
 def _take_places(chunks: Places, summary: bytes, position: int) -> int:
     """Append the chunks whose entries of one form follow each other from a position on; returns where they end.
 
-    An hour has 25,000 entries of one form: they are taken at once.
+    An hour has 25,000 entries of one form.
     """
     length, *_, width = _INDEX_ENTRY.unpack_from(summary, position)
     at = _INDEX_ENTRY.size + width
@@ -355,7 +356,8 @@ def _take_places(chunks: Places, summary: bytes, position: int) -> int:
     row = 9 + length
     if size + 8 > row or width % 10:
         raise ValueError("the entry of a chunk is damaged")
-    rows = np.frombuffer(summary, np.uint8, (len(summary) - position) // row * row, position).reshape(-1, row)
+    most = min((len(summary) - position) // row, _AT_ONCE)
+    rows = np.frombuffer(summary, np.uint8, most * row, position).reshape(-1, row)
     form = np.r_[0:9, 41:45, at + 8 : at + 12]  # opcode, length, bytes of the places of message indexes, of the kind
     alike = (rows[:, form] == rows[0, form]).all(axis=1)
     rows = rows[: len(rows) if alike.all() else int(alike.argmin())]

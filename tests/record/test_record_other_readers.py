@@ -10,10 +10,9 @@ import synthetic_run
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, Writer
 
-from palpate.record import SIGNALS, Record, Recorder, as_rows
+from palpate.record import SIGNALS, Record, Recorder, as_rows, mcap_scan
 from palpate.record.layout import GROUPS, group_of, topic
 from palpate.record.mcap_file import McapFile
-from palpate.record.mcap_scan import scan
 
 rosbag2 = pytest.importorskip("rosbags.rosbag2", reason="rosbags (test group) is not installed")
 from rosbags.highlevel import AnyReader  # noqa: E402
@@ -202,8 +201,10 @@ def chunks_by_the_library(path):
     ]  # fmt: skip
 
 
-def test_entries_of_chunks_of_any_forms_are_those_of_the_library(tmp_path):
+@pytest.mark.parametrize("at_once", [7, 256])
+def test_entries_of_chunks_of_any_forms_are_those_of_the_library(tmp_path, monkeypatch, at_once):
     """Runs of alike entries are taken at once: chunks of one to three channels, in any order."""
+    monkeypatch.setattr(mcap_scan, "_AT_ONCE", at_once)
     path, rng = tmp_path / "any.mcap", np.random.default_rng(0)
     with path.open("wb") as file:
         writer = Writer(file, chunk_size=300)
@@ -215,7 +216,7 @@ def test_entries_of_chunks_of_any_forms_are_those_of_the_library(tmp_path):
         writer.finish()
     expected = chunks_by_the_library(path)
     assert len({one[-1] for one in expected}) > 3
-    found = scan(path)
+    found = mcap_scan.scan(path)
     assert found.complete
     assert [tuple(one) for one in found.chunks] == expected
     for wanted in ({numbers[0]}, {numbers[1], numbers[2]}):
