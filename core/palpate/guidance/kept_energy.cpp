@@ -63,12 +63,13 @@ double present_energy(const Fixture& fixture, const FixtureState& now) noexcept 
 /// its energy then includes the ramp.
 bool is_cut_on_a_ramp(const FixtureStates& states, int i) noexcept {
   const Policy& own = states.fixture(i).policy;
+  if (!follows_distance(own)) return false;
   bool cut = false;
   for (int j = 0; j < states.size(); ++j) {
     const Policy& other = states.fixture(j).policy;
     cut |= !other.hard && other.priority > own.priority;
   }
-  return cut && follows_distance(own);
+  return cut;
 }
 
 }  // namespace

@@ -11,7 +11,7 @@
 namespace palpate::guidance {
 
 /// A chain of cubic Bezier pieces. `arc_length` is the arc length from the start; its relative error is 1e-9 if each
-/// piece bends little, as the pieces made by palpate/scene/guidance/path.py do.
+/// piece bends little, as the pieces made by palpate/scene/guidance/paths.py do.
 ///
 /// The nearest point is the global one and does not depend on earlier queries. A tree of bounding boxes selects the
 /// pieces. On a piece all roots of (c(u) - p) . c'(u) = 0 are isolated by the signs of the Bernstein coefficients
