@@ -87,6 +87,19 @@ def test_a_stopped_measurement_goes_on_with_the_sizes_that_are_left(tmp_path, mo
     assert axis["exponents"]["stage_p50_us"] == pytest.approx(1.0)
 
 
+def test_a_file_of_another_kind_or_version_is_refused_and_stays(tmp_path, monkeypatch):
+    monkeypatch.setattr(growth, "_in_a_process", lambda name, size: {"stage_p50_us": float(size), "memory_mb": 1.0})
+    notes, file = tmp_path / "notes.json", tmp_path / "growth.journal"
+    notes.write_text("[1,\n2]")
+    growth.run(("fixtures",), small=True, resume=file)
+    monkeypatch.setattr(growth, "identity", lambda: "9.9.9 (new)")
+    for other in (notes, file):
+        before = other.read_bytes()
+        with pytest.raises(PalpateError, match=rf"{other.name}: this is no journal of palpate bench growth"):
+            growth.run(("fixtures",), small=True, resume=other)
+        assert other.read_bytes() == before
+
+
 @pytest.mark.long
 def test_everything_grows_no_faster_than_it_may():
     judged(tuple(growth.AXES))

@@ -24,8 +24,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from rich.table import Table
 
-from palpate.base.errors import PalpateError
+from palpate.base.errors import JournalError, PalpateError
 from palpate.base.sweep.lines import Lines
+from palpate.base.sweep.work import identity
 
 MEMORY = "memory_mb"
 """Key of the peak growth of a process's memory while it works [MB]; every axis has it."""
@@ -215,7 +216,7 @@ def run(
         on_progress: called before each measurement.
 
     Raises:
-        PalpateError: there is no such axis, a measurement failed, or the file cannot be written.
+        PalpateError: there is no such axis, a measurement failed, or the file is another one or cannot be written.
     """
     for name in names:
         if name not in AXES:
@@ -235,14 +236,20 @@ def run(
 
 @contextmanager
 def _measuring(resume: Path | None) -> Iterator[Callable[[str, int], dict[str, float]]]:
-    """A function that returns the figures of one size, from the file if it has them."""
+    """A function that returns the figures of one size, from the file if it has them; its first line is the version."""
     if resume is None:
         yield _in_a_process
         return
     with closing(Lines(resume)) as lines:
+        version = {"growth of palpate": identity()}
+        if not lines.empty and lines.entries[:1] != [version]:
+            what = "this is no journal of palpate bench growth by the same version"
+            raise JournalError(what, where=str(resume), mend="name another file")
         lines.take_up()
+        if lines.empty:
+            lines.append([version])
         kept: dict[tuple[str, int], dict[str, float]] = {
-            (name, size): row for name, size, row in filter(None, lines.entries)
+            (name, size): row for name, size, row in filter(None, lines.entries[1:])
         }
 
         def measured(name: str, size: int) -> dict[str, float]:
