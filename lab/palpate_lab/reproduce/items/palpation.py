@@ -48,11 +48,9 @@ class Palpation:
 @cache
 def palpation(seed: int, passivity: str = "off", **scene_keys: Any) -> Palpation:
     """The shipped scene `paper` for `SECONDS`; the preset is that of the paper, and the passivity layer is off."""
-    folder = shipped.folder()
-    assert folder is not None
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PalpateWarning)
-        given = Scene.load(folder / "paper.yaml")
+        given = Scene.load(shipped.file("paper"))
         stability = given.stability.model_copy(update={"passivity": passivity})
         scene = given.model_copy(update={"stability": stability, "seed": seed, **scene_keys})
         found = simulate([scene], SECONDS, signals=SIGNALS, signal_rate=scene.rates.haptic)

@@ -150,9 +150,7 @@ def _said(lacks: str) -> str:
 
 
 def _scene(name: str) -> Scene:
-    folder = shipped.folder()
-    assert folder is not None
-    return Scene.load(folder / f"{name}.yaml")
+    return Scene.load(shipped.file(name))
 
 
 def fig1(work: Work) -> Outcome:

@@ -16,7 +16,6 @@ from rich.table import Table
 from threadpoolctl import threadpool_limits
 
 from palpate import _core
-from palpate.arm import models_folder
 from palpate.base.arrays import Array
 from palpate.base.arrays.yaml_loader import OwnLoader
 from palpate.base.sweep.grid import Point
@@ -24,7 +23,7 @@ from palpate.devices.certificate.arms import HeldLeader
 from palpate.devices.certificate.certificate import SURE
 from palpate.devices.certificate.trials import edge
 from palpate.record.ticks import as_ticks
-from palpate.scene import Scene
+from palpate.scene import Scene, shipped
 from palpate.scene.rig import Rig, build
 from palpate_lab.studies._command import Sweeper
 from palpate_lab.studies.certificate.result import Walled
@@ -59,7 +58,7 @@ def judged(point: Point, seed: int) -> dict[str, float]:
 
 
 def _rig(point: Point) -> Rig:
-    scene = Scene.load(models_folder().parent / "scenes" / f"{point['scene']}.yaml")
+    scene = Scene.load(shipped.file(point["scene"]))
     return build(scene.model_copy(update={"loop_delay": point["delay"]}))
 
 

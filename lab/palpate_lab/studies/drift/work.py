@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
@@ -16,6 +15,7 @@ from palpate.arm.identify.gravity import named_arm
 from palpate.base.errors import RecordingError
 from palpate.base.sweep import Axis, sweep
 from palpate.base.sweep.grid import Point
+from palpate_lab import places
 from palpate_lab.studies._command import Sweeper
 from palpate_lab.studies.drift.plant import PLANTS, TIME, Plant, make_plants, release, sampled, unseen_poses
 from palpate_lab.studies.drift.result import Described, Drift, Made, Released, Row, StudyResult
@@ -44,7 +44,7 @@ def real_arms(side: str | None = None) -> list[Recorded]:
     Raises:
         RecordingError: the recordings are missing; the error names the searched folder.
     """
-    folder = Path(os.environ.get("PALPATE_DATA", "../shared/data")) / "mtm_static"
+    folder = places.data() / "mtm_static"
     arms = [
         Recorded(name, name[:4].lower(), tuple(folder / f"{name}__{part}.csv" for part in _FILES)) for name in _REAL
     ]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
@@ -10,6 +9,7 @@ from typing import Annotated
 from rich.console import Console
 from tyro.conf import arg
 
+from palpate_lab import places
 from palpate_lab.studies._command import Findings, Study
 
 
@@ -22,15 +22,15 @@ class Command(Study):
       palpate study force --json force.json --figures pictures
     """
 
-    data: Annotated[Path, arg(metavar="DIR")] = Path(os.environ.get("PALPATE_DATA", "../shared/data"))
-    """Folder of the recordings; without recordings, the study of the weight is skipped."""
+    data: Annotated[Path | None, arg(metavar="DIR")] = None
+    """Folder of the recordings, PALPATE_DATA when left out; without recordings, the study of the weight is skipped."""
 
     def study(self, console: Console) -> Findings:
         """Compute the result of the study."""
         from palpate_lab.studies.force.figures import draw
         from palpate_lab.studies.force.work import OTHER_CUTOFFS, in_words, simulated, weight, weight_json, words
 
-        recordings = self.data / "psm_moving"
+        recordings = (self.data or places.data()) / "psm_moving"
         load = weight(recordings) if recordings.is_dir() else None
         filtered = {cutoff: weight(recordings, cutoff) for cutoff in OTHER_CUTOFFS} if load else {}
         found, trace = simulated()

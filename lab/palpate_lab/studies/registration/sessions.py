@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from palpate.arm import models_folder
 from palpate.base.arrays import Array
 from palpate.base.arrays.rigid import displaced
 from palpate.base.errors import RegistrationError
 from palpate.base.sweep.grid import Point
-from palpate.scene import Scene
+from palpate.scene import Scene, shipped
 from palpate.scene.overrides import override
 from palpate.scene.registered import RegisteredOrgan
 from palpate.simulators.room import Room
@@ -53,7 +52,7 @@ _KEYS = ("right", "error_m", "predicted_m", "bound_m", "touches", "seconds", "pa
 
 
 def _scene(kind: str) -> Scene:
-    scene = Scene.load(models_folder().parent / "scenes" / "registration.yaml")
+    scene = Scene.load(shipped.file("registration"))
     if kind == "mirrored":
         flipped = {name: [-x, y, z] for name, (x, y, z) in scene.registration.targets.items()}  # type: ignore[union-attr]
         return override(scene, {"registration.targets": flipped})

@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 import yaml
 
-from palpate.arm import models_folder
 from palpate.base.arrays import Array
 from palpate.base.arrays.rigid import inverse, transform
 from palpate.base.arrays.yaml_loader import OwnLoader
-from palpate.scene import Scene
+from palpate.scene import Scene, shipped
 from palpate.scene.rig import Rig, build
 from palpate.session.batch import Variation, simulate
 from palpate.world.registration import points
@@ -26,7 +25,7 @@ _START, _RATE = 0.5, 100.0  # [s], [Hz]
 
 def run(trials: int) -> Touched:
     """Registrations of the liver in the PSM's base from touches, each with other landmarks."""
-    rig = build(Scene.load(models_folder().parent / "scenes" / "palpation.yaml"))
+    rig = build(Scene.load(shipped.file("palpation")))
     vertices, _ = organ(30_000)
     marks = [_landmarks(vertices, np.pi / 4.0 * k / trials) for k in range(trials)]
     radius = rig.scene.contact.radius

@@ -6,9 +6,8 @@ from functools import cache
 
 import numpy as np
 
-from palpate.arm import models_folder
 from palpate.base.arrays.rigid import displaced
-from palpate.scene import Scene
+from palpate.scene import Scene, shipped
 from palpate.scene.registered import RegisteredOrgan
 from palpate.simulators.room import Room
 from palpate.simulators.unattended import unattended
@@ -28,7 +27,7 @@ _TIP, _BEFORE = 10e-3, 3  # m, touches before the liver moves
 
 @cache
 def _scene() -> Scene:
-    return Scene.load(models_folder().parent / "scenes" / "registration.yaml")
+    return Scene.load(shipped.file("registration"))
 
 
 def trial(form: str, rng: np.random.Generator) -> Trial:
