@@ -53,31 +53,29 @@ __all__ = [
     "surfaces",
 ]
 
-_MODULE_OF = {
-    "Arm": "palpate.arm",
-    "DeviceModel": "palpate.devices.certificate",
-    "Fixture": "palpate.scene.guidance",
-    "Haptics": "palpate.devices",
-    "Mesh": "palpate.world.mesh",
-    "PalpateError": "palpate.base.errors",
-    "PointCloud": "palpate.world.clouds",
-    "Record": "palpate.record",
-    "Scene": "palpate.scene",
-    "Session": "palpate.session",
-    "Tissue": "palpate.world.tissue",
-    "Variation": "palpate.session.batch",
-    "certify": "palpate.devices.certificate",
-    "simulate": "palpate.session.batch",
-}
-
-_MODULES = {
+_PLACE = {
+    "Arm": "palpate.arm:Arm",
+    "DeviceModel": "palpate.devices.certificate:DeviceModel",
+    "Fixture": "palpate.scene.guidance:Fixture",
+    "Haptics": "palpate.devices:Haptics",
+    "Mesh": "palpate.world.mesh:Mesh",
+    "PalpateError": "palpate.base.errors:PalpateError",
+    "PointCloud": "palpate.world.clouds:PointCloud",
+    "Record": "palpate.record:Record",
+    "Scene": "palpate.scene:Scene",
+    "Session": "palpate.session:Session",
+    "Tissue": "palpate.world.tissue:Tissue",
+    "Variation": "palpate.session.batch:Variation",
+    "certify": "palpate.devices.certificate:certify",
     "contact": "palpate.scene.contact",
     "guidance": "palpate.scene.guidance",
     "planning": "palpate.planning",
     "registration": "palpate.world.registration",
     "shapes": "palpate.world.shapes",
+    "simulate": "palpate.session.batch:simulate",
     "surfaces": "palpate.world.surfaces",
 }
+"""Module of each public name, and after a colon its name there; without a colon the name is the module's own."""
 
 
 def cmake_dir() -> str:
@@ -107,8 +105,8 @@ def __getattr__(name: str) -> Any:
         from palpate.rebuild import extension
 
         return extension(name)
-    if name in _MODULE_OF:
-        return getattr(import_module(_MODULE_OF[name]), name)
-    if name in _MODULES:
-        return import_module(_MODULES[name])
+    if name in _PLACE:
+        module, _, inside = _PLACE[name].partition(":")
+        found = import_module(module)
+        return getattr(found, inside) if inside else found
     raise AttributeError(f"module 'palpate' has no attribute {name!r}. Available: {', '.join(__all__)}")

@@ -121,8 +121,7 @@ def reference(pages: Path) -> None:
     for name in palpate.__all__:
         if name.startswith("_"):
             continue
-        module = palpate._MODULE_OF.get(name)
-        place = f"{module}.{name}" if module else palpate._MODULES.get(name, f"palpate.{name}")
+        place = palpate._PLACE.get(name, f"palpate.{name}").replace(":", ".")
         (pages / "api" / f"{name}.md").write_text(f"# palpate.{name}\n\n::: {place}\n", encoding="utf-8")
 
 

@@ -239,7 +239,7 @@ def as_teleoperated(rig: Rig, devices: Devices) -> tuple[Rig, str]:
 class HapticSession(LiveSession):
     """A real-time session on a CRTK master, whose loop is a ROS 2 node; it runs once.
 
-        with palpate.ros.HapticSession(scene, Devices("MTMR", "virtual", "none")) as session:
+        with HapticSession(scene, Devices("MTMR", "virtual", "none")) as session:
             session.run(60.0)
 
     Args:

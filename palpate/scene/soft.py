@@ -188,8 +188,7 @@ class TissueSection(Section):
 
         Raises:
             MeshError, MissingExtraError: see `palpate.world.tissue.load` and `palpate.world.tissue.tetrahedralize`; a
-            part, or a
-                fixed spot, without any tetrahedra or nodes.
+                part, or a fixed spot, without any tetrahedra or nodes.
         """
         if path is None:
             made = tissue.tetrahedralize(mesh, self.resolution, tell=tell)

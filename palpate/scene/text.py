@@ -53,7 +53,7 @@ _OTHER_FILES = {
                                       "name it in a scene: objects: [{{cloud: {path}, unit: mm}}]")),
     **dict.fromkeys(_RECORDS.split(), ("this is a record or a bag, not a scene", "show it with palpate replay {path}")),
     ".npz": ("this is a grid of distances, not a scene", "name it in a scene: objects: [{{sdf: {path}}}]"),
-    ".urdf": ("this is the URDF of an arm, not a scene", "name it in a model file of the arm (docs/own-arm.md)"),
+    ".urdf": ("this is the URDF of an arm, not a scene", "name it in a model file of the arm (docs/arms.md)"),
     ".xacro": ("this is a xacro of an arm, not a scene", "convert it: xacro {path} > arm.urdf"),
 }  # fmt: skip
 _SIGNATURES = {

@@ -70,7 +70,7 @@ def test_a_number_that_no_option_means_is_refused_by_name(capsys, args, words):
         ("ct.nrrd", b"NRRD0004\n", "this is a volume, not a scene", "palpate check"),
         ("scan.pcd", b"VERSION .7\n", "this is a point cloud, not a scene", "cloud:"),
         ("record.mcap", b"\x89MCAP0\r\n", "this is a record or a bag, not a scene", "palpate replay"),
-        ("arm.urdf", b"<robot/>", "this is the URDF of an arm, not a scene", "docs/own-arm.md"),
+        ("arm.urdf", b"<robot/>", "this is the URDF of an arm, not a scene", "docs/arms.md"),
         ("a.bin", bytes(range(256)) * 4, "not a scene but a binary file", "YAML"),
         ("a.yaml", b"\x1f\x8b\x08\x00\x93", "not a scene but compressed by gzip", "YAML"),
         ("a.yaml", "objects: []".encode("utf-16"), "not a text file in UTF-8, but in UTF-16", "save it as UTF-8"),

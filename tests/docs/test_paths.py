@@ -1,4 +1,4 @@
-"""Every path of the repository that a page names exists.
+"""Every path of the repository that a page names exists, and every page that code names.
 
 Checked are the links of each page, each word that begins with a folder of the repository
 (`palpate/world/mesh/files.py`), and back-ticked names of source files (`tick.hpp`, `guidance/fixture.cpp`). `*` and
@@ -61,6 +61,17 @@ def _known(name: str, files: list[str]) -> bool:
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_every_path_that_a_page_names_exists(page):
     assert missing(page.read_text(encoding="utf-8"), page) == []
+
+
+def test_every_page_that_code_names_exists():
+    """Messages and comments send their reader to pages."""
+    named = {}
+    for file in FILES:
+        if file.endswith((".py", ".cpp", ".hpp", ".inl", ".yaml")) and not file.startswith("tests/"):
+            for page in re.findall(r"docs/[\w/-]+\.md", (ROOT / file).read_text(encoding="utf-8")):
+                named.setdefault(page, file)
+    assert len(named) > 20
+    assert {page: file for page, file in named.items() if not (ROOT / page).is_file()} == {}
 
 
 def test_pages_are_found():

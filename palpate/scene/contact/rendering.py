@@ -55,8 +55,8 @@ def render(
     F = K delta_x - B (n . v) n with delta_x from the tool to the proxy and v by backward differences of ``tips``.
 
     Args:
-        surface: a mesh, a point cloud, one of ``palpate.world.surfaces``, or ``(vertices (n, 3) [m], triangles (m,
-        3))``. tips: (n, 3) tool tip p_WT, the centre of the spherical proxy region [m].
+        surface: a mesh, a point cloud, one of ``palpate.surfaces``, or ``(vertices (n, 3) [m], triangles (m, 3))``.
+        tips: (n, 3) tool tip p_WT, the centre of the spherical proxy region [m].
         radius: radius of the spherical proxy region [m].
         stiffness: K, one number or one per axis of W [N/m]. A ``palpate.Tissue`` has none: it deforms, from rest.
         damping: B, likewise [N s/m].
