@@ -90,8 +90,9 @@ def warn_of_values(scene: Scene) -> None:
                                 ("moment_rate_cap", s.moment_rate_cap, s.moment_cap, "N m")):  # fmt: skip
         if top > 0.0 and cap / rate > top and key in s.model_fields_set:
             what = f"stability.{key} = {cap:g} {unit}/s limits nothing: it lets all {top:g} {unit} come in one tick"
-            usual = type(s).model_fields[key].default
-            _warn(what, scene.where("stability", key), f"leave it out: it is then {usual:g} {unit}/s")
+            usual = f"{type(s).model_fields[key].default:g} {unit}/s"
+            more = ", and more for stiff objects" if key == "rate_cap" else ""
+            _warn(what, scene.where("stability", key), f"leave it out: it is then {usual}{more}")
     for i, fixture in enumerate(scene.guidance):
         for key, value in (("role.margin", fixture.role.margin), ("law.range", fixture.law.range)):
             if value > _FAR:
