@@ -320,6 +320,8 @@ class Scene(Section):
         if self.pairs:  # a key that a pair leaves out has the scene's value, not its default
             each = {name: pair.model_dump(mode="json", exclude_unset=True) for name, pair in self.pairs.items()}
             data["pairs"] = each
+            if "rate_cap" not in self.stability.model_fields_set:
+                del data["stability"]["rate_cap"]  # it follows the scale of each pair
         return str(yaml.dump(data, sort_keys=False, allow_unicode=True, Dumper=Dumper))
 
     @model_validator(mode="before")

@@ -48,8 +48,12 @@ def test_a_scene_of_one_pair_does_not_mention_pairs():
 
 
 def test_pairs_survive_yaml():
-    both = scene(f"pairs:\n  right: {{arms: {RIGHT}}}\n  left: {{arms: {LEFT}}}\n")
-    assert Scene.parse(both.to_yaml()).pair("left").model_dump() == both.pair("left").model_dump()
+    pairs = f"pairs:\n  right: {{arms: {RIGHT}, mapping: {{scale: 2}}}}\n  left: {{arms: {LEFT}}}\n"
+    both = scene("mapping: {scale: 4}\n" + pairs)
+    again = Scene.parse(both.to_yaml())
+    for name, cap in (("right", 70.0), ("left", 190.0)):  # 0.2 m/s times the felt stiffness less 250 N/m
+        assert both.pair(name).stability.rate_cap == pytest.approx(cap)
+        assert again.pair(name).model_dump() == both.pair(name).model_dump()
 
 
 def test_messages_about_a_pair_name_its_line():
