@@ -57,33 +57,53 @@ class SharedObject(Driver):
     """
 
     def __init__(self, file: Path, argument: str = "") -> None:
-        self._file, info, why = file, _Info(), ctypes.create_string_buffer(256)
+        self._file, self._argument = file, argument
         try:
             library = ctypes.CDLL(str(file.resolve()))
-            opened, self._read, self._write, closed = (getattr(library, f"palpate_driver_{f}") for f in _FUNCTIONS)
+            self._open, self._read, self._write, closed = (getattr(library, f"palpate_driver_{f}") for f in _FUNCTIONS)
         except (OSError, AttributeError) as error:
             mend = f"compile it with -shared -fPIC -I {header_folder()}; driver.h there says what each function does"
             raise DeviceError(f"driver {file} cannot be used", why=str(error), mend=mend) from None
-        opened.restype, closed.argtypes, closed.restype = ctypes.c_void_p, [ctypes.c_void_p], None
-        opened.argtypes = [ctypes.c_char_p, ctypes.POINTER(_Info), ctypes.c_char_p, ctypes.c_size_t]
+        self._open.restype, closed.argtypes, closed.restype = ctypes.c_void_p, [ctypes.c_void_p], None
+        self._open.argtypes = [ctypes.c_char_p, ctypes.POINTER(_Info), ctypes.c_char_p, ctypes.c_size_t]
         self._read.argtypes = [ctypes.c_void_p, ctypes.POINTER(_State)]
         self._write.argtypes = [ctypes.c_void_p, ctypes.POINTER(ctypes.c_double)]
-        self._device = opened(argument.encode(), ctypes.byref(info), why, len(why))
-        if not self._device:
-            raise DeviceError(f"driver {file}: its device cannot be opened", why=why.value.decode(errors="replace"),
-                              mend="check cable, power and permissions")  # fmt: skip
-        self._close = weakref.finalize(self, closed, self._device)
+        self._closed = closed
+        self._begin()
+
+    def _begin(self) -> None:
+        info, why = _Info(), ctypes.create_string_buffer(256)
+        device = self._open(self._argument.encode(), ctypes.byref(info), why, len(why))
+        if not device:
+            what = f"driver {self._file}: its device cannot be opened"
+            raise DeviceError(what, why=why.value.decode(errors="replace"), mend="check cable, power and permissions")
+        self._device, self._close = device, weakref.finalize(self, self._closed, device)
         if info.abi != _ABI:
             self._close()
-            what = f"driver {file} has version {info.abi} of the interface, not {_ABI}"
+            what = f"driver {self._file} has version {info.abi} of the interface, not {_ABI}"
             raise DeviceError(what, mend="compile it again with the present driver.h, and set info->abi")
         self.rate = min(info.rate, MOST_RATE)  # measurements in Python are not faster
         self.force_max, self.moment_max = info.force_max, info.moment_max
         sizes = (info.workspace[0], info.workspace[1], info.workspace[2])
         self.workspace = sizes if min(sizes) > 0.0 else Driver.workspace
 
+    def open(self) -> None:
+        """Open the device again if it was closed.
+
+        Raises:
+            DeviceError: as for the constructor.
+        """
+        if not self._close.alive:
+            self._begin()
+
+    def _require_open(self) -> None:
+        """A closed device is freed memory: to hand it to the driver would corrupt this process."""
+        if not self._close.alive:
+            raise RuntimeError(f"driver {self._file}: its device is closed; call open() first")
+
     def read(self) -> Reading:
         """One measurement."""
+        self._require_open()
         state = _State()
         code = self._read(self._device, ctypes.byref(state))
         if code:
@@ -94,6 +114,7 @@ class SharedObject(Driver):
 
     def write(self, wrench: Array) -> None:
         """Command a wrench."""
+        self._require_open()
         code = self._write(self._device, (ctypes.c_double * 6)(*np.asarray(wrench, dtype=np.float64)))
         if code:
             raise RuntimeError(f"palpate_driver_write returned {code}")

@@ -63,6 +63,19 @@ def test_it_can_be_benched(mass, tmp_path, capsys):
     assert out.is_file()  # the values depend on how busy the machine is: test_bench.py judges them in lockstep
 
 
+def test_a_closed_device_is_refused_until_it_is_opened_again(mass):
+    driver = SharedObject(mass)
+    driver.close()
+    for use in (driver.read, lambda: driver.write(np.zeros(6))):
+        with pytest.raises(RuntimeError, match="its device is closed"):
+            use()
+    driver.close()
+    driver.open()
+    assert np.asarray(driver.read().X)[:3, 3] == pytest.approx(np.zeros(3))
+    driver.open()
+    driver.close()
+
+
 @pytest.mark.parametrize(
     ("argument", "words"), [("refuse", "the cable is out"), ("old", "has version 0 of the interface, not 1")]
 )

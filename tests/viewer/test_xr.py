@@ -13,7 +13,7 @@ from browser import open_page
 
 from palpate.base.errors import DeviceError
 from palpate.devices import DrivenSession, webxr
-from palpate.devices.buttons import CAMERA, CLUTCH
+from palpate.devices.buttons import CAMERA, CLUTCH, OWN, TABLE
 from palpate.scene import Scene
 from palpate.viewer import LiveViewer, stage_of, xr
 from palpate.viewer.server import close_server, open_server
@@ -103,13 +103,18 @@ def test_a_pose_of_the_page_is_one_of_the_base(driver):
     assert X[:3, :3] == pytest.approx(about_z), "a turn about the vertical"
 
 
+def own(name):
+    """The bit of a headset's own button."""
+    return 1 << OWN + list(TABLE["webxr"]).index(name)
+
+
 def test_pinch_and_buttons(driver):
     xr.take(json.dumps(message(pinch=1.0, buttons={"upper": True, "squeeze": False, "new": True})))
     reading = driver.read()
-    assert (reading.gripper, reading.buttons) == (0.0, CAMERA)
+    assert (reading.gripper, reading.buttons) == (0.0, CAMERA | own("upper"))
     xr.take(json.dumps(message(pinch=0.25, buttons={"squeeze": True})))
     reading = driver.read()
-    assert (reading.gripper, reading.buttons) == (pytest.approx(0.375), CLUTCH)
+    assert (reading.gripper, reading.buttons) == (pytest.approx(0.375), CLUTCH | own("squeeze"))
 
 
 def test_a_hand_that_is_not_tracked_is_a_pressed_clutch(driver):

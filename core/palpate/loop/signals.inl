@@ -119,7 +119,7 @@ SIGNAL(pairs, double, instrument_gap, "m", "",
        "smallest distance to another instrument, negative in contact", true)
 SIGNAL(pairs, double, handle_gap, "m", "", "smallest distance to the handle of another leader", true)
 SIGNAL(pairs, double, holding, "1", "",
-       "hold of the jaws on the graspable object; 0: none, 1: they carry it, 2: another instrument carries it", true)
+       "hold of the jaws on the graspable object; 0: none, 1: they carry it, 2: beside those that carry it", true)
 SIGNAL(pairs, Reals<3>, p_WO, "m", "W", "position of the graspable object", true)
 SIGNAL(pairs, Reals<4>, quat_WO, "1", "W", "orientation of the graspable object, w x y z", true)
 SIGNAL(pairs, Reals<3>, F_held_W, "N", "W", "force on the tool of the object that another instrument holds too", true)
