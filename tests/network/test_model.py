@@ -183,14 +183,16 @@ def test_an_unsure_stiffness_is_not_taken():
 
 def test_a_failed_sensor_lets_the_goal_of_the_site_rest_and_leaves_no_trace():
     site = _network.Site(_network.SiteOptions(), _core.Snapshot([_core.Object("table", _core.Plane())]))
-    state, account = _network.SiteInput(), _network.SiteOptions().allowance
-    for k, F in enumerate((np.zeros(3), np.full(3, np.nan), np.array([0.0, 0.0, np.inf]), np.zeros(3))):
-        state.t, state.F = 1e-3 * k, F
+    state, account, nothing = _network.SiteInput(), _network.SiteOptions().allowance, np.zeros(3)
+    sensed = [(nothing, 0.0), (np.full(3, np.nan), 0.0), (np.array([0.0, 0.0, np.inf]), 0.0), (nothing, np.nan),
+              (np.array([0.0, 0.0, 1e30]), 0.0)]  # fmt: skip
+    for k, (F, jaw) in enumerate([*sensed, *sensed[::-1]]):
+        state.t, state.F, state.jaw = 1e-3 * k, F, jaw
         goal = site.step(state, 1e-3)
-        assert np.isfinite(goal.X).all()
+        assert np.isfinite([*goal.X.ravel(), goal.jaw]).all()
         assert not goal.v.any()
         assert goal.flags & _network.FLAG_HOLDING
-        assert np.isfinite([*site.send().F, site.send().energy_in]).all()
+        assert np.isfinite([*site.send().F, site.send().energy_in, site.send().jaw]).all()
     assert site.account == account
 
 

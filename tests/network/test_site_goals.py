@@ -66,3 +66,29 @@ def test_a_tool_that_others_moved_begins_where_it_is():
     assert fastest(goals[:aligned])[2] <= options.catch_up + 1e-6  # as before the first alignment
     assert fastest(goals)[2] <= options.speed + 1e-6
     np.testing.assert_allclose(goals[-1][0], turned(0.0), atol=1e-3)
+
+
+def carried(site, t0, ticks=200, step=2.5e-4):
+    """Moves the tool of a site along a force of 1 N; returns the energies of its port [J]."""
+    state, X = _network.SiteInput(), np.eye(4)
+    state.F = np.array([0.0, 0.0, 1.0])
+    for k in range(ticks):
+        X[2, 3] = step * k
+        state.t, state.X = t0 + 1e-3 * k, X
+        site.step(state, 1e-3)
+    return site.send().energy_in + site.send().energy_out
+
+
+def test_a_new_operator_finds_no_energy_of_the_one_before():
+    """In mode `passivity` the hand may be given what this port has taken."""
+    site = _network.Site(_network.SiteOptions(), _core.Snapshot([]))
+    assert carried(site, 0.0) == pytest.approx(0.05, rel=0.01)
+    site.forget_operator()
+    assert carried(site, 1.0, ticks=1) == 0.0
+
+
+def test_the_way_that_others_carry_the_tool_is_no_work_of_its_force():
+    site = _network.Site(_network.SiteOptions(), _core.Snapshot([]))
+    before = carried(site, 0.0)
+    site.rest()  # at 50 mm; it is found at 0
+    assert carried(site, 1.0, ticks=1) == before

@@ -35,8 +35,11 @@ FollowerState Follower::state() {
 }
 
 bool Follower::wake(const loop::Wake& w) noexcept {
-  if (forget_.exchange(false)) site_.forget_operator();
-  for (Arrived a; inbox_.pop(a);) site_.receive(a.d, a.at);
+  const bool forget = forget_.exchange(false);
+  if (forget) site_.forget_operator();
+  for (Arrived a; inbox_.pop(a);) {
+    if (!forget) site_.receive(a.d, a.at);  // with a new operator: packets of the one before
+  }
   const double now = 1e-9 * static_cast<double>(loop::now_ns()), dt = 1.0 / options_.rate;
   const std::int64_t periods = 1 + std::min(w.missed, kMostMissed);
   const SiteGoal& goal = site_.step(instrument_.measure(now), dt * static_cast<double>(periods));

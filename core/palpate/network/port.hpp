@@ -25,6 +25,8 @@ class Port {
     (work > 0.0 ? in_ : out_) += std::abs(work);
     return work;
   }
+  /// What moves it until the next tick is no work of the force, e.g. others who carry the tool.
+  void carried() noexcept { started_ = false; }
   /// The part of a force at this velocity [m/s] by which the port gives no more than the other one has taken [J].
   [[nodiscard]] Vec3 affordable(const Vec3& F, const Vec3& v, double taken, double dt) const noexcept {
     const double cost = std::max(F.dot(v) + 0.5 * F.norm() * kAcceleration * dt, 0.0) * dt;

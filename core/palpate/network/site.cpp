@@ -21,6 +21,15 @@ constexpr double kClose = 0.01;         // [m] distance within which contacts ar
 constexpr double kSure = 3.0;           // [standard deviations] by which a surface may be nearer than estimated
 constexpr double kBrake = 2e-3;         // [m] distance beyond that from which the tool approaches slowly
 constexpr double kDisagrees = 0.3;      // [N] margin from which the site reports that the model does not fit
+constexpr double kFarthest = 100.0;     // [m] no tool is farther away
+constexpr double kFastest = 100.0;      // [m/s] or faster
+constexpr double kStrongest = 1000.0;   // [N] or pushed by more
+
+/// True if sensors can measure this; false for NaN.
+bool possible(const SiteInput& in) noexcept {
+  return in.X.p.norm() < kFarthest && in.X.R.allFinite() && std::isfinite(in.jaw) && in.v.norm() < kFastest &&
+         in.F.norm() < kStrongest;
+}
 
 }  // namespace
 
@@ -48,6 +57,7 @@ void Site::receive(const Datagram& d, double now) noexcept {
 void Site::forget_operator() noexcept {
   peer_ = Peer{};
   playout_ = Playout{};
+  port_ = Port{};
   account_ = options_.allowance;
   hand_in_ = 0.0;
   aligning_ = true;
@@ -55,7 +65,7 @@ void Site::forget_operator() noexcept {
 
 const SiteGoal& Site::step(const SiteInput& in, double dt) noexcept {
   peer_.step(in.t);
-  if (!in.X.p.allFinite() || !in.v.allFinite() || !in.F.allFinite()) {  // a sensor failed: the goal rests
+  if (!possible(in)) {  // a sensor failed: the goal rests
     goal_.v.setZero();
     goal_.flags = kHolding;
     aligning_ = true;
@@ -65,6 +75,7 @@ const SiteGoal& Site::step(const SiteInput& in, double dt) noexcept {
     goal_.X = in.X;
     goal_.jaw = in.jaw;
     in_ = in;
+    port_.carried();
     aligning_ = started_ = true;
   }
   book(in);

@@ -1,0 +1,40 @@
+"""What an end knows of the other one: a packet that is repeated, or of an operator before, is no sign of life."""
+
+import time
+
+import numpy as np
+
+from palpate import _core, _network
+
+DT = 5e-3
+
+
+def test_an_end_that_repeats_its_last_packet_stays_lost():
+    """Its loop stands still and its sockets go on: its clock must not seem to run slowly."""
+    mine, other, last = _network.Peer(), _network.Peer(), _network.Datagram()
+    for t in np.arange(1.0, 4.0, DT):
+        out, last = _network.Datagram(), _network.Datagram()
+        mine.stamp(out, t)
+        other.receive(out, t)
+        other.stamp(last, t)
+        mine.receive(last, t)
+        mine.step(t)
+    assert not mine.lost
+    for t in np.arange(4.0, 64.0, DT):
+        assert not mine.receive(last, t)
+        mine.step(t)
+        assert mine.lost or t < 5.5
+        assert abs(mine.peer_time(t) - t) < 1e-6
+
+
+def test_packets_that_wait_while_the_operator_changes_are_dropped():
+    options, nothing, old = _network.FollowerOptions(), _core.Snapshot([]), _network.Datagram()
+    follower = _network.Follower(options, nothing, nothing, np.eye(4))
+    old.t = 1e6
+    assert follower.receive(_network.encode(old), time.monotonic())
+    follower.forget_operator()
+    follower.start()
+    while _network.decode(follower.packet()).t == 0.0:
+        time.sleep(1e-3)
+    follower.stop()
+    assert _network.decode(follower.packet()).t_peer == 0.0
