@@ -45,6 +45,7 @@ class DeviceSession(LiveSession):
 
     def attach(self, remote: _core.RemoteEnd | None) -> None:
         """Let the hand feel what this end of a link renders, from the next start on; None: the objects of the scene."""
+        self._require_idle()
         assert isinstance(self._loop, DeviceLoop)
         self._loop.cycle.attach(remote)
 

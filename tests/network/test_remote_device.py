@@ -1,12 +1,14 @@
 """A device across a network: its hand feels what the far instrument has learnt, and nothing without a link."""
 
 import threading
+import time
 import warnings
 
 import numpy as np
 import pytest
 
 from palpate import _network
+from palpate.base.errors import PalpateError
 from palpate.devices import DrivenSession
 from palpate.record import Record
 from palpate.scene import Scene
@@ -97,3 +99,38 @@ def test_a_device_without_a_link_feels_nothing():
     session.attach(_network.LoopEnd(options, session.rig.snapshot))
     session.run(4.0)
     assert max(force for _, force in device.forces) == 0.0
+
+
+def test_a_cycle_whose_link_has_gone_feels_no_force_of_it():
+    """In mode `direct` the newest force of the far tool is felt; it must not outlive the link."""
+    driver, end_options, peer = Presses(), _network.LoopEndOptions(), _network.Peer()
+    end_options.mode = _network.Mode.direct
+    session = driven()
+    cycle, end, felt = session._loop.cycle, _network.LoopEnd(end_options, session.rig.snapshot), np.zeros(6)
+    driver.open()
+
+    def steps(n):
+        for _ in range(n):
+            now, answer = time.monotonic(), _network.Datagram()
+            peer.receive(_network.decode(end.packet()), now)
+            answer.flags, answer.F = _network.FLAG_ALIGNED, np.array([0.0, 0.0, 1.0])
+            peer.stamp(answer, now)
+            end.receive(_network.encode(answer), now)
+            X = driver.read()
+            cycle.step(driver.count / driver.rate, X, None, 0.0, False, felt)
+        return float(np.linalg.norm(felt[:3]))
+
+    cycle.attach(end)
+    assert steps(400) > 0.5
+    cycle.attach(None)
+    assert steps(200) == 0.0
+
+
+def test_a_link_does_not_join_a_session_that_runs():
+    session = driven()
+    session.start()
+    try:
+        with pytest.raises(PalpateError, match="runs in real time already"):
+            session.attach(None)
+    finally:
+        session.close()

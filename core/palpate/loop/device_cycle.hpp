@@ -75,7 +75,10 @@ class DeviceCycle {
 
   /// Lets the hand feel what this end of a link renders, from the next step on; null: the objects of the cycle. Not to
   /// be called while the cycle runs.
-  void attach(std::shared_ptr<RemoteEnd> remote) noexcept { link_.attach(std::move(remote)); }
+  void attach(std::shared_ptr<RemoteEnd> remote) noexcept {
+    link_.attach(std::move(remote));
+    cycle_.push(Vec3::Zero());
+  }
 
   /// One step; returns the wrench on the hand, in the axes of the device's base [N, N m]. No allocation, no exception.
   const Wrench& step(const DeviceState& state) noexcept;

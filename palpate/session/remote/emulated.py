@@ -28,4 +28,4 @@ def emulate(session: Session, link: Network, seed: int = 0) -> None:
     options.operator_end, options.follower = hand, follower
     options.to_site, options.to_operator, options.seed = link.to_site, link.to_operator, seed
     session.linked = True
-    session.simulation.attach(_network.EmulatedEnd(options, rig.snapshot, world(rig)))
+    session.attach(_network.EmulatedEnd(options, rig.snapshot, world(rig)))
