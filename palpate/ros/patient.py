@@ -1,12 +1,12 @@
 """The patient's side of a link over ROS 2: an arm follows an operator across the network by CRTK's servo_cp.
 
 A thread steps the site (`_network.Site`) with the arm's measured pose and the force of a sensor, and sends its goals.
-Nothing is sent before an operator has aligned, and while the arm is silent, disabled or without a force.
+Nothing is sent before an operator has aligned, and while the arm is silent, disabled, without a force or far from its
+goal. Its packets then grow old, so that the operator's end lets the hand go.
 """
 
 from __future__ import annotations
 
-import math
 import threading
 import time
 from collections import deque
@@ -22,6 +22,7 @@ from palpate.base.errors import PalpateError
 from palpate.ros import topic
 from palpate.ros.background import BackgroundNode
 from palpate.ros.crtk_arm import FIND, refusal
+from palpate.ros.newest import Newest
 from palpate.scene.rig import Rig
 from palpate.session.remote.site import site_options
 
@@ -29,8 +30,12 @@ STALE = 0.1
 """Age from which a measured pose or force is too old [s]."""
 RATE = 250.0
 """Rate of the site and of its goals [Hz]."""
+LAG = 0.03
+"""Distance of the tool from its goal from which the arm does not follow, as in the haptic cycle [m]."""
+_REST = 2.0  # time for which it then gets no goal, so that the operator is told of an outage [s]
 _LONGEST = 0.02  # longest step of the goal, however late this process is [s]
 _MOST = 4096  # packets that wait for the next step
+_NOTHING = _network.encode(_network.Datagram())
 
 
 class RosPatient:
@@ -56,11 +61,13 @@ class RosPatient:
         self._X_WB = np.asarray(rig.arms.X_WB, np.float64)
         self._site = _network.Site(site_options(rig), rig.snapshot)
         self._inbox: deque[tuple[_network.Datagram, float]] = deque(maxlen=_MOST)
-        self._last: dict[str, tuple[Any, float]] = {}  # newest valid message of each topic, and when it came [s]
-        self._packet = _network.encode(_network.Datagram())
+        self._newest = Newest()
+        self._state: Any = None  # newest operating state
+        self._packet = _NOTHING
         self._forget, self._stopped = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name="palpate-patient", daemon=True)
         self._why, self._drives = "", False
+        self._behind, self._rests_until = "", 0.0  # why the arm rests, and until when [s]
         self._largest, self._ticks, self._missed = 0.0, 0, 0
         self.sent = 0  #: goals
         self._listen(network)
@@ -115,42 +122,38 @@ class RosPatient:
         here = self._background.node
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         state = topic.message_type("crtk_msgs/OperatingState")
+        here.create_subscription(state, f"/{self.arm}/operating_state", self._keep_state, latched)
         self._topics = {
-            "state": (state, f"/{self.arm}/operating_state"),
             "pose": (PoseStamped, f"/{self.arm}/measured_cp"),
             "velocity": (TwistStamped, f"/{self.arm}/measured_cv"),
             "jaw": (JointState, f"/{self.arm}/jaw/measured_js"),
             "force": (WrenchStamped, self._force),
         }
         for name, (kind, place) in self._topics.items():
-            here.create_subscription(kind, place, lambda m, name=name: self._keep(name, m),
-                                     latched if name == "state" else 1)  # fmt: skip
+            here.create_subscription(kind, place, lambda m, name=name: self._keep(name, m), 1)
         self._pose_type, self._joint_type = PoseStamped, JointState
         self._goals = here.create_publisher(PoseStamped, f"/{self.arm}/servo_cp", 1)
         self._jaws = here.create_publisher(JointState, f"/{self.arm}/jaw/servo_jp", 1)
         self._background.spin()
         end = time.monotonic() + FIND
-        while (silent := [name for name in ("state", "pose", "force") if name not in self._last]) and (
-            time.monotonic() < end
-        ):
+        while (silent := self._silent()) and time.monotonic() < end:
             time.sleep(0.02)
-        if silent and not refusal(self.arm, self._newest("state")):
-            places = ", ".join(self._topics[name][1] for name in silent)
+        if silent and not refusal(self.arm, self._state):
+            places = ", ".join(silent)
             self._background.close()
             raise PalpateError(f"{self.arm} cannot follow: nothing valid on {places}",
                                mend="check names and types with `palpate ros topic list`")  # fmt: skip
 
+    def _silent(self) -> list[str]:
+        """Topics that have not spoken and must."""
+        unheard = [] if self._state is not None else [f"/{self.arm}/operating_state"]
+        return unheard + [self._topics[name][1] for name in ("pose", "force") if name not in self._newest]
+
+    def _keep_state(self, message: Any) -> None:
+        self._state = message
+
     def _keep(self, name: str, message: Any) -> None:
-        header = getattr(message, "header", None)
-        if name != "state" and header is not None and not (header.stamp.sec or header.stamp.nanosec):
-            return  # a zero stamp marks invalid values
-        self._last[name] = message, time.monotonic()
-
-    def _newest(self, name: str) -> Any:
-        return self._last.get(name, (None, 0.0))[0]
-
-    def _age(self, name: str, now: float) -> float:
-        return now - self._last[name][1] if name in self._last else math.inf
+        self._newest.keep(name, message, time.monotonic())
 
     # -- following -------------------------------------------------------------------------------------------------
 
@@ -166,18 +169,19 @@ class RosPatient:
 
     def _refusal(self, now: float) -> str:
         """Why the arm may not be moved now, in words; empty if it may."""
-        why = refusal(self.arm, self._newest("state"))
+        why = refusal(self.arm, self._state)
         for name in ("pose", "force"):
-            if not why and self._age(name, now) > STALE:
+            if not why and self._newest.age(name, now) > STALE:
                 why = f"{self._topics[name][1]} is silent"
-        return why
+        return why or (self._behind if now < self._rests_until else "")
 
     def _step(self, now: float, dt: float) -> None:
         if self._forget.is_set():
             self._forget.clear()
             self._inbox.clear()
             self._site.forget_operator()
-            self._rest()
+            self._packet = _NOTHING
+            self._drives = False
         while self._inbox:
             self._site.receive(*self._inbox.popleft())
         why = self._refusal(now)
@@ -185,31 +189,31 @@ class RosPatient:
             self._say(f"{why}: no goal is sent" if why else f"{self.arm} is ready")
             self._why = why
         if why:
-            self._rest()
+            self._drives = False
             return  # packets grow old, so the operator is told
-        goal = self._site.step(self._measured(now), dt)
-        self._packet = _network.encode(self._site.send())
+        if not self._drives:
+            self._site.rest()  # others may move the tool: its goal begins where it is
+        state = self._measured(now)
+        goal = self._site.step(state, dt)
         self._drives = self._drives or not goal.flags & _network.FLAG_HOLDING
+        behind = float(np.linalg.norm(goal.X[:3, 3] - state.X[:3, 3]))
+        if self._drives and behind > LAG:
+            self._behind, self._rests_until = f"{self.arm} is {1e3 * behind:.0f} mm from its goal", now + _REST
+            return
+        self._packet = _network.encode(self._site.send())
         if self._drives:
             self._send(goal)
 
-    def _rest(self) -> None:
-        self._site.rest()
-        self._drives = False
-
     def _measured(self, now: float) -> _network.SiteInput:
-        state, R = _network.SiteInput(), self._X_WB[:3, :3]
-        pose, force = self._newest("pose").pose, self._newest("force").wrench.force
-        p, o = pose.position, pose.orientation
-        state.t, state.X = now, self._X_WB @ so3.pose([p.x, p.y, p.z], [o.w, o.x, o.y, o.z])
-        F = np.array([force.x, force.y, force.z])
+        state, R, newest = _network.SiteInput(), self._X_WB[:3, :3], self._newest
+        pose, F = newest["pose"], newest["force"]
+        state.t, state.X = now, self._X_WB @ so3.pose(pose[:3], pose[3:])
         state.F = (state.X[:3, :3] if self._tip else R) @ F
         self._largest = max(self._largest, float(np.linalg.norm(F)))
-        if self._age("velocity", now) <= STALE:
-            v = self._newest("velocity").twist.linear
-            state.v = R @ np.array([v.x, v.y, v.z])
-        jaw = self._newest("jaw")
-        state.jaw = float(jaw.position[0]) if jaw is not None and len(jaw.position) else 0.0
+        if newest.age("velocity", now) <= STALE:
+            state.v = R @ newest["velocity"]
+        if "jaw" in newest:
+            state.jaw = float(newest["jaw"][0])
         return state
 
     def _send(self, goal: _network.SiteGoal) -> None:
@@ -220,7 +224,7 @@ class RosPatient:
         p.x, p.y, p.z = X[:3, 3].tolist()
         o.w, o.x, o.y, o.z = so3.quaternions(X[:3, :3]).tolist()
         self._goals.publish(message)
-        if self._newest("jaw") is not None:
+        if "jaw" in self._newest:
             jaw = self._joint_type()
             jaw.header.stamp, jaw.position = stamp, [float(goal.jaw)]
             self._jaws.publish(jaw)
