@@ -76,9 +76,11 @@ def test_cycle_of_networked_devices_allocates_nothing(watched):
     assert counts["planted"] != counts["no scene"], "control: an allocation in five of 500 steps is found"
 
 
-def test_cycle_of_a_device_allocates_nothing(watched):
-    found = watched("device", "all")
+@pytest.mark.parametrize("what", ["alone", "linked"])
+def test_cycle_of_a_device_allocates_nothing(watched, what):
+    found = watched("device", what)
     assert found["contact_ticks"] > 1000
+    assert (found["linked_ticks"] > 1000) == (what == "linked")
     assert found["control"][0] > 0, "the allocations of a call that returns an array are counted"
     for name, calls in found["calls"].items():
         assert [allocations for allocations, *_ in calls[1:]] == [0, 0, 0], name

@@ -3,7 +3,7 @@
 python watched.py realtime METHOD RATE SECONDS
     | lockstep METHOD [organ|solids|soft|live|cloud|LAW|ARM|identified|estimating|guided|executing|bodies] ...
     | planted METHOD RATE | beside [soft|bodies|linked] | robot [following|impedance|moving] ... | geometries all
-    | crtk all | device all | haply all SECONDS
+    | crtk all | device [alone|linked] | haply all SECONDS
 """
 
 import ctypes
@@ -512,12 +512,17 @@ def crtk() -> dict[str, object]:
     return {"counts": counted, "contact_ticks": touched}
 
 
-def device() -> dict[str, object]:
-    """Counts of calls that make 200 to 2000 steps of a device's cycle: free, pressed, and with bad states."""
+def device(what: str) -> dict[str, object]:
+    """Counts of calls that make 200 to 2000 steps of a device's cycle: free, pressed, and with bad states.
+
+    linked: across a network, both ends of which and the far tool run in the cycle.
+    """
     import crtk_rig
 
-    rig = crtk_rig.Device(needs_state=False)
-    cycle = _core.DeviceCycle(rig.options, Arm.psm("lnd"), organ_scene(20_000))
+    rig, scene = crtk_rig.Device(needs_state=False), organ_scene(20_000)
+    cycle = _core.DeviceCycle(rig.options, Arm.psm("lnd"), scene)
+    if what == "linked":
+        cycle.attach(_network.EmulatedEnd(_network.EmulatedOptions(), scene, scene))
     cycle.start()
     me, counted, t = threading.get_native_id(), {}, 0.0
     down = np.linspace(0.0, 0.034, 2000)
@@ -540,7 +545,14 @@ def device() -> dict[str, object]:
             counted[name].append((counts(me) - before).tolist())
     before = counts(me)
     drained = cycle.drain()
-    return {"calls": counted, "contact_ticks": contacts(drained), "control": (counts(me) - before).tolist()}
+    rows = as_ticks(drained)
+    linked = int(((rows["contacts"] > 0) & (rows["remote_link"] == 2.0)).sum())
+    return {
+        "calls": counted,
+        "contact_ticks": contacts(drained),
+        "linked_ticks": linked,
+        "control": (counts(me) - before).tolist(),
+    }
 
 
 def haply(seconds: float) -> dict[str, object]:
@@ -581,7 +593,7 @@ if __name__ == "__main__":
     elif mode == "crtk":
         found = crtk()
     elif mode == "device":
-        found = device()
+        found = device(method)
     elif mode == "haply":
         found = haply(float(rest[0]))
     elif mode == "geometries":
