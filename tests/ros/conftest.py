@@ -193,12 +193,22 @@ def start_once(built, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def sim(start_once):
-    """`palpate ros sim` with a pair of arms at 125 Hz, shared by the tests of a file."""
-    process = start_once("-m", "palpate", "ros", "sim", "--arms", "MTMR", "PSM1", "--rate", "125")
-    lines = []
-    for line in process.stdout:
-        lines.append(line)
-        if "Ctrl-C" in line:
-            return process
-    pytest.fail("".join([*lines, process.stderr.read()]))
+def start_sim(start_once):
+    """A function that starts `palpate ros sim` with these arms at 125 Hz, and waits until it runs."""
+
+    def start(*arms):
+        process = start_once("-m", "palpate", "ros", "sim", "--arms", *arms, "--rate", "125")
+        lines = []
+        for line in process.stdout:
+            lines.append(line)
+            if "Ctrl-C" in line:
+                return process
+        pytest.fail("".join([*lines, process.stderr.read()]))
+
+    return start
+
+
+@pytest.fixture(scope="module")
+def sim(start_sim):
+    """`palpate ros sim` with a pair of arms, shared by the tests of a file."""
+    return start_sim("MTMR", "PSM1")

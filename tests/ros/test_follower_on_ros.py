@@ -26,7 +26,8 @@ SCENE = {
     "arms": {"leader": {"model": "mtm_right", "base": {"xyz": [0.345, 0.243, 0.219], "rpy_deg": [0, 0, -20]}},
              "follower": {"model": "psm_lnd", "base": {"xyz": [-0.12, -0.06, 0.155], "rpy_deg": [0, 0, 205]}}},
     "contact": {"radius": RADIUS},
-    "operator": {"palpate": {"object": "table", "at": [0, 0, 0.1], "force": 1.0, "length": 0.01}},
+    "operator": {"palpate": {"object": "table", "at": [0, 0, 0.1], "force": 1.0, "length": 0.01, "approach": 1.0,
+                             "press": 0.5, "slide": 2.0, "leave": 0.5}},
 }  # fmt: skip
 
 
@@ -35,6 +36,11 @@ def rig():
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         return build(Scene.model_validate(SCENE))
+
+
+@pytest.fixture(scope="module")
+def sim(start_sim):
+    return start_sim("PSM1")
 
 
 @pytest.fixture
@@ -94,7 +100,7 @@ def served(rig, tissue, spinning):
     """A follower's end with the arm: server, patient, and what they said."""
     said = []
     patient = RosPatient(rig, "PSM1", "/tissue/measured_cf", say=said.append)
-    server = FollowerServer(rig, KEY, "127.0.0.1", 0, 500.0, said.append, [patient])
+    server = FollowerServer(rig, KEY, "127.0.0.1", 0, 250.0, said.append, [patient])
     thread = threading.Thread(target=server.run)
     thread.start()
     yield server, patient, said
@@ -107,8 +113,8 @@ def test_an_arm_follows_and_its_tissue_is_felt(served, rig, tissue):
     time.sleep(0.5)
     assert patient.sent == 0  # nobody drives it yet
     session = Session(rig.scene, rig=rig)
-    with RemoteLink(session, ("127.0.0.1", server.port), KEY, 500.0) as remote:
-        session.run(14.0, realtime=True)
+    with RemoteLink(session, ("127.0.0.1", server.port), KEY, 250.0) as remote:
+        session.run(7.0, realtime=True)
         found = remote.figures()
     (model,) = found["models"]
     assert patient.sent > 500
@@ -118,10 +124,16 @@ def test_an_arm_follows_and_its_tissue_is_felt(served, rig, tissue):
     assert server.largest == pytest.approx(max(tissue), rel=0.2)
 
 
+def test_a_silent_force_is_named(robot, rig, monkeypatch):
+    monkeypatch.setattr("palpate.ros.patient.FIND", 1.0)
+    with pytest.raises(PalpateError, match="PSM1 cannot follow: nothing valid on /nobody/measured_cf"):
+        RosPatient(rig, "PSM1", "/nobody/measured_cf")
+
+
 def test_an_arm_that_is_disabled_gets_no_goal(served, robot, rig, until):
     server, patient, said = served
     session = Session(rig.scene, rig=rig)
-    with RemoteLink(session, ("127.0.0.1", server.port), KEY, 500.0):
+    with RemoteLink(session, ("127.0.0.1", server.port), KEY, 250.0):
         driving = threading.Thread(target=session.run, args=(6.0,), kwargs={"realtime": True})
         driving.start()
         until(lambda: patient.sent > 50, "goals of the operator")
@@ -130,12 +142,8 @@ def test_an_arm_that_is_disabled_gets_no_goal(served, robot, rig, until):
         sent = patient.sent
         time.sleep(0.5)
         assert patient.sent == sent
+        session.interrupt()
         driving.join()
-
-
-def test_a_silent_force_is_named(robot, rig):
-    with pytest.raises(PalpateError, match="PSM1 cannot follow: nothing valid on /nobody/measured_cf"):
-        RosPatient(rig, "PSM1", "/nobody/measured_cf")
 
 
 @pytest.mark.parametrize(
