@@ -18,7 +18,6 @@ class Published:
     device: str
     source: str
     force_max: float | None = None  # largest force [N]
-    workspace: tuple[float, float, float] | None = None  # width, height, depth [m]
     resolution: float | None = None  # of the position [m]
     mass: float | None = None  # apparent at the handle [kg]
     friction: float | None = None  # that resists a slow motion of the handle [N]
@@ -26,31 +25,11 @@ class Published:
 
 _QUOTED = "as commonly quoted, the sheet was not seen"
 TABLE = (
-    Published(
-        "touch",
-        f"SensAble, 3D Systems: Touch, before PHANTOM Omni; {_QUOTED}",
-        3.3,
-        (0.160, 0.120, 0.070),
-        55e-6,
-        0.045,
-        0.26,
-    ),
-    Published(
-        "touch-x",
-        f"SensAble, 3D Systems: Touch X, before PHANTOM Desktop; {_QUOTED}",
-        7.9,
-        (0.160, 0.120, 0.120),
-        23e-6,
-        0.045,
-        0.06,
-    ),
-    Published(
-        "omega.3", f"Force Dimension: omega.3, omega.6 and omega.7; {_QUOTED}", 12.0, (0.160, 0.160, 0.110), 10e-6
-    ),
-    Published("sigma.7", f"Force Dimension: sigma.7; {_QUOTED}", 20.0, (0.190, 0.190, 0.130), 1.5e-6),
-    Published(
-        "falcon", f"Novint: Falcon, 4 in cube, 400 dpi, 2 lbf; {_QUOTED}", 8.9, (0.1016, 0.1016, 0.1016), 63.5e-6
-    ),
+    Published("touch", f"SensAble, 3D Systems: Touch, before PHANTOM Omni; {_QUOTED}", 3.3, 55e-6, 0.045, 0.26),
+    Published("touch-x", f"SensAble, 3D Systems: Touch X, before PHANTOM Desktop; {_QUOTED}", 7.9, 23e-6, 0.045, 0.06),
+    Published("omega.3", f"Force Dimension: omega.3, omega.6 and omega.7; {_QUOTED}", 12.0, 10e-6),
+    Published("sigma.7", f"Force Dimension: sigma.7; {_QUOTED}", 20.0, 1.5e-6),
+    Published("falcon", f"Novint: Falcon, 400 dpi, 2 lbf; {_QUOTED}", 8.9, 63.5e-6),
     Published("inverse3", "docs.haply.co/inverseSDK: a safe sphere of 0.1 m, no other figure"),
     Published("minverse", "docs.haply.co/inverseSDK: a safe sphere of 0.04 m, no other figure"),
 )

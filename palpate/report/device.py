@@ -24,7 +24,7 @@ _WALL = (
 _FORCE = "The force on the handle over the commanded one, by a known weight or spring, free of friction."
 _STATED = "What the driver states, which may be the vendor's figure, beside what was measured."
 _PUBLISHED = (
-    "What the vendor publishes beside what was measured; the largest force is the one that the driver commands."
+    "What the vendor is quoted with beside what was measured; the largest force is the one that the driver commands."
 )
 _TESTED = "The checks of `palpate device test` before the first push."
 
