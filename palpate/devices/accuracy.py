@@ -17,7 +17,7 @@ from palpate.base.arrays import Array
 from palpate.base.errors import DeviceError
 from palpate.devices.driver import Driver, Facts, facts
 from palpate.devices.simulated import GRAVITY, SimulatedDevice
-from palpate.devices.trace import PUSH, Trace, rounds
+from palpate.devices.trace import PUSH, Trace, opened, rounds
 
 STROKE, PERIOD, CYCLES = 0.008, 2.0, 4
 """Way from end to end [m], time of a way up and down [s], and their number after the first."""
@@ -27,6 +27,8 @@ _FILTER = 0.02  # time constant of the velocity [s]
 _SETTLING = {"weight": 0.0, "spring": 0.005}
 """Standard deviation of the gain over simulated devices of 0.1 to 0.4 kg with a friction of 0.02 to 0.15 N [-]: after a
 reversal the servo still settles, which counts as a slope and not as a weight."""
+UNITS = {"weight": "kg", "spring": "N/m"}
+"""Units of what the force is compared with."""
 _MARGIN = 1.6  # largest force of the servo over the force that it must hold [-]
 
 
@@ -71,10 +73,10 @@ def by_weight(driver: Driver, name: str, mass: float, ready: Callable[[str], Non
         driver: the driver, not yet open; z of its base must be vertical.
         name: its name.
         mass: of the weight [kg].
-        ready: asks the user to prepare something, and returns when that is done.
+        ready: asks the user to prepare something, and returns when that is done; called before each motion.
 
     Raises:
-        DeviceError: the weight is too heavy or too light for the device, or the driver failed.
+        DeviceError: the weight is not above 0, too heavy or too light for the device, or the driver failed.
     """
     return _compare(
         driver, name, "weight", mass, mass * GRAVITY, f"hang the weight of {1e3 * mass:g} g on the handle", ready
@@ -90,25 +92,24 @@ def by_spring(driver: Driver, name: str, stiffness: float, ready: Callable[[str]
 def _compare(
     driver: Driver, name: str, by: str, given: float, force: float, words: str, ready: Callable[[str], None]
 ) -> Accuracy:
+    if not 0.0 < given < np.inf:
+        raise DeviceError(f"a {by} of {given:g} {UNITS[by]} is none", mend="give a number above 0")
     known = facts(driver, name)
-    most = max(PUSH, _MARGIN * force + PUSH)
+    most = _MARGIN * force + PUSH
     if known.force_max <= 0.0:
         raise DeviceError(f"device {name} renders no force", mend="there is nothing to compare")
     if not 0.0 < most <= known.force_max:
-        what = f"a {by} of {given:g} {'kg' if by == 'weight' else 'N/m'} needs up to {most:.2g} N of {name}"
+        what = f"a {by} of {given:g} {UNITS[by]} needs up to {most:.2g} N of {name}"
         raise DeviceError(what, why=f"it may be commanded {known.force_max:g} N", mend=f"take a smaller {by}")
-    driver.open()
-    try:
+    with opened(driver):
         if isinstance(driver, SimulatedDevice):
             driver.held, driver.lockstep = False, True
-        bare = slow(driver, known, PUSH + 0.5 * most)
+        ready(f"take everything off the handle, which moves up and down by {1e3 * STROKE:g} mm with up to {most:.2g} N")
+        bare = slow(driver, known, min(most, PUSH + 0.5 * most))
         ready(words)
         if isinstance(driver, SimulatedDevice):
             setattr(driver, "load" if by == "weight" else "attached", given)
         loaded = slow(driver, known, most)
-    finally:
-        driver.write(np.zeros(6))
-        driver.close()
     if by == "weight":
         change, expected = loaded.offset - bare.offset, given * GRAVITY
     else:

@@ -14,7 +14,7 @@ from palpate.devices.certificate import DeviceModel
 from palpate.devices.driver import Driver, Facts, facts
 from palpate.devices.identify import AxisFit, fit_axis, noise, resolution, uneven_steps
 from palpate.devices.simulated import SimulatedDevice
-from palpate.devices.trace import PUSH, Trace, rounds
+from palpate.devices.trace import PUSH, Trace, command, opened, pose_of, rounds
 
 REST = 1.0
 """Duration of the measurement at rest [s]."""
@@ -127,11 +127,10 @@ def measure(driver: Driver, name: str, before_push: Callable[[], None] = lambda:
         before_push: called after the rest of a device that pushes; what it raises ends the measurement.
 
     Raises:
-        DeviceError: the driver is invalid or failed.
+        DeviceError: the driver is invalid or failed, or the device moves against its force.
     """
     known = facts(driver, name)
-    driver.open()
-    try:
+    with opened(driver):
         rate, interval, fresh = _timing(driver, known)
         if isinstance(driver, SimulatedDevice):
             driver.held, driver.lockstep = False, True
@@ -140,10 +139,11 @@ def measure(driver: Driver, name: str, before_push: Callable[[], None] = lambda:
         if known.force_max > 0.0:
             before_push()
         pushed = [_bench_axis(driver, known, axis) for axis in range(3)] if known.force_max > 0.0 else []
-    finally:
-        driver.write(np.zeros(6))
-        driver.close()
     axes = tuple(_axis(i, rest, pushed) for i in range(3))
+    wrong = ", ".join(axis.axis for axis in axes if axis.fit is not None and axis.fit.backwards)
+    if wrong:
+        mend = f"reverse the sign of this axis in the force, or in the pose and the force; palpate device test {name}"
+        raise DeviceError(f"device {name} moves against the force along {wrong}", mend=mend)
     return Bench(name, rate, interval, fresh, axes, any(trace.stopped for trace, _ in pushed))  # type: ignore[arg-type]
 
 
@@ -202,10 +202,9 @@ def _timing(driver: Driver, known: Facts) -> tuple[float, float, float]:
     times, last, new = np.zeros(n), None, 0
     due = time.monotonic()
     for k in range(n):
-        reading = driver.read()
-        driver.write(zero)
+        X = pose_of(driver)
+        command(driver, zero)
         times[k] = time.monotonic()
-        X = np.asarray(reading[0] if isinstance(reading, tuple) else reading, dtype=np.float64)
         new += last is None or not np.array_equal(X, last)
         last = X
         due += 1.0 / known.rate

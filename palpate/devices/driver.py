@@ -130,6 +130,16 @@ def facts(driver: object, name: str) -> Facts:
     )
 
 
+def limited(wrench: Array, known: Facts) -> Array:
+    """The wrench with its force and its moment scaled to the caps of the device; directions are kept."""
+    out = wrench.copy()
+    for part, most in ((slice(0, 3), known.force_max), (slice(3, 6), known.moment_max)):
+        size = float(np.linalg.norm(out[part]))
+        if size > most:
+            out[part] *= most / size
+    return out
+
+
 def _gripper_max(driver: object, name: str) -> float:
     most = _number(driver, name, "gripper_max", 0.0, 2.0, "N m", 0.0)
     if most > 0.0 and not callable(getattr(driver, "grip", None)):

@@ -50,6 +50,11 @@ class AxisFit:
         return self.residual / self.noise if self.noise > 0.0 else float("inf")
 
     @property
+    def backwards(self) -> bool:
+        """True if the whole 95 % interval of the mass is below 0: the axis moves against its force."""
+        return self.mass + self.student * self.deviations.mass < 0.0
+
+    @property
     def student(self) -> float:
         """Student's factor of a 95 % interval."""
         from scipy.special import stdtrit

@@ -8,6 +8,7 @@ from __future__ import annotations
 import ctypes
 import weakref
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -77,7 +78,7 @@ class SharedObject(Driver):
         if not device:
             what = f"driver {self._file}: its device cannot be opened"
             raise DeviceError(what, why=why.value.decode(errors="replace"), mend="check cable, power and permissions")
-        self._device, self._close = device, weakref.finalize(self, self._closed, device)
+        self._device, self._close = device, weakref.finalize(self, _end, self._write, self._closed, device)
         if info.abi != _ABI:
             self._close()
             what = f"driver {self._file} has version {info.abi} of the interface, not {_ABI}"
@@ -102,9 +103,10 @@ class SharedObject(Driver):
             raise RuntimeError(f"driver {self._file}: its device is closed; call open() first")
 
     def read(self) -> Reading:
-        """One measurement."""
+        """One measurement; a pose that the driver does not fill in is not a number, as in the core."""
         self._require_open()
         state = _State()
+        state.X_LH[:] = [np.nan] * 16
         code = self._read(self._device, ctypes.byref(state))
         if code:
             raise RuntimeError(f"palpate_driver_read returned {code}")
@@ -120,5 +122,11 @@ class SharedObject(Driver):
             raise RuntimeError(f"palpate_driver_write returned {code}")
 
     def close(self) -> None:
-        """Close the device."""
+        """Zero force, and close the device."""
         self._close()
+
+
+def _end(write: Any, close: Any, device: int) -> None:
+    """Close a device whose last wrench is zero, as driver.h promises it."""
+    write(device, (ctypes.c_double * 6)())
+    close(device)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 
 import numpy as np
 
 from palpate.base.arrays import Array
 from palpate.base.errors import DeviceError
-from palpate.devices.driver import Driver, Facts, as_reading
+from palpate.devices.driver import Driver, Facts, as_reading, limited
 from palpate.devices.simulated import SimulatedDevice
 
 PUSH = 0.5
@@ -43,6 +44,8 @@ def rounds(
 ) -> Trace:
     """Read and write at the driver's rate; ends with zero force, also after an error.
 
+    No force exceeds the driver's ``force_max``.
+
     Args:
         driver: an open driver. A `SimulatedDevice` with ``lockstep`` runs as fast as possible.
         facts: its facts.
@@ -59,31 +62,81 @@ def rounds(
     reach = _REACH * np.array(facts.workspace)
     lockstep = isinstance(driver, SimulatedDevice) and driver.lockstep
     begin = due = time.monotonic()
-    try:
+    with _zero_after(driver):
         for k in range(n):
-            X[k] = _pose(driver)
+            X[k] = pose_of(driver)
             t[k] = k / facts.rate if lockstep else time.monotonic() - begin
             moved = X[k, :3, 3] - X[0, :3, 3]
             if force is not None and not (np.abs(moved) <= reach).all():
                 return Trace(t[: k + 1], X[: k + 1], F[: k + 1], stopped=True)
             if force is not None:
                 wrench = np.zeros(6)
-                wrench[:3] = F[k] = np.minimum(np.maximum(force(t[k], moved), -most), most)
-                driver.write(wrench)
+                wrench[:3] = np.minimum(np.maximum(force(t[k], moved), -most), most)
+                wrench = limited(wrench, facts)
+                F[k] = wrench[:3]
+                command(driver, wrench)
             if not lockstep:
                 due = max(due + 1.0 / facts.rate, time.monotonic() - _CATCH_UP)
                 time.sleep(max(0.0, due - time.monotonic()))
-    finally:
-        driver.write(np.zeros(6))
     return Trace(t, X, F)
 
 
-def _pose(driver: Driver) -> Array:
+@contextmanager
+def opened(driver: Driver) -> Iterator[None]:
+    """Open a device; at the end it is closed after a zero force, and also if that cannot be written.
+
+    Raises:
+        DeviceError: one of these calls failed.
+    """
+    with _call("open"):
+        driver.open()
     try:
+        with _zero_after(driver):
+            yield
+    finally:
+        with _call("close"):
+            driver.close()
+
+
+@contextmanager
+def _zero_after(driver: Driver) -> Iterator[None]:
+    """Zero force at the end; after an error it is that one which is told."""
+    try:
+        yield
+    except BaseException:
+        with suppress(DeviceError):
+            command(driver, np.zeros(6))
+        raise
+    command(driver, np.zeros(6))
+
+
+def pose_of(driver: Driver) -> Array:
+    """X_LH (4, 4) as a driver reads it [m].
+
+    Raises:
+        DeviceError: the driver failed, or returned something that is no pose.
+    """
+    with _call("read"):
         return np.asarray(as_reading(driver.read()).X, dtype=np.float64)
+
+
+def command(driver: Driver, wrench: Array) -> None:
+    """Write a wrench (6,) [N, N m].
+
+    Raises:
+        DeviceError: the driver failed.
+    """
+    with _call("write"):
+        driver.write(wrench)
+
+
+@contextmanager
+def _call(name: str) -> Iterator[None]:
+    """What a function of a driver raises becomes an error that names this function."""
+    try:
+        yield
     except DeviceError:
         raise
     except Exception as error:
-        raise DeviceError(
-            f"read() raised {type(error).__name__}: {error}", mend="correct read() of the driver"
-        ) from None
+        mend = f"check cable and power; else correct {name}() of the driver"
+        raise DeviceError(f"{name}() raised {type(error).__name__}: {error}", mend=mend) from None

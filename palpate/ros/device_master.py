@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from palpate.base.arrays import Array
 from palpate.devices.buttons import OWN, own_names
-from palpate.devices.driver import Driver, Facts, Reading, as_reading, facts
+from palpate.devices.driver import Driver, Facts, Reading, as_reading, facts, limited
 from palpate.ros import topic
 from palpate.ros.background import BackgroundNode
 
@@ -205,16 +205,6 @@ class DeviceMaster(BackgroundNode):
             self._driver.write(wrench)
         except Exception as error:
             self.outcome.fault = self.outcome.fault or f"write() raised {type(error).__name__}: {error}"
-
-
-def limited(wrench: Array, known: Facts) -> Array:
-    """The wrench with its force and its moment scaled to the caps of the device; directions are kept."""
-    out = wrench.copy()
-    for part, most in ((slice(0, 3), known.force_max), (slice(3, 6), known.moment_max)):
-        size = float(np.linalg.norm(out[part]))
-        if size > most:
-            out[part] *= most / size
-    return out
 
 
 def serve(name: str, driver: Driver, arm: str, network: bool, seconds: float | None) -> Outcome:

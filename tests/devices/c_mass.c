@@ -1,5 +1,6 @@
 /* A driver for tests: a mass of 0.3 kg with a damping of 2 N s/m, which moves by the wrench that was written last.
- * The argument "wrong" turns the force around; "old" states an old version; "refuse" cannot be opened. */
+ * The argument "wrong" turns the force around; "old" states an old version; "refuse" cannot be opened;
+ * "empty" fills in no pose. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -32,7 +33,7 @@ void* palpate_driver_open(const char* argument, palpate_driver_info* info, char*
     return NULL;
   }
   device* d = calloc(1, sizeof *d);
-  d->sign = strcmp(argument, "wrong") == 0 ? -1.0 : 1.0;
+  d->sign = strcmp(argument, "wrong") == 0 ? -1.0 : strcmp(argument, "empty") == 0 ? 0.0 : 1.0;
   d->last = now();
   info->abi = strcmp(argument, "old") == 0 ? 0 : PALPATE_DRIVER_ABI;
   snprintf(info->name, sizeof info->name, "mass");
@@ -45,6 +46,7 @@ void* palpate_driver_open(const char* argument, palpate_driver_info* info, char*
 int palpate_driver_read(void* p, palpate_driver_state* s) {
   device* d = p;
   advance(d);
+  if (d->sign == 0.0) return 0;
   for (int i = 0; i < 16; ++i) s->X_LH[i] = i % 5 == 0 ? 1.0 : 0.0;
   for (int i = 0; i < 3; ++i) s->X_LH[4 * i + 3] = d->p[i];
   return 0;

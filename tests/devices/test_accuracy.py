@@ -19,8 +19,9 @@ def test_a_weight_and_a_spring_recover_the_gain_of_a_device_in_spite_of_its_fric
     log = []
     by_weight = accuracy.by_weight(SimulatedDevice(truth=truth), "it", 0.1, log.append)
     by_spring = accuracy.by_spring(SimulatedDevice(truth=truth), "it", 300.0, log.append)
-    assert log == ["hang the weight of 100 g on the handle",
-                   "fasten the spring of 300 N/m to the handle, relaxed, along the vertical"]  # fmt: skip
+    free = [f"take everything off the handle, which moves up and down by 8 mm with up to {F} N" for F in (2.1, 2.4)]
+    assert log == [free[0], "hang the weight of 100 g on the handle",
+                   free[1], "fasten the spring of 300 N/m to the handle, relaxed, along the vertical"]  # fmt: skip
     for found in (by_weight, by_spring):
         assert found.gain == pytest.approx(gain, abs=0.01)
         assert abs(found.gain - gain) < max(2.0 * found.reach, 0.004)
@@ -63,9 +64,17 @@ class Stuck(SimulatedDevice):
         return
 
 
+class Unopened(SimulatedDevice):
+    def open(self):
+        raise AssertionError
+
+
 @pytest.mark.parametrize(
     ("made", "act", "words"),
     [(SimulatedDevice, lambda d: accuracy.by_weight(d, "it", 2.0, asked), "needs up to"),
+     (Unopened, lambda d: accuracy.by_weight(d, "it", float("nan"), asked), "a weight of nan kg is none"),
+     (Unopened, lambda d: accuracy.by_weight(d, "it", -0.1, asked), "give a number above 0"),
+     (Unopened, lambda d: accuracy.by_spring(d, "it", float("inf"), asked), "a spring of inf N/m is none"),
      (Stuck, lambda d: accuracy.by_weight(d, "it", 0.05, asked), "does not follow"),
      (Beside, lambda d: accuracy.by_weight(d, "it", 0.05, asked), "nothing to compare")],
 )  # fmt: skip

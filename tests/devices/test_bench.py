@@ -254,6 +254,52 @@ def test_slow_and_failing_drivers_are_named():
     assert "no such device" in check.value
 
 
+def test_a_device_that_moves_against_its_force_is_refused():
+    """Its model had the least mass that there is, and a servo would have driven it away from its goal."""
+    reversed_z = Broken(force=lambda w: w * [1, 1, -1, 0, 0, 0])
+    with pytest.raises(DeviceError, match="reversed moves against the force along z"):
+        measure(reversed_z, "reversed")
+
+
+def test_no_push_exceeds_what_the_driver_allows():
+    class Weak(SimulatedDevice):
+        force_max, most = 0.2, 0.0
+
+        def write(self, wrench):
+            self.most = max(self.most, float(np.abs(wrench).max()))
+            super().write(wrench)
+
+    driver = Weak()
+    judge_driver(driver, "weak", push=True)
+    assert driver.most == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("call", ["read", "write"])
+def test_a_cable_pulled_during_the_bench_is_named_and_the_device_closed(call):
+    class Pulled(Still):
+        force_max, rounds, closed = 1.0, 0, False
+
+        def _count(self, name):
+            self.rounds += name == call
+            if self.rounds > 20:
+                raise OSError("no such device")
+
+        def read(self):
+            self._count("read")
+            return np.eye(4)
+
+        def write(self, wrench):
+            self._count("write")
+
+        def close(self):
+            self.closed = True
+
+    driver = Pulled()
+    with pytest.raises(DeviceError, match=rf"{call}\(\) raised OSError: no such device"):
+        measure(driver, "pulled")
+    assert driver.closed
+
+
 def test_commands(tmp_path, capsys):
     out, figures, page = tmp_path / "device.yaml", tmp_path / "bench.json", tmp_path / "device.html"
     command = ["device", "bench", "simulated", "--yes", "--out", str(out), "--json", str(figures)]

@@ -39,14 +39,15 @@ def terminal(monkeypatch, tmp_path, capsys):
 
 
 def test_the_guide_asks_for_each_step_and_writes_model_and_page(terminal, tmp_path, capsys):
-    person = terminal("", "y", "heavy", "0.1", "", "omega", "omega.3")
+    person = terminal("", "y", "heavy", "-0.1", "nan", "0.1", "1e6", "omega", "omega.3")
     assert main(["device", "bench", "simulated", "--json", "bench.json"]) == 0
-    said = capsys.readouterr().err
+    out, said = capsys.readouterr()
     assert person.answers == []
     steps = re.findall(r"step (\d) of 6, ([\w ]+):", said)
     assert steps == [(str(i + 1), name) for i, name in
                      enumerate(("driver", "rest", "move", "weight", "spring", "published figures"))]  # fmt: skip
-    assert "'heavy' is no number" in said
+    assert all(f"'{given}' is no number above 0" in said for given in ("heavy", "-0.1", "nan"))
+    assert "not compared: a spring of 1e+06 N/m needs up to" in " ".join(out.split())
     assert "'omega' is not in the table" in said
     found = json.loads((tmp_path / "bench.json").read_text())
     assert [(one["by"], one["given"]) for one in found["force"]] == [("weight", 0.1)]

@@ -11,8 +11,10 @@ import pytest
 
 from palpate.base.errors import DeviceError
 from palpate.cli import main
+from palpate.devices.driver import facts
 from palpate.devices.native import header_folder
 from palpate.devices.shared_object import SharedObject
+from palpate.devices.trace import rounds
 
 CC = shutil.which("cc") or shutil.which("gcc")
 pytestmark = pytest.mark.skipif(CC is None, reason="no C compiler")
@@ -74,6 +76,14 @@ def test_a_closed_device_is_refused_until_it_is_opened_again(mass):
     assert np.asarray(driver.read().X)[:3, 3] == pytest.approx(np.zeros(3))
     driver.open()
     driver.close()
+
+
+def test_a_pose_that_is_not_filled_in_is_not_a_number(mass):
+    """Zeros would be a place: a push would go on without a measurement."""
+    driver = SharedObject(mass, "empty")
+    assert np.isnan(driver.read().X).all()
+    known = facts(driver, "empty")
+    assert rounds(driver, known, 0.1, lambda t, moved: np.ones(3)).stopped
 
 
 @pytest.mark.parametrize(

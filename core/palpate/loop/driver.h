@@ -1,10 +1,11 @@
-/* Driver of a haptic device in C: a shared object with these five functions, named in a scene by
+/* Driver of a haptic device in C: a shared object with these four functions, named in a scene by
  *
  *     arms: {leader: {driver: ./my_device.so}}
  *
  * Palpate calls them from its real-time thread, without the Python interpreter: open once, then read and write in turn
- * at the rate of the device, and close once. Values are in SI units, in the axes of the device's base, whose origin and
- * orientation in the scene are arms.leader.base. A driver is compiled with this header alone:
+ * at the rate of the device, and close once; `palpate device bench` does so for each of its steps. Values are in SI
+ * units, in the axes of the device's base, whose origin and orientation in the scene are arms.leader.base. A driver is
+ * compiled with this header alone:
  *
  *     cc -O2 -shared -fPIC -I FOLDER_OF_THIS_FILE my_device.c -o my_device.so
  *

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import sys
+from contextlib import suppress
 
 from palpate.cli.commands.device._common import require_consent
 from palpate.devices.published import NAMES
@@ -52,10 +54,10 @@ class Guide:
             text = self._answer(f"Its value [{unit}], or Enter to go on without: ")
             if not text:
                 return None
-            try:
-                return float(text)
-            except ValueError:
-                print(f"{text!r} is no number; with a point, e.g. 0.1", file=sys.stderr)
+            with suppress(ValueError):
+                if 0.0 < (value := float(text)) < math.inf:
+                    return value
+            print(f"{text!r} is no number above 0; with a point, e.g. 0.1", file=sys.stderr)
 
     def like(self, given: str | None) -> str | None:
         """The device of the table of published figures, by an option or by the person."""

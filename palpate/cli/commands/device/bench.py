@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -23,8 +22,6 @@ if TYPE_CHECKING:
     from palpate.devices.driver import Driver
     from palpate.devices.identify import AxisFit
     from palpate.devices.judge import Check
-
-_UNITS = {"weight": "kg", "spring": "N/m"}
 
 
 @dataclass
@@ -65,7 +62,6 @@ class Command:
     def __call__(self) -> int:
         """Print the measurements and write the model; returns the exit code."""
         from palpate.cli.commands.device._guide import Guide
-        from palpate.devices.accuracy import by_spring, by_weight
         from palpate.devices.bench import measure
         from palpate.devices.open import open_python_driver
         from palpate.devices.published import compare, published_of, stated_by
@@ -87,12 +83,7 @@ class Command:
         guide.rest()
         found = measure(driver, self.name, guide.push)
         _print(found, console)
-        weight = guide.number("weight", self.weight, "the force on the handle by a weight of known mass", "kg")
-        compared = self._compare(driver, by_weight, weight)
-        spring = guide.number("spring", self.spring, "the same by a spring of known stiffness", "N/m")
-        compared += self._compare(driver, by_spring, spring)
-        for one in compared:
-            say(console, f"by the {one.by} of {one.given:g} {_UNITS[one.by]}: {one.in_words()}", "force:")
+        compared = self._force(driver, found, guide, console)
         like = guide.like(self.like)
         stated, published = stated_by(driver, found), [] if like is None else compare(published_of(like), driver, found)
         for row in (*stated, *published):
@@ -138,14 +129,33 @@ class Command:
             self.page or (Path("device.html") if guide.asks else None),
         )
 
-    def _compare(
-        self,
-        driver: Driver,
-        judge: Callable[[Driver, str, float, Callable[[str], None]], Accuracy],
-        given: float | None,
-    ) -> list[Accuracy]:
-        """The force of the device against a weight or a spring, if one is given."""
-        return [] if given is None else [judge(driver, self.name, given, self._ask)]
+    def _force(self, driver: Driver, found: Bench, guide: Guide, console: Console) -> list[Accuracy]:
+        """The force of the device against a weight and a spring, where they are given.
+
+        Where the guide asks, one that does not suit the device is told, and what was measured before is kept.
+        """
+        from palpate.devices.accuracy import UNITS, by_spring, by_weight
+
+        compared = []
+        for by, option, judge, words in (
+            ("weight", self.weight, by_weight, "the force on the handle by a weight of known mass"),
+            ("spring", self.spring, by_spring, "the same by a spring of known stiffness"),
+        ):
+            given = guide.number(by, option, words, UNITS[by])
+            if given is None:
+                continue
+            try:
+                if found.axes[2].fit is None:  # a servo along an axis that does not obey goes anywhere
+                    what = f"{self.name} was not pushed along z, or hardly moved, so nothing moves it up and down"
+                    raise DeviceError(what, mend=f"palpate device test {self.name} says where its pushes go")
+                compared.append(judge(driver, self.name, given, self._ask))
+            except DeviceError as error:
+                if not guide.asks:
+                    raise
+                say(console, f"not compared: {error}", "force:", "yellow")
+                continue
+            say(console, f"by the {by} of {given:g} {UNITS[by]}: {compared[-1].in_words()}", "force:")
+        return compared
 
     def _ask(self, words: str) -> None:
         """Let the user prepare something; a simulated device needs nobody."""
@@ -156,7 +166,8 @@ class Command:
         if not sys.stdin.isatty():
             raise DeviceError(f"{words}: there is no terminal to ask in", mend="run it in a terminal")
         print(f"{words}, keep your hands off, and press Enter: ", end="", file=sys.stderr, flush=True)
-        sys.stdin.readline()
+        if not sys.stdin.readline():
+            raise DeviceError(f"{words}: nobody answered", mend="press Enter when it is done")
 
 
 def _print(found: Bench, console: Console) -> None:
