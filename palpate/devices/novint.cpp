@@ -41,11 +41,12 @@ HDLServoOpExitCode servo(void* data) {
   hdlMakeCurrent(d->handle);
   hdlToolPosition(position);
   hdlToolButtons(&buttons);
-  const palpate_driver_state state = state_of(position, buttons);
-  if (palpate_servo_exchange(&d->servo, &state, force)) hdlSetToolForce(force);
-  if (hdlGetError() == HDL_NO_ERROR) return HDL_SERVOOP_CONTINUE;
-  double zero[3] = {0.0, 0.0, 0.0};
-  hdlSetToolForce(zero);
+  if (hdlGetError() == HDL_NO_ERROR) {  // one of the force below is found in the next tick
+    const palpate_driver_state state = state_of(position, buttons);
+    if (palpate_servo_exchange(&d->servo, &state, force)) hdlSetToolForce(force);
+    return HDL_SERVOOP_CONTINUE;
+  }
+  hdlSetToolForce(force);  // zero, and the position is not handed over
   d->servo.failed = 1;
   return HDL_SERVOOP_EXIT;
 }
@@ -83,6 +84,7 @@ void* palpate_driver_open(const char* argument, palpate_driver_info* info, char*
   info->force_max = 8.0;
   for (int i = 0; i < 3; ++i) info->workspace[i] = limits[3 + i] - limits[i];
   d->operation = hdlCreateServoOp(servo, d, false);
+  palpate_servo_wait(&d->servo, 500);
   return d;
 }
 
@@ -96,7 +98,7 @@ int palpate_driver_write(void* p, const double wrench[6]) {
 
 void palpate_driver_close(void* p) {
   auto* d = static_cast<Device*>(p);
-  palpate_servo_flush(&d->servo);
+  palpate_servo_wait(&d->servo, 25);
   hdlDestroyServoOp(d->operation);
   hdlStop();
   hdlUninitDevice(d->handle);

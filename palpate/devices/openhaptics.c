@@ -34,19 +34,22 @@ static void convert(const double transform[16], int buttons, palpate_driver_stat
 static HDCallbackCode HDCALLBACK servo(void* data) {
   device* d = data;
   palpate_driver_state state;
-  HDdouble transform[16], force[3];
+  HDdouble transform[16], force[3] = {0.0, 0.0, 0.0};
   HDint buttons = 0;
+  int set = 1;
   hdBeginFrame(d->id);
   hdGetDoublev(HD_CURRENT_TRANSFORM, transform);
   hdGetIntegerv(HD_CURRENT_BUTTONS, &buttons);
-  convert(transform, buttons, &state);
-  if (palpate_servo_exchange(&d->servo, &state, force)) hdSetDoublev(HD_CURRENT_FORCE, force);
-  hdEndFrame(d->id);
-  if (HD_DEVICE_ERROR(hdGetError())) {
-    d->servo.failed = 1;
-    return HD_CALLBACK_DONE; /* HDAPI then commands no force */
+  const int failed = HD_DEVICE_ERROR(hdGetError()); /* also of the frame before: no pose goes out, the force is zero */
+  if (!failed) {
+    convert(transform, buttons, &state);
+    set = palpate_servo_exchange(&d->servo, &state, force);
   }
-  return HD_CALLBACK_CONTINUE;
+  if (set) hdSetDoublev(HD_CURRENT_FORCE, force);
+  hdEndFrame(d->id);
+  if (!failed) return HD_CALLBACK_CONTINUE;
+  d->servo.failed = 1;
+  return HD_CALLBACK_DONE;
 }
 
 void* palpate_driver_open(const char* argument, palpate_driver_info* info, char* why, size_t size) {
@@ -65,6 +68,7 @@ void* palpate_driver_open(const char* argument, palpate_driver_info* info, char*
   hdEnable(HD_FORCE_OUTPUT);
   d->callback = hdScheduleAsynchronous(servo, d, HD_MAX_SCHEDULER_PRIORITY);
   hdStartScheduler();
+  palpate_servo_wait(&d->servo, 500);
   info->abi = PALPATE_DRIVER_ABI;
   snprintf(info->name, sizeof info->name, "OpenHaptics %s", argument);
   info->rate = 1000.0;
@@ -81,7 +85,7 @@ int palpate_driver_write(void* p, const double wrench[6]) { return palpate_servo
 
 void palpate_driver_close(void* p) {
   device* d = p;
-  palpate_servo_flush(&d->servo);
+  palpate_servo_wait(&d->servo, 25);
   hdStopScheduler();
   hdUnschedule(d->callback);
   hdDisableDevice(d->id);

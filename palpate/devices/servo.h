@@ -1,5 +1,6 @@
 /* A vendor's servo callback beside Palpate's thread: the state goes out and the force comes in, under a lock that the
- * callback never waits for. A force or a state older than 20 ms is not used. For drivers in C and C++. */
+ * callback never waits for. A force or a state older than 20 ms is not used, also while the lock is held. For drivers
+ * in C and C++. */
 #ifndef PALPATE_SERVO_H
 #define PALPATE_SERVO_H
 
@@ -27,10 +28,14 @@ static inline double palpate_servo_now(void) {
 }
 
 /* In the callback: hands over a state and takes the force (3) [N]. Returns 0, and leaves the force as it is, if
- * Palpate's thread holds the lock just now. */
+ * Palpate's thread holds the lock just now; one that was stopped while it held the lock leaves no force. */
 static inline int palpate_servo_exchange(palpate_servo* s, const palpate_driver_state* state, double force[3]) {
-  if (pthread_mutex_trylock(&s->lock) != 0) return 0;
   const double t = palpate_servo_now();
+  if (pthread_mutex_trylock(&s->lock) != 0) {
+    if (t - s->measured < PALPATE_SERVO_SILENT) return 0; /* the callback alone writes this time */
+    memset(force, 0, 3 * sizeof *force);
+    return 1;
+  }
   s->state = *state;
   s->measured = t;
   if (t - s->written >= PALPATE_SERVO_SILENT) memset(s->force, 0, sizeof s->force);
@@ -58,10 +63,11 @@ static inline int palpate_servo_write(palpate_servo* s, const double wrench[6]) 
   return failed;
 }
 
-/* Before the callback is removed: waits until it has taken the last force, which is zero, for 25 ms at most. */
-static inline void palpate_servo_flush(palpate_servo* s) {
+/* Waits until the callback has taken the last force, or has run at all, for so many milliseconds at most: after it is
+ * started, so that there is a state to read, and before it is removed, so that zero has arrived. */
+static inline void palpate_servo_wait(palpate_servo* s, int most) {
   const struct timespec pause = {0, 1000000};
-  for (int i = 0; i < 25; ++i) {
+  for (int i = 0; i < most; ++i) {
     pthread_mutex_lock(&s->lock);
     const int taken = s->measured > s->written;
     pthread_mutex_unlock(&s->lock);

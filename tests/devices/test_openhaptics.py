@@ -61,10 +61,18 @@ def test_failing_device_ends_the_session(library, tmp_path, monkeypatch):
     monkeypatch.setenv("HD_GO", str(tmp_path / "go"))
     monkeypatch.setenv("HD_FAIL", "1")
     session = DrivenSession(touched(library))
-    summary = session.run(10.0)
+    session.start()
+    (tmp_path / "go").touch()
+    end = time.monotonic() + 10.0
+    while not session.failed and time.monotonic() < end:
+        time.sleep(0.01)
     assert session.failed
-    assert summary.duration_s < 5.0
+    summary = session.close()
+    del session  # closes the device
     assert any("reported a failure" in fault for fault in summary.faults)
+    forces = np.loadtxt(tmp_path / "log", ndmin=2)
+    assert forces[:, 1].max() > 1.0
+    assert not forces[-1].any(), "the driver sets zero last, whatever the library does with a callback that ends"
 
 
 def test_absent_device_is_told(library):

@@ -132,6 +132,30 @@ def test_a_failing_device_ends_the_session_at_zero(library, tmp_path, monkeypatc
     assert not np.loadtxt(tmp_path / "log", ndmin=2)[-1].any()
 
 
+def test_no_force_is_left_by_a_thread_that_was_stopped_while_it_held_the_lock(tmp_path):
+    (tmp_path / "held.c").write_text("""
+#include <stdio.h>
+#include "servo.h"
+int main(void) {
+  palpate_servo s = {.lock = PTHREAD_MUTEX_INITIALIZER};
+  const palpate_driver_state state = {.gripper = 0.5};
+  const double wrench[6] = {1.0, 2.0, 3.0, 0.0, 0.0, 0.0};
+  double F[3] = {0.0, 0.0, 0.0};
+  palpate_servo_write(&s, wrench);
+  const int first = palpate_servo_exchange(&s, &state, F);
+  printf("%d %g ", first, F[2]);
+  pthread_mutex_lock(&s.lock);
+  nanosleep(&(struct timespec){0, 25000000}, NULL);
+  const int taken = palpate_servo_exchange(&s, &state, F);
+  printf("%d %g", taken, F[2]);
+}
+""")
+    flags = ["-std=c11", "-D_GNU_SOURCE", "-Wall", "-Wextra", "-Werror", "-I", DEVICES, "-I", header_folder()]
+    subprocess.run(["cc", *flags, tmp_path / "held.c", "-o", tmp_path / "held", "-lpthread"], check=True)
+    done = subprocess.run([tmp_path / "held"], capture_output=True, text=True, check=True)
+    assert done.stdout == "1 3 1 0"
+
+
 READ = {"force_dimension.so": [("7", 0xC04, 0.3), ("3", 0xC04, 0.0)], "novint.so": [("", 0xA04, 0.0)]}
 """Argument, and the buttons and the gripper that the stand-in presses: coagulation, and what closes the jaws."""
 

@@ -1,6 +1,6 @@
 /* Stand-in for OpenHaptics: a device that moves 30 mm down (y) within 300 servo ticks
  * once the file of the environment variable HD_GO exists. The force of each tick goes to
- * the file of the environment variable HD_LOG; with HD_FAIL the device fails at tick 700. */
+ * the file of the environment variable HD_LOG; with HD_FAIL it fails 700 ticks after that. */
 #include "HD/hd.h"
 
 #include <math.h>
@@ -15,7 +15,7 @@ static HDSchedulerCallback callback;
 static void* context;
 static pthread_t thread;
 static volatile int running;
-static int tick, moved, failed;
+static int moved, failed;
 static double force[3];
 
 HHD hdInitDevice(HDstring name) {
@@ -27,7 +27,7 @@ void hdDisableDevice(HHD id) { (void)id; }
 void hdBeginFrame(HHD id) { (void)id; }
 void hdEndFrame(HHD id) {
   (void)id;
-  failed = getenv("HD_FAIL") != NULL && tick > 700;
+  failed = getenv("HD_FAIL") != NULL && moved > 700;
 }
 void hdGetDoublev(HDenum name, HDdouble* v) {
   if (name == HD_NOMINAL_MAX_FORCE) {
@@ -48,9 +48,8 @@ HDErrorInfo hdGetError(void) {
 static void* serve(void* unused) {
   FILE* log = fopen(getenv("HD_LOG"), "w");
   while (running) {
-    ++tick;
     if (moved > 0 || access(getenv("HD_GO"), F_OK) == 0) ++moved;
-    if (callback(context) == HD_CALLBACK_DONE) memset(force, 0, sizeof force), running = 0;
+    if (callback(context) == HD_CALLBACK_DONE) running = 0; /* the driver has set its last force */
     fprintf(log, "%g %g %g\n", force[0], force[1], force[2]);
     nanosleep(&(struct timespec){0, 1000000}, NULL);
   }
@@ -62,7 +61,7 @@ HDSchedulerHandle hdScheduleAsynchronous(HDSchedulerCallback function, void* dat
   return 1;
 }
 void hdStartScheduler(void) {
-  tick = moved = 0, running = 1;
+  moved = 0, running = 1;
   pthread_create(&thread, NULL, serve, NULL);
 }
 void hdStopScheduler(void) {
