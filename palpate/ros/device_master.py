@@ -117,8 +117,10 @@ class DeviceMaster(BackgroundNode):
         reading = as_reading(self._driver.read())
         now = time.monotonic()
         X = np.asarray(reading.X, dtype=np.float64)
-        self._publish(reading, X, now)
-        wrench = self._due(X[:3, :3], now)
+        measured = bool(np.isfinite(X).all())  # a driver without a measurement now gives NaN: no pose, no force
+        if measured:
+            self._publish(reading, X, now)
+        wrench = self._due(X[:3, :3], now) if measured else np.zeros(6)
         self.outcome.peak_force_N = max(self.outcome.peak_force_N, float(np.linalg.norm(wrench[:3])))
         self._driver.write(wrench)
         self._entered = np.inf

@@ -18,6 +18,7 @@ class Moving(Driver):
     rate, force_max, moment_max = 200.0, 2.0, 0.1
     own_buttons = ("stylus", "side")
     pressed = 5 | 0x200
+    hole = 0.0
 
     def __init__(self):
         self.written, self.t0, self.hang, self.fails, self.closed = [], 0.0, 0.0, False, False
@@ -31,7 +32,7 @@ class Moving(Driver):
         time.sleep(self.hang)
         X = np.eye(4)
         X[:3, :3] = TURN
-        X[0, 3] = 0.1 * (time.monotonic() - self.t0)
+        X[0, 3] = 0.1 * (time.monotonic() - self.t0) + self.hole
         return Reading(X, None, 0.25, self.pressed)
 
     def write(self, wrench):
@@ -188,3 +189,19 @@ def test_the_command_serves_a_simulated_device(built, capsys):
     assert done["rounds"] > 50
     assert main(["ros", "device", "simulated", "--arm", "a/b"]) == 2
     assert "is no name of an arm" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["servo_cf", "body/servo_cf"])
+def test_a_pose_that_is_not_a_number_gives_no_force_and_is_not_published(master, name):
+    driver, made, client = master
+    driver.hole = np.nan
+    time.sleep(0.05)
+    begin = time.monotonic()
+    end = push(client, f"/OMEGA/{name}", (0.5, 1.0, -1.5), 0.3)
+    assert made.outcome.forces > 0
+    written = [wrench for t, wrench in driver.written if begin < t < end]
+    assert len(written) > 20
+    assert not np.any(written)
+    driver.hole = 0.0
+    push(client, f"/OMEGA/{name}", (0.5, 1.0, -1.5), 0.3)
+    assert any(wrench.any() for t, wrench in driver.written if t > end)
