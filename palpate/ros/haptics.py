@@ -103,7 +103,6 @@ class HapticLoop:
         except BaseException:
             self.guardian.kill()
             raise
-        self.world: World | None = None  #: the rigid bodies of the scene; None: it has none, or `join_bodies` follows
         self._soft = [k for k, obj in enumerate(rig.scene.objects) if obj.tissue is not None]
 
     def _names(self, devices: Devices) -> Any:
@@ -206,7 +205,8 @@ def join_bodies(rigs: Mapping[str, Rig], loops: Sequence[HapticLoop]) -> World |
     Raises:
         MissingExtraError, SceneError, MeshError: as `World`.
     """
-    made = held.world(rigs, 2.0 / min(loop.rate for loop in loops))
+    rate = min(loop.rate for loop in loops)
+    made = held.world(rigs, 2.0 / rate, rate)
     if made is not None:
         joined = made.core(next(iter(rigs.values())).snapshot)
         for tool, loop in enumerate(loops):

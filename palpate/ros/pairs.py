@@ -16,6 +16,7 @@ from palpate.scene.scene import Scene
 from palpate.scene.together import build_pairs, capsules
 from palpate.session.console import Console
 from palpate.session.summary import Summary
+from palpate.world.bodies.engine import World
 
 
 class PairedHapticSession(HapticSession):
@@ -58,6 +59,7 @@ class HapticPairs:
         require_devices(scene)
         rigs = build_pairs(scene)  # refuses arms that stand in each other before anything moves
         self.sessions: dict[str, HapticSession] = {}
+        self.world: World | None = None  #: the rigid bodies of the scene; None: it has none
         try:
             for name in only or scene.pairs:
                 devices = scene.pairs[name].devices
@@ -71,7 +73,9 @@ class HapticPairs:
                 )
             self._join(scene, [capsules(rigs[name]) for name in self.sessions])
             first, loops = next(iter(self.sessions.values())), [one.loop for one in self.sessions.values()]
-            first.world = join_bodies({name: one.rig for name, one in self.sessions.items()}, loops)
+            first.world = self.world = join_bodies({name: one.rig for name, one in self.sessions.items()}, loops)
+            if self.world is not None:
+                self.world.threaded = False  # its thread goes on when the first node fails
         except BaseException:
             self.close(interrupted=True)
             raise
@@ -98,12 +102,17 @@ class HapticPairs:
 
     def start(self) -> None:
         """Start the nodes; from now on they send forces."""
+        if self.world is not None:
+            self.world.core_bodies.start()
         for session in self.sessions.values():
             session.start()
 
     def close(self, interrupted: bool = False) -> dict[str, Summary]:
         """Stop all nodes with their forces at zero, close the records and return the summaries."""
-        return {name: session.close(interrupted) for name, session in self.sessions.items()}
+        summaries = {name: session.close(interrupted) for name, session in self.sessions.items()}
+        if self.world is not None:
+            self.world.core_bodies.stop()
+        return summaries
 
     def __enter__(self) -> Self:
         """Return the object itself."""

@@ -30,12 +30,13 @@ def join(rigs: Mapping[str, Rig], loops: Sequence[_core.Simulation] | Sequence[_
     return made
 
 
-def world(rigs: Mapping[str, Rig], delay: float = 0.0) -> World | None:
+def world(rigs: Mapping[str, Rig], delay: float = 0.0, rate: float | None = None) -> World | None:
     """The bodies of a scene in an engine, with a virtual tool for each rig; None for a scene without bodies.
 
     Args:
         rigs: the rigs by name.
         delay: time by which force and motion wait beyond the loop and its arms, as on a network [s].
+        rate: of the slowest loop [Hz]; the scene's when left out.
 
     Raises:
         MissingExtraError, SceneError, MeshError: as `World`.
@@ -47,9 +48,8 @@ def world(rigs: Mapping[str, Rig], delay: float = 0.0) -> World | None:
     where = scene.where("bodies")
     tools = [tool_shape(name or "tool", rig) for name, rig in rigs.items()]
     lag = delay + max(lag_of(rig) for rig in rigs.values())
-    return World(
-        scene.bodies, scene.engine, tools, lambda name: scene.path_to(name, where), where, lag, scene.rates.haptic
-    )
+    rate = scene.rates.haptic if rate is None else rate
+    return World(scene.bodies, scene.engine, tools, lambda name: scene.path_to(name, where), where, lag, rate)
 
 
 def solids(scene: Scene) -> list[Solid]:

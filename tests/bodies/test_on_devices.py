@@ -12,7 +12,8 @@ pytest.importorskip("mujoco")
 import palpate
 from palpate.cli import main
 from palpate.devices import DrivenSession
-from palpate.scene import Scene
+from palpate.scene import Scene, held
+from palpate.scene.rig import build
 
 BLOCK = 0.02  # [m]
 SCENE = {
@@ -37,6 +38,31 @@ def test_a_loop_of_ones_own_feels_a_block_at_its_place():
         assert felt[-1] > 0.5, "the block carries"
         assert haptics.session.world.states()["poses"][0, 2] == pytest.approx(0.5 * BLOCK, abs=1e-3)
         assert np.array(haptics.session.latest()["p_WT"])[2] < 0.05 - 0.03
+
+
+def test_an_engine_that_stands_still_lets_go_of_the_hand():
+    """As one whose thread hangs, or was ended with another pair's session: its last state would push for ever."""
+    X = np.eye(4)
+    with palpate.Haptics(Scene.model_validate(SCENE), rate=1000, force_cap=3.0) as haptics:
+        for k in range(480):
+            X[2, 3] = 0.2 - 0.00008 * k
+            haptics.step(0.001 * k, X)
+        assert np.mean([haptics.step(0.001 * k, X)[2] for k in range(480, 600)]) > 0.5
+        haptics.session.world.threaded = True  # its thread was never started
+        felt = np.array([haptics.step(0.001 * k, X)[2] for k in range(600, 800)])
+        assert felt[40] > 0.5, "a pause of 40 ms is not felt"
+        assert not felt[150:].any()
+        haptics.session.world.threaded = False
+        felt = np.array([haptics.step(0.001 * k, X)[2] for k in range(800, 1000)])
+        assert felt[-1] > 0.5, "it is felt again"
+
+
+def test_the_damping_of_a_coupling_is_that_of_the_slowest_loop():
+    """On ROS 2 the leader's rate may be below the scene's; its force then comes later, and needs more damping."""
+    scene = Scene.model_validate(SCENE)
+    slow = scene.model_copy(update={"rates": scene.rates.model_copy(update={"haptic": 125.0})})
+    given, stated = held.world({"": build(scene)}, rate=125.0), held.world({"": build(slow)})
+    assert given.damping == stated.damping > 1.5 * held.world({"": build(scene)}).damping
 
 
 def test_a_driver_in_real_time_moves_bodies_and_records_them(tmp_path):

@@ -70,7 +70,12 @@ def test_the_tools_of_all_pairs_are_among_the_same_bodies(built):
     with HapticPairs(Scene.parse(PAIRS)) as pairs:
         right, left = pairs.sessions.values()
         assert [tool.name for tool in right.world.tools] == ["right", "left"]
-        assert left.world is None, "one engine, which the first session steps"
+        assert left.world is None, "one engine, which the first session shows"
         pairs.start()
         time.sleep(0.5)
         assert right.world.states()["t"] > 0.1
+        right.stop()  # as if its node had failed
+        t = right.world.states()["t"]
+        time.sleep(0.3)
+        assert right.world.states()["t"] > t + 0.1, "the hand of the other pair still meets the bodies"
+    assert not pairs.world.core_bodies.running

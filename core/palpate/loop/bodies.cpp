@@ -205,6 +205,7 @@ void Bodies::restart() noexcept {
 
 VirtualTool Bodies::seen(const EngineTool& tool, std::size_t number) const noexcept {
   VirtualTool at;
+  at.t = states_.t;
   at.X_WV = pose_of(tool.body);
   at.V_WV = velocity_of(tool.body, at.X_WV.R);
   at.known = placed_[number];
@@ -246,6 +247,7 @@ void BodyPort::publish(const Pose& X_WT, double jaw, double rate) noexcept {
   } else {
     motion_.V_WT = Twist{};
   }
+  if (rate > 0.0) silent_ += 1.0 / rate;
   motion_.X_WT = X_WT;
   motion_.jaw = jaw;
   motion_.known = true;
@@ -255,7 +257,8 @@ void BodyPort::publish(const Pose& X_WT, double jaw, double rate) noexcept {
 const BodyContact& BodyPort::step() noexcept {
   out_ = BodyContact{};
   const VirtualTool& at = bodies_->read(tool_);
-  if (!at.known || !motion_.known) return out_;
+  if (at.t != std::exchange(heard_, at.t)) silent_ = 0.0;
+  if (!at.known || !motion_.known || silent_ > kEngineSilent) return out_;
   out_.F_T_W = coupling_wrench(bodies_->options(), motion_, at);
   out_.stiffness = bodies_->options().stiffness;
   out_.holds = at.holds;

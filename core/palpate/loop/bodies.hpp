@@ -24,6 +24,9 @@ inline constexpr int kMaxBodyTools = 4;
 /// Share of a new velocity of the tool in the filtered one [-], and the delay of this filter [ticks].
 inline constexpr double kVelocityFilter = 0.3, kVelocityDelay = (1.0 - kVelocityFilter) / kVelocityFilter;
 
+/// Time without a step of the engine after which the tools feel nothing of it: its thread hangs, or has ended [s].
+inline constexpr double kEngineSilent = 0.05;
+
 /// State of a free body inside the engine, as pointers to its arrays.
 struct EngineBody {
   double* pose = nullptr;      ///< position [m] and quaternion w x y z, in W (7,)
@@ -83,6 +86,7 @@ struct ToolMotion {
 
 /// What the engine hands to the loop of a tool.
 struct VirtualTool {
+  double t = 0.0;  ///< of the engine [s]
   Pose X_WV;
   Twist V_WV;      ///< in W
   int holds = -1;  ///< number of the body between both jaws; -1: none
@@ -168,7 +172,7 @@ class BodyPort {
   BodyPort(std::shared_ptr<Bodies> bodies, int tool) : bodies_(std::move(bodies)), tool_(tool) {}
   /// Hands the measured tool to the engine, after a tick. rate: inverse of the time since the last tick [Hz].
   void publish(const Pose& X_WT, double jaw, double rate) noexcept;
-  /// The coupling's wrench on the tool as published.
+  /// The coupling's wrench on the tool as published; none while the engine is silent.
   [[nodiscard]] const BodyContact& step() noexcept;
 
  private:
@@ -176,6 +180,7 @@ class BodyPort {
   int tool_;
   ToolMotion motion_;
   BodyContact out_;
+  double heard_ = 0.0, silent_ = 0.0;  // newest time of the engine, and time of this loop since it was new [s]
 };
 
 }  // namespace palpate::loop

@@ -107,7 +107,7 @@ class World:
             import mujoco
         except ImportError:
             raise MissingExtraError("bodies in a scene", "bodies") from None
-        self.threaded = True  #: False: the owner of the loops advances the engine, also in real time
+        self.threaded = True  #: False: the owner of the loops advances the engine, or starts and stops its thread
         self.sections, self.section, self.tools = tuple(bodies), section, tuple(tools)
         self.solids = solids(bodies, path)  #: bodies and links of threads, in the engine's order
         self.shapes = {solid.name: solid.shapes for solid in self.solids}
@@ -163,7 +163,8 @@ class World:
 
     def stop(self) -> None:
         """End this thread."""
-        self.core_bodies.stop()
+        if self.threaded:
+            self.core_bodies.stop()
 
     def states(self) -> dict[str, Any]:
         """Newest states of the free bodies (`_core.Bodies.states`), in the order of `moving`."""
