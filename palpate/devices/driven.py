@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import sys
 import threading
 import time
 import warnings
+from collections.abc import Callable
 
 import numpy as np
 
 from palpate import _core
+from palpate.base import switching
 from palpate.base.arrays import Array
 from palpate.base.errors import DeviceError, PalpateError, PalpateWarning
 from palpate.devices.driver import Driver, Facts, as_reading, facts
@@ -79,7 +80,7 @@ class DrivenLoop(DeviceLoop):
         self._ended: str | None = None
         self._call, self._entered = "", 0.0
         self._silenced = False
-        self._interval = sys.getswitchinterval()
+        self._withdraw: Callable[[], None] = lambda: None  # the wish for the interpreter
         self._stop, self._finished = threading.Event(), threading.Event()
         self._threads: list[threading.Thread] = []
 
@@ -103,8 +104,7 @@ class DrivenLoop(DeviceLoop):
         self._stop.clear()
         self._finished.clear()
         self._ended, self._entered = None, time.monotonic()
-        self._interval = sys.getswitchinterval()
-        sys.setswitchinterval(min(self._interval, _SWITCH))
+        self._withdraw = switching.ask(_SWITCH)
         self._threads = [
             threading.Thread(target=self._run, name="palpate-driver", daemon=True),
             threading.Thread(target=self._watch, name="palpate-driver-watch", daemon=True),
@@ -118,7 +118,7 @@ class DrivenLoop(DeviceLoop):
             return
         self._stop.set()
         self._finished.wait(_RAMP + PATIENCE)
-        sys.setswitchinterval(self._interval)
+        self._withdraw()
         for thread in self._threads:
             thread.join(timeout=0.1)
         self._threads = []

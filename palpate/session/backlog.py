@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import threading
 from collections import deque
 from collections.abc import Callable, Iterator
@@ -11,6 +10,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
+from palpate.base import switching
 from palpate.record.snapshots import Snapshot
 from palpate.record.ticks import Ticks, as_rows, as_ticks
 
@@ -28,12 +28,11 @@ def loop_first() -> Iterator[None]:
 
     The thread that records would keep it for up to 5 ms, in which the loop simulates most of a second.
     """
-    before = sys.getswitchinterval()
-    sys.setswitchinterval(min(before, _SWITCH))
+    withdraw = switching.ask(_SWITCH)
     try:
         yield
     finally:
-        sys.setswitchinterval(before)
+        withdraw()
 
 
 class Backlog:
