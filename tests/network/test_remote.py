@@ -1,6 +1,7 @@
 """A session and a follower's end over loopback: felt, learnt, refused, held."""
 
 import os
+import re
 import signal
 import socket
 import threading
@@ -11,6 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from palpate import __version__
 from palpate.base.errors import PalpateError, SceneError
 from palpate.cli import main
 from palpate.record.reader import Record
@@ -162,6 +164,24 @@ def test_a_second_master_another_scene_version_key_or_clock_is_refused(rig, foll
     with pytest.raises(PalpateError, match=r"(?s)ended the connection.*same key file"):
         links.RemoteLink(session(rig), at(follower), bytes(32))
     links.RemoteLink(session(rig), at(follower), KEY).close()  # the right one still may
+
+
+@pytest.mark.parametrize(
+    "stamp", ["noon", None, [1.0], 10**400, float("nan"), float("inf")], ids=lambda one: str(one)[:8]
+)
+def test_a_time_that_is_no_time_is_refused_with_words(rig, follower, stamp):
+    hello = {"version": __version__, "scene": sites.digest({"": rig.scene})}
+    assert follower._fault(hello | {"time": time.time()}) is None
+    assert re.search("states its time as|clocks of both machines differ", follower._fault(hello | {"time": stamp}))
+
+
+@pytest.mark.parametrize(
+    ("more", "given"), [(["--network"], "--network"), (["--force-axes", "tip"], "--force-axes tip")]
+)
+def test_options_of_an_arm_are_refused_without_one(tmp_path, capsys, more, given):
+    make_key(tmp_path / "key")
+    assert main(["serve", "follower", "remote", "--port", "0", "--key", str(tmp_path / "key"), *more]) == 2
+    assert f"{given}: a simulated instrument does not use ROS 2" in capsys.readouterr().err
 
 
 def test_ends_with_different_modes_have_different_scenes():

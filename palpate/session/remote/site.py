@@ -256,7 +256,10 @@ class FollowerServer:
         if hello.get("scene") != mine:
             both = f"{mine}, the other one {hello.get('scene')}"
             return f"this end has another scene ({both}): objects, contact, follower or mode differ"
-        apart = time.time() - float(hello.get("time", 0.0))
+        try:
+            apart = time.time() - float(hello.get("time", 0.0))
+        except (TypeError, ValueError, OverflowError):
+            return f"the other end states its time as {str(hello['time'])[:40]!r}, which is no number of seconds"
         if not abs(apart) <= HOURS:
             return f"the clocks of both machines differ by {apart / 3600.0:.1f} h"
         return None

@@ -80,6 +80,10 @@ class Command:
             if self.force is not None:
                 raise PalpateError(f"--force {self.force}: a simulated instrument measures its own force",
                                    mend="name the arm as well: --arm PSM1")  # fmt: skip
+            if self.network or self.force_axes != "base":
+                given = "--network" if self.network else f"--force-axes {self.force_axes}"
+                raise PalpateError(f"{given}: a simulated instrument does not use ROS 2",
+                                   mend="name the arm as well: --arm PSM1; --host lets other machines in")  # fmt: skip
             return []
         if len(rigs) > 1:
             raise PalpateError(f"--arm {self.arm}: one arm cannot follow the {len(rigs)} pairs of this scene",
