@@ -9,7 +9,7 @@ UV := $(or $(shell command -v uv 2>/dev/null),.uv/bin/uv)
 RUN := $(UV) run --no-sync
 # Installs packages in the versions of constraints.txt, so that two clones are alike.
 INSTALL = $(UV) pip install --quiet --python .venv/bin/python --constraints constraints.txt --no-build-isolation-package palpate
-EXTRAS := bodies,calibrate,dask,experiment,files,learning,pandas,planning,registration,remote,report,ros,tissue,tracking,viewer
+EXTRAS := bodies,calibrate,dask,experiment,files,lab,learning,pandas,planning,registration,remote,report,ros,tissue,tracking,viewer
 
 demo: .venv/.demo
 	@$(RUN) palpate run scenes/palpation.yaml --duration 20 $(ARGS)

@@ -5,7 +5,6 @@
 
 namespace palpate::bindings {
 
-void bind_algorithm1(nanobind::module_& m);
 void bind_arm(nanobind::module_& m);
 void bind_camera(nanobind::module_& m);
 void bind_contact(nanobind::module_& m);

@@ -15,7 +15,6 @@
 #include "convert.hpp"
 #include "doc.hpp"
 #include "palpate/contact/friction.hpp"
-#include "palpate/contact/paper_plane.hpp"
 #include "palpate/contact/tool.hpp"
 #include "palpate/force/force.hpp"
 #include "palpate/loop/soft_objects.hpp"
@@ -105,13 +104,6 @@ Tuple<Array, Array, Array, Array, Array, bool, Array> render(scene::Snapshot sce
                         torque.take());
 }
 
-Vec3 grow_plane(const Points& points, const Vec3& n_last, double baseline) {
-  std::vector<Vec3> rows;
-  rows.reserve(points.shape(0));
-  for (std::size_t i = 0; i < points.shape(0); ++i) rows.emplace_back(points.data() + 3 * i);
-  return contact::grow_plane(rows, n_last, baseline);
-}
-
 }  // namespace
 
 void bind_contact(nb::module_& m) {
@@ -177,9 +169,6 @@ void bind_contact(nb::module_& m) {
       },
       nb::arg("object"),
       "Index of the region of an object that would pull the tool in the most, and what to change; None if none does.");
-  m.def("grow_plane", &grow_plane, nb::arg("points"), nb::arg("n_last"), nb::arg("baseline"),
-        "Unit normal (3,) of the plane that the method `paper-plane` fits to points (n, 3) [m]; zero if it rejects "
-        "them.");
   m.def("contact_render", &render, nb::arg("snapshot"), nb::arg("tips"), nb::arg("method"), nb::arg("options"),
         nb::arg("rate"), nb::arg("poses") = nb::none(),
         "Runs the stages contact and force along a tool path p_WT (n, 3) [m], sampled at rate [Hz]. poses: X_WO (n, 4, "

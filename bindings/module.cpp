@@ -9,7 +9,6 @@ NB_MODULE(_core, m) {
   palpate::bindings::bind_scene(m);
   palpate::bindings::bind_world(m);
   palpate::bindings::bind_contact(m);
-  palpate::bindings::bind_algorithm1(m);
   palpate::bindings::bind_guidance_interface(m);
   palpate::bindings::bind_mapping(m);
   palpate::bindings::bind_force(m);

@@ -94,11 +94,13 @@ def __getattr__(name: str) -> Any:
 
         return version("palpate")
     if name in (
+        "_collision",
         "_core",
         "_dvrk",
         "_guidance",
         "_haply",
         "_network",
+        "_reference",
         "_tissue",
         "_verify",
     ):  # compiled where it is first needed

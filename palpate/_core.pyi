@@ -736,15 +736,6 @@ def region_pull(object: Object) -> tuple[int, str] | None:
     Index of the region of an object that would pull the tool in the most, and what to change; None if none does.
     """
 
-def grow_plane(
-    points: Annotated[NDArray[numpy.float64], "(:, 3)"],
-    n_last: Annotated[NDArray[numpy.float64], "(3,)"],
-    baseline: float,
-) -> Annotated[NDArray[numpy.float64], "(3,)"]:
-    """
-    Unit normal (3,) of the plane that the method `paper-plane` fits to points (n, 3) [m]; zero if it rejects them.
-    """
-
 def contact_render(
     snapshot: Snapshot,
     tips: Annotated[NDArray[numpy.float64], "(:, 3)"],
@@ -765,17 +756,6 @@ def contact_render(
     Runs the stages contact and force along a tool path p_WT (n, 3) [m], sampled at rate [Hz]. poses: X_WO (n, 4, 4) of
     the scene's only object. Returns force (n, 3) [N], normal (n, 3), depth (n,) [m], proxy (n, 3) [m], latency (n,)
     [s], started_inside, torque (n, 3) [N m]; all in W.
-    """
-
-def trace_algorithm1(
-    snapshot: Snapshot,
-    p_WT: Annotated[NDArray[numpy.float64], "(3,)"],
-    v_WT: Annotated[NDArray[numpy.float64], "(3,)"],
-    radius: float,
-    n_last: Annotated[NDArray[numpy.float64], "(3,)"],
-) -> dict[str, Any]:
-    """
-    Values of every line of Algorithm 1 for one tool position p_WT (3,) and velocity v_WT (3,); in W, SI units.
     """
 
 CONE_HALF_ANGLE: float = 0.2617993877991494

@@ -19,22 +19,40 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib import import_module, invalidate_caches
+from importlib import import_module, invalidate_caches, metadata
 from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
+from typing import NamedTuple
+
+from palpate.base.errors import MissingExtraError
 
 _ROOT = Path(__file__).resolve().parent.parent
 _SOURCES = ("core", "simulators", "bindings", "CMakeLists.txt")
+
+
+class _Part(NamedTuple):
+    """What an extension beside `_core` adds."""
+
+    words: str
+    seconds: str = "20 seconds"
+    """how long it compiles on two idle cores"""
+    library: str = ""
+    """distribution of a library that it needs and the core does not"""
+    extra: str = ""
+    """extra of Palpate with that library"""
+
+
 _PARTS = {
-    "_guidance": ("virtual fixtures", "20 seconds"),
-    "_tissue": ("soft bodies and point clouds", "20 seconds"),
-    "_dvrk": ("the simulated dVRK", "20 seconds"),
-    "_haply": ("the driver of Haply devices", "20 seconds"),
-    "_network": ("teleoperation across a network", "20 seconds"),
-    "_verify": ("what judges the core", "a minute"),
+    "_collision": _Part("the paper's contact methods", library="libcoal", extra="collision"),
+    "_guidance": _Part("virtual fixtures"),
+    "_tissue": _Part("soft bodies and point clouds"),
+    "_dvrk": _Part("the simulated dVRK"),
+    "_haply": _Part("the driver of Haply devices"),
+    "_network": _Part("teleoperation across a network"),
+    "_reference": _Part("Pinocchio's dynamics", library="libpinocchio", extra="lab"),
+    "_verify": _Part("what judges the core", "a minute"),
 }
-"""What an extension adds to the core, and how long its part compiles on two idle cores."""
 
 
 def extension(name: str) -> ModuleType:
@@ -42,11 +60,23 @@ def extension(name: str) -> ModuleType:
 
     Raises:
         ImportError: a source does not compile; the compiler's words are on the standard error.
+        MissingExtraError: a library that the part needs is not installed.
     """
     refresh()
+    part = _PARTS.get(name)
+    if part is not None and part.library and not _installed(part.library):
+        raise MissingExtraError(f"what {part.words} need ({part.library})", part.extra)
     if name != "_core" and find_spec(f"palpate.{name}") is None:
         _complete(name)
     return import_module(f"palpate.{name}")
+
+
+def _installed(distribution: str) -> bool:
+    try:
+        metadata.distribution(distribution)
+    except metadata.PackageNotFoundError:
+        return False
+    return True
 
 
 def refresh() -> None:
@@ -78,7 +108,7 @@ def _complete(name: str) -> None:
             return
         parts = ";".join(dict.fromkeys((*_parts(build), name.removeprefix("_"))))
         configure = ["cmake", f"-DPALPATE_PARTS={parts}", str(build.parent)]
-        print("palpate: compiling {}, once (about {})".format(*_PARTS[name]), file=sys.stderr)
+        print(f"palpate: compiling {_PARTS[name].words}, once (about {_PARTS[name].seconds})", file=sys.stderr)
         _compile(lambda: (subprocess.run(configure, check=True, stdout=subprocess.DEVNULL), rebuild()))
 
 

@@ -3,7 +3,7 @@ first line that tells a force, and to the end, when the demo has written its rep
 
     python tools/first_force.py            # clones this repository's HEAD into a temporary folder
 
-The control is that of `palpate bench build` in the new clone: one file that includes Eigen and one header of Pinocchio.
+The control is that of `palpate bench build` in the new clone: one file that includes two headers of Eigen.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ def main() -> None:
         command = [str(clone / ".venv/bin/palpate"), "bench", "build", "--last", "--json", "control.json"]
         timed(command, clone, environment)
         control = json.loads((clone / "control.json").read_text())["control_cpu_s"]
-        print(f"control, Eigen and one header of Pinocchio: {control:.1f} CPU-seconds; ratio {whole / control:.1f}")
+        print(f"control, two headers of Eigen: {control:.1f} CPU-seconds; ratio {whole / control:.1f}")
 
 
 if __name__ == "__main__":

@@ -21,7 +21,7 @@ from nanobind.stubgen import StubGen
 import palpate
 
 PACKAGE = Path(__file__).resolve().parents[1] / "palpate"
-EXTENSIONS = ("_core", "_dvrk", "_guidance", "_haply", "_network", "_tissue", "_verify")
+EXTENSIONS = ("_collision", "_core", "_dvrk", "_guidance", "_haply", "_network", "_reference", "_tissue", "_verify")
 WIDTH = 120
 BRACKETS = (r" *(def \w+\()(.*)(\) -> .*)", r" *(\) -> tuple\[)(.*)(\]:.*)")
 """Arguments, and the members of a result that is still too long: the text before, inside and after the brackets."""

@@ -8,7 +8,6 @@ namespace palpate::bindings {
 void bind_axis(nanobind::module_& m);
 void bind_contacts(nanobind::module_& m);
 void bind_guidance_bench(nanobind::module_& m);
-void bind_pinocchio(nanobind::module_& m);
 void bind_soak(nanobind::module_& m);
 void bind_stability(nanobind::module_& m);
 

@@ -12,5 +12,4 @@ NB_MODULE(_verify, m) {
   palpate::bindings::bind_soak(m);
   palpate::bindings::bind_stability(m);
   palpate::bindings::bind_guidance_bench(m);
-  palpate::bindings::bind_pinocchio(m);
 }

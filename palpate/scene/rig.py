@@ -15,7 +15,6 @@ from palpate.base.arrays.yaml_loader import Dumper
 from palpate.base.errors import PalpateWarning, RecordingError, SceneError
 from palpate.scene import (
     arms,
-    contact_method,
     doubts,
     fixtures,
     force_source,
@@ -29,6 +28,7 @@ from palpate.scene import (
     surface,
     tool,
 )
+from palpate.scene.contact_method import loaded
 from palpate.scene.guidance.context import FixtureContext
 from palpate.scene.scene import Scene
 from palpate.world.frames import FrameGraph
@@ -297,7 +297,7 @@ def check_method(scene: Scene, snapshot: _core.Snapshot) -> None:
         SceneError: the message names the object.
     """
     try:
-        _core.contact_check(contact_method.loaded(scene.contact.method), _core.ContactOptions(), snapshot)
+        _core.contact_check(loaded(scene.contact.method), _core.ContactOptions(), snapshot)
     except ValueError as error:
         raise SceneError(str(error), where=scene.where("contact"), mend="change contact.method") from None
 

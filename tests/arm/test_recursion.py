@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from palpate import _core, _verify
+from palpate import _core, _reference
 
 FLAGS = Path("/proc/cpuinfo").read_text().split()
 BUILDS = [name for name, flag in (("avx2", "avx2"), ("avx512", "avx512dq")) if flag in FLAGS]
@@ -49,7 +49,7 @@ def test_random_chains_agree_with_pinocchio(joints):
     rng = np.random.default_rng(joints)
     for _ in range(5):
         xml, tip = random_arm(joints, rng), f"f{joints - 1}"
-        arm, reference = _core.Arm(xml, "base", tip), _verify.AllTerms(xml, "base", tip)
+        arm, reference = _core.Arm(xml, "base", tip), _reference.AllTerms(xml, "base", tip)
         for _ in range(20):
             q, v = rng.uniform(-2, 2, joints), rng.normal(0, 2, joints)
             M, bias, G, J = reference.compute(q, v)
@@ -92,7 +92,7 @@ def test_sines_of_any_angle_are_those_of_numpy(reach):
 
 
 def test_shipped_arms_agree_with_pinocchio(arm, poses):
-    reference = _verify.AllTerms(arm.urdf, *arm.frames)
+    reference = _reference.AllTerms(arm.urdf, *arm.frames)
     rng = np.random.default_rng(9)
     for q in poses:
         v = 3 * rng.normal(size=arm.n)

@@ -6,6 +6,7 @@ import pytest
 from palpate import _core
 from palpate.record.ticks import SIGNALS, as_ticks
 from palpate.scene import Scene, rig
+from palpate.scene.contact_method import loaded
 from palpate.world.mesh.files import write
 from palpate.world.shapes.analytic import SHAPES
 
@@ -92,4 +93,4 @@ def test_the_paper_s_methods_take_32_meshes():
         [_core.Object(f"m{i}", mesh, np.eye(4), _core.Material(np.full(3, 300.0))) for i in range(33)]
     )
     with pytest.raises(ValueError, match="take at most 32 objects, and the scene has 33"):
-        _core.contact_check("paper-plane", _core.ContactOptions(), many)
+        _core.contact_check(loaded("paper-plane"), _core.ContactOptions(), many)

@@ -247,7 +247,7 @@ def test_random_soups_give_finite_bounded_forces(seed, n, exponent, friction):
         ({"damping": np.inf}, "damping must be finite"),
         ({"friction": -0.1}, "friction must be finite and not negative"),
         ({"rate": 0}, "rate must be a positive number in Hz"),
-        ({"method": "magic"}, "no method 'magic'; there are: proxy"),
+        ({"method": "magic"}, "no contact method 'magic'; write one of proxy"),
         ({"surface": 3}, "surface must be a palpate.Mesh"),
     ],
 )

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "palpate/collision/methods.hpp"
 #include "palpate/contact/tool.hpp"
 #include "palpate/scene/primitives.hpp"
 #include "soup.hpp"
@@ -46,6 +47,11 @@ void check(const palpate::ContactSet& set, const Vec3* p_WS, int spheres) {
 }
 
 }  // namespace
+
+extern "C" int LLVMFuzzerInitialize(int*, char***) {
+  palpate::collision::register_methods();
+  return 0;
+}
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   fuzz::Bytes bytes(data, size);

@@ -18,7 +18,7 @@ LAYERS = (
     STAGES,
     ("plant",),
     ("loop", "dvrk"),
-    ("haply", "network", "verify"),
+    ("collision", "haply", "network", "reference", "verify"),
     ("bindings",),
 )
 """Lowest first. Folders of one layer do not include each other."""

@@ -6,12 +6,14 @@ import sys
 import textwrap
 import time
 import tomllib
+from importlib import metadata
 from pathlib import Path
 
 import pytest
 
 import palpate
 from palpate import rebuild
+from palpate.base.errors import MissingExtraError
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -185,3 +187,20 @@ def test_one_of_two_processes_configures_and_compiles(source, cache, names, is_c
         assert process.returncode == 0
     log = (root / "log").read_text().splitlines()
     assert log == [f"{step} {event}" for step in steps for event in ("begins", "ends")]
+
+
+@pytest.mark.parametrize(("part", "extra"), [("_collision", "collision"), ("_reference", "lab")])
+def test_part_without_its_library_names_the_extra(part, extra, monkeypatch):
+    monkeypatch.setattr(rebuild, "_installed", lambda distribution: False)
+    with pytest.raises(MissingExtraError, match=rf"palpate\[{extra}\]"):
+        rebuild.extension(part)
+
+
+def test_core_loads_no_library_of_a_part():
+    """Eigen is compiled in, and urdfdom is all that the core loads of the wheels' prefix."""
+    code = "from palpate import _core; print(open('/proc/self/maps').read())"
+    maps = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True).stdout
+    found = {line.split("/")[-1].split(".so")[0] for line in maps.splitlines() if "cmeel.prefix" in line}
+    assert found == {"liburdfdom_model", "libconsole_bridge", "libtinyxml2"}
+    requires = [line for line in metadata.requires("palpate") if "extra ==" not in line]
+    assert not [line for line in requires if line.startswith(("libpinocchio", "libcoal", "cmeel-boost"))]

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from palpate import _core
 from palpate.base.sweep import sweep
+from palpate.scene.contact_method import METHODS
 from palpate.world.shapes.analytic import SHAPES
 from palpate_lab.studies.contact import work as contact
 from palpate_lab.studies.contact.figures import draw
@@ -42,7 +42,7 @@ def test_rows_have_the_documented_keys(result):
     assert all(set(r) == keys for r in result["rows"])
     documented = json_contract.keys_of("study contact", "`planes`") - {"null"}
     assert all(set(r) == documented for r in result["planes"])
-    assert {r["method"] for r in result["rows"]} == set(_core.contact_methods())
+    assert {r["method"] for r in result["rows"]} == set(METHODS)
 
 
 def test_default_method_is_accurate_at_every_depth_and_angle(result):
@@ -86,7 +86,7 @@ def test_table_and_figures(result, tmp_path):
     console = Console(width=160, record=True, file=StringIO())
     console.print(table(result["rows"]))
     text = console.export_text()
-    assert all(method in text for method in _core.contact_methods())
+    assert all(method in text for method in METHODS)
     files = draw(result, tmp_path)
     assert len(files) == 4
     assert all(1_000 < f.stat().st_size < 150_000 for f in files)

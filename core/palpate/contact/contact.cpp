@@ -6,10 +6,6 @@
 #include <stdexcept>
 #include <string>
 
-#include "palpate/contact/approach_velocity.hpp"
-#include "palpate/contact/face_normal.hpp"
-#include "palpate/contact/paper_alg1.hpp"
-#include "palpate/contact/paper_plane.hpp"
 #include "palpate/contact/penalty.hpp"
 #include "palpate/contact/proxy.hpp"
 #include "palpate/contact/registry.hpp"
@@ -27,18 +23,8 @@ std::unique_ptr<Method> make(const Options& options) {
   return std::make_unique<T>(options);
 }
 
-template <class R>
-std::unique_ptr<NormalRule> make_rule() {
-  return std::make_unique<R>();
-}
-
-template <class R>
-std::unique_ptr<Method> make_collision(const Options& options) {
-  return std::make_unique<CollisionMethod>(options, &make_rule<R>);
-}
-
 /// All contact methods, the default first. A new method needs one file and one line here, or a call of
-/// register_method() in a library of its own.
+/// register_method() in a library of its own, as palpate/collision makes it.
 class Registry {
  public:
   static Registry& get() {
@@ -68,10 +54,6 @@ class Registry {
   std::list<Entry> entries_ = {
       {"proxy", &make<Proxy>},
       {"penalty", &make<Penalty>},
-      {"paper-plane", &make_collision<PaperPlane>},
-      {"paper-alg1", &make_collision<PaperAlg1>},
-      {"face-normal", &make_collision<FaceNormal>},
-      {"approach-velocity", &make_collision<ApproachVelocity>},
   };
 };
 

@@ -19,10 +19,12 @@ OLDEST_GCC = 12
 _USES = {
     "bodies": "rigid bodies in a scene",
     "calibrate": "palpate calibrate",
+    "collision": "the paper's contact methods",
     "dask": "studies on a cluster",
     "experiment": "the mixed model of palpate experiment",
     "files": "NIfTI, NRRD, 3MF, COLLADA and label maps",
     "haply": "the stand-in of Haply's service",
+    "lab": "palpate bench loop",
     "learning": "data sets of demonstrations, environments, policies",
     "pandas": "records as tables",
     "paper": "palpate reproduce",

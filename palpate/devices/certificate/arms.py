@@ -26,10 +26,10 @@ from palpate.base.arrays import Array
 from palpate.devices.certificate.coupled import CoupledLoop
 from palpate.devices.certificate.exponential import expm
 from palpate.devices.certificate.loop import Complex, Modes, Path, SampledLoop, low_pass, modes
+from palpate.scene.contact_method import COLLISIONS
 
 _STEP = 1e-5  # step of the numerical differentiation [rad, rad/s]
 _POSITIONING = 3  # number of joints that render a force in the mode `paper`
-_ASYNCHRONOUS = ("paper-plane", "paper-alg1", "face-normal", "approach-velocity")  # contact outside the haptic cycle
 
 
 @dataclass(frozen=True)
@@ -162,7 +162,7 @@ def _direct_path(gain: float) -> Path:
 def _depth(o: _core.SimulationOptions, gain: float) -> Path:
     """U(z) of the follower's servo, with the delay of asynchronous contact."""
     T, w, zeta = 1.0 / o.rate, 2.0 * np.pi * o.follower.bandwidth, o.follower.damping_ratio
-    late = int(np.ceil(o.rate / o.contact.collision_rate)) if o.method in _ASYNCHRONOUS else 0
+    late = int(np.ceil(o.rate / o.contact.collision_rate)) if o.method in COLLISIONS else 0
     Phi = expm(np.array([[0.0, 1.0], [-(w**2), -2.0 * zeta * w]]) * T) if w > 0.0 else np.zeros((2, 2))
     goal = (np.eye(2) - Phi)[:, 0]
     trace, det = Phi[0, 0] + Phi[1, 1], float(np.linalg.det(Phi))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy.typing as npt
 
-from palpate import _core
+from palpate import _collision
 from palpate.base.arrays import Array
 from palpate.base.arrays.checks import positive, vector
 from palpate.scene.contact.rendering import SurfaceLike, snapshot_of
@@ -77,7 +77,7 @@ def trace_algorithm1(
     positive("radius", radius, "m")
     vectors = [vector(*v) for v in (("tip", tip), ("velocity", velocity), ("last_normal", last_normal))]
     p_WT, v_WT, n_last = vectors
-    return Trace(**_core.trace_algorithm1(snapshot, p_WT, v_WT, radius, n_last))
+    return Trace(**_collision.trace_algorithm1(snapshot, p_WT, v_WT, radius, n_last))
 
 
 def _row(v: Array, unit: str) -> str:

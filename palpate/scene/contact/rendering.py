@@ -62,7 +62,7 @@ def render(
         damping: B, likewise [N s/m].
         friction: Coulomb coefficient mu while the tool slips.
         static_friction: coefficient while the tool sticks; at least ``friction``.
-        method: one of ``_core.contact_methods()``: ``proxy``; for comparison ``penalty`` and the paper's
+        method: name of a contact method: ``proxy``; for comparison ``penalty`` and the paper's
             ``paper-plane``, ``paper-alg1``, ``face-normal``, ``approach-velocity``, which need triangles.
         release: deflection at which method ``proxy`` releases a tool that passed through a closed object [m].
         rate: sampling rate of the tips [Hz].
@@ -74,6 +74,10 @@ def render(
         MeshError: the vertices and triangles do not form a mesh.
     """
     points = _points(tips)
+    if method not in _core.contact_methods():
+        from palpate.scene.contact_method import loaded  # takes 80 ms, and `proxy` does without
+
+        loaded(method)
     options = _options(radius, release, spheres)
     surface, stiffness = _soft(surface, stiffness)
     world = snapshot_of(

@@ -6,7 +6,7 @@ from functools import cache
 
 import numpy as np
 
-from palpate import _core, _verify
+from palpate import _core, _reference
 from palpate.arm import Arm
 from palpate.base.arrays import Array
 from palpate_lab.reproduce.checks import Check, outcome
@@ -26,9 +26,9 @@ def states(arm: Arm, seed: int, n: int = _SAMPLES) -> list[tuple[Array, Array]]:
 
 
 @cache
-def reference(arm: Arm) -> _verify.AllTerms:
+def reference(arm: Arm) -> _reference.AllTerms:
     """Pinocchio's dynamics of the arm."""
-    return _verify.AllTerms(arm.urdf, *arm.frames)
+    return _reference.AllTerms(arm.urdf, *arm.frames)
 
 
 def slopes(f: object, q: Array) -> Array:

@@ -12,13 +12,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from palpate import _core
 from palpate.base.plotting.style import INK, JOINTS, MUTED, Canvas, png
 from palpate.scene.contact.judging import ARTEFACT, RADIUS
+from palpate.scene.contact_method import METHODS
 from palpate_lab.studies.contact.result import Row, StudyResult
 
 PALETTE = ("#1f6f8b", "#b58900", "#4f8f4f", "#c8453b", "#8767a8", "#8b98a3", "#d98cb3", "#8a6a4f")
-COLORS = dict(zip(_core.contact_methods(), cycle(PALETTE), strict=False))
+COLORS = dict(zip(METHODS, cycle(PALETTE), strict=False))
 MARKERS = "os^Dv*Xp"  # one marker per shape
 LEAST = 0.003  # smallest direction error drawn [deg]
 Shown = Literal["step_deg", "artefacts", "energy_mJ"]

@@ -6,8 +6,8 @@ from collections.abc import Iterable
 
 from rich.table import Table
 
-from palpate import _core
 from palpate.scene.contact.judging import PATHS, RADIUS
+from palpate.scene.contact_method import METHODS
 from palpate.world.shapes.analytic import SHAPES
 from palpate.world.shapes.paths import tool_path
 from palpate_lab.studies.contact.result import Row
@@ -25,7 +25,7 @@ def table(rows: Iterable[Row]) -> Table:
         out.add_column(column, justify="left" if i < 3 else "right", no_wrap=True)
     samples = _steady_samples()
     last = ""
-    for r in sorted(slides, key=lambda r: (-list(PATHS).index(r["path"]), _core.contact_methods().index(r["method"]))):
+    for r in sorted(slides, key=lambda r: (-list(PATHS).index(r["path"]), METHODS.index(r["method"]))):
         if r["triangles"] != finest[r["shape"]]:
             continue
         out.add_row(

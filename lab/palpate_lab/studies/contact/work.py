@@ -10,12 +10,13 @@ from typing import NamedTuple, cast
 
 import numpy as np
 
-from palpate import _core
+from palpate import _collision, _core
 from palpate.base.arrays import Array
 from palpate.base.errors import PalpateWarning
 from palpate.base.sweep import Axis, sweep
 from palpate.base.sweep.grid import Point
 from palpate.scene.contact.judging import PATHS, RADIUS, judge
+from palpate.scene.contact_method import METHODS
 from palpate.world.mesh import Mesh
 from palpate.world.shapes.analytic import SHAPES, Box, Shape
 from palpate.world.shapes.paths import RATE, ToolPath, tool_path
@@ -51,7 +52,7 @@ def run(
     triangles: Iterable[int] = TRIANGLES,
     sweep: Sweeper = sweep,
     shapes: Iterable[str] = tuple(SHAPES),
-    methods: Iterable[str] = tuple(_core.contact_methods()),
+    methods: Iterable[str] = METHODS,
 ) -> StudyResult:
     """All results: ``rows`` of the methods and ``planes`` grown through points."""
     tabled, path = set(triangles), {name: motion.path for name, motion in motions().items()}
@@ -156,7 +157,7 @@ def grown_planes(seed: int = 0) -> Iterator[GrownPlanes]:
                     angle, reach = rng.uniform(0, 2 * np.pi, n), spread / 2 * np.sqrt(rng.uniform(0, 1, n))
                     points = np.column_stack([reach * np.cos(angle), reach * np.sin(angle), np.full(n, 0.03)])
                     points -= shape.distance(points)[0][:, None] * shape.distance(points)[1]
-                    normal = _core.grow_plane(points + rng.normal(0, noise, (n, 3)), up, 0.05 * RADIUS)
+                    normal = _collision.grow_plane(points + rng.normal(0, noise, (n, 3)), up, 0.05 * RADIUS)
                     refused += not normal.any()
                     if normal.any():
                         error.append(np.degrees(np.arctan2(np.linalg.norm(np.cross(normal, up)), normal @ up)))

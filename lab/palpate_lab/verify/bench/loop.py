@@ -16,7 +16,7 @@ from typing import Protocol, TypedDict
 
 import numpy as np
 
-from palpate import _core, _verify
+from palpate import _core, _reference
 from palpate.record.ticks import TICK, Ticks, Timing
 from palpate.scene import Scene, rig
 from palpate.scene.together import capsules
@@ -208,8 +208,8 @@ def _lockstep(setup: rig.Rig, seconds: float) -> Lockstep:
     """The control runs at the joints of the ticks before it, every quarter of a simulated second."""
     simulation, timed = setup.simulation(), setup.simulation()
     timed.watch_stages()
-    leader, follower = (_verify.AllTerms(arm.urdf, *arm.frames) for arm in (setup.arms.leader, setup.arms.follower))
-    control = _verify.BareDynamics(leader, follower)
+    leader, follower = (_reference.AllTerms(arm.urdf, *arm.frames) for arm in (setup.arms.leader, setup.arms.follower))
+    control = _reference.BareDynamics(leader, follower)
     spent, touching = 0.0, 0
     chunks = max(1, round(seconds * 1000.0 / _CHUNK))
     for _ in range(chunks):

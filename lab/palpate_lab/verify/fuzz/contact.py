@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 from palpate import _core, _verify
 from palpate.base.arrays import Array
 from palpate.scene.contact import render
+from palpate.scene.contact_method import METHODS
 from palpate.world.shapes.analytic import SHAPES
 from palpate_lab.verify.fuzz import FaultError
 
 Soup = tuple[Array, NDArray[np.int32]]
 
 RATE = 1000.0  # [Hz]
-METHODS = tuple(_core.contact_methods())
 
 
 def case(seed: int) -> dict[str, int]:

@@ -18,6 +18,7 @@ from rich.table import Table
 
 from palpate import _core, _verify
 from palpate.base.arrays import Array
+from palpate.scene.contact_method import loaded
 from palpate.world.shapes.analytic import MM, Box, Groove, Sphere, Torus, WavySheet
 
 Triangles = NDArray[np.int32]
@@ -114,7 +115,7 @@ def _at_one_mesh(number: int, method: str, seed: int, passes: int) -> tuple[str,
             mesh = _core.Mesh(*random_mesh(kind, rng))
         except ValueError:  # all triangles of a soup are degenerate: draw another mesh
             continue
-    return kind, number, _verify.soak(mesh, method, passes, int(rng.integers(2**63)), _verify.SoakRange())
+    return kind, number, _verify.soak(mesh, loaded(method), passes, int(rng.integers(2**63)), _verify.SoakRange())
 
 
 def _add(out: Soak, kind: str, number: int, report: _verify.SoakReport) -> None:

@@ -1,8 +1,8 @@
-#include "palpate/contact/algorithm1.hpp"
+#include "palpate/collision/algorithm1.hpp"
 
 #include <algorithm>
 
-namespace palpate::contact::algorithm1 {
+namespace palpate::collision::algorithm1 {
 namespace {
 
 constexpr double kVanished = 1e-9;  // a shorter sum of unit vectors consists of rounding errors
@@ -38,4 +38,4 @@ Deflection deflect(const GrownPlane& plane, const Vec3& p, const Vec3& v) noexce
   return {delta_x_total, v, n.dot(delta_x_total) * n, n.dot(v) * n};
 }
 
-}  // namespace palpate::contact::algorithm1
+}  // namespace palpate::collision::algorithm1

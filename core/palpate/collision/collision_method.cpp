@@ -1,11 +1,11 @@
-#include "palpate/contact/collision_method.hpp"
+#include "palpate/collision/collision_method.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 #include <string>
 
-namespace palpate::contact {
+namespace palpate::collision {
 namespace {
 
 double checked_rate(double rate) {
@@ -18,7 +18,7 @@ double checked_rate(double rate) {
 
 }  // namespace
 
-CollisionMethod::CollisionMethod(const Options& options, MakeRule make_rule)
+CollisionMethod::CollisionMethod(const contact::Options& options, MakeRule make_rule)
     : rate_(checked_rate(options.collision_rate)),
       radius_(options.radius),
       surface_(options.radius),
@@ -137,4 +137,4 @@ void CollisionMethod::collide(const scene::Snapshot& scene) {
   answers_.write(answer);
 }
 
-}  // namespace palpate::contact
+}  // namespace palpate::collision

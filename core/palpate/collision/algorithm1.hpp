@@ -15,10 +15,10 @@
 // points.
 #pragma once
 
-#include "palpate/contact/coal_surface.hpp"
+#include "palpate/collision/coal_surface.hpp"
 #include "palpate/types/spatial.hpp"
 
-namespace palpate::contact::algorithm1 {
+namespace palpate::collision::algorithm1 {
 
 /// Contact plane of lines 2-5, updated at the collision rate. Its vectors are expressed in the frame of the collision
 /// points.
@@ -51,4 +51,4 @@ struct Deflection {
 /// Lines 5-8 for the sphere centre p [m] and its velocity v [m/s].
 [[nodiscard]] Deflection deflect(const GrownPlane& plane, const Vec3& p, const Vec3& v) noexcept;
 
-}  // namespace palpate::contact::algorithm1
+}  // namespace palpate::collision::algorithm1

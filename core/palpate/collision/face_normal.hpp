@@ -8,9 +8,9 @@
 // `paper-alg1`.
 #pragma once
 
-#include "palpate/contact/collision_method.hpp"
+#include "palpate/collision/collision_method.hpp"
 
-namespace palpate::contact {
+namespace palpate::collision {
 
 /// Mean of the face normals; see the top of this file.
 class FaceNormal final : public NormalRule {
@@ -27,4 +27,4 @@ class FaceNormal final : public NormalRule {
   Vec3 n_ = Vec3::Zero();  // normal of the previous collision, kept where the face normals cancel
 };
 
-}  // namespace palpate::contact
+}  // namespace palpate::collision

@@ -13,9 +13,9 @@
 #include <array>
 #include <span>
 
-#include "palpate/contact/collision_method.hpp"
+#include "palpate/collision/collision_method.hpp"
 
-namespace palpate::contact {
+namespace palpate::collision {
 
 /// Unit normal of the plane fitted to the points [m], on the side of n_last. Zero if it is undetermined: fewer than
 /// three points, points on a line (second spread below a fifth of the first), a spread below the baseline [m], or a
@@ -36,4 +36,4 @@ class PaperPlane final : public NormalRule {
   int size_ = 0;
 };
 
-}  // namespace palpate::contact
+}  // namespace palpate::collision

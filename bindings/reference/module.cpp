@@ -7,9 +7,8 @@
 
 #include "convert.hpp"
 #include "palpate/loop/realtime.hpp"
-#include "palpate/verify/all_terms.hpp"
+#include "palpate/reference/all_terms.hpp"
 #include "timing.hpp"
-#include "verify/bindings.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -17,7 +16,7 @@ using namespace nb::literals;
 namespace palpate::bindings {
 namespace {
 
-using verify::AllTerms;
+using reference::AllTerms;
 
 /// Baseline for the compute time of a cycle: Pinocchio's computeAllTerms of both arms and nothing else.
 class BareDynamics {
@@ -77,10 +76,12 @@ void bind_bare_dynamics(nb::module_& m) {
 }
 
 }  // namespace
-
-void bind_pinocchio(nb::module_& m) {
-  bind_all_terms(m);
-  bind_bare_dynamics(m);
-}
-
 }  // namespace palpate::bindings
+
+NB_MODULE(_reference, m) {
+  nb::set_leak_warnings(false);  // objects that live until the interpreter ends are not leaks
+  m.doc() = "Pinocchio's dynamics of an arm, with which tests and benchmarks compare ours.";
+  nb::module_::import_("palpate._core");
+  palpate::bindings::bind_all_terms(m);
+  palpate::bindings::bind_bare_dynamics(m);
+}

@@ -7,9 +7,9 @@
 // has no direction and gets no force.
 #pragma once
 
-#include "palpate/contact/collision_method.hpp"
+#include "palpate/collision/collision_method.hpp"
 
-namespace palpate::contact {
+namespace palpate::collision {
 
 /// Normal against the approach velocity; see the top of this file.
 class ApproachVelocity final : public NormalRule {
@@ -25,4 +25,4 @@ class ApproachVelocity final : public NormalRule {
   Vec3 n_ = Vec3::Zero();  // unit normal in O; zero: unknown
 };
 
-}  // namespace palpate::contact
+}  // namespace palpate::collision

@@ -13,11 +13,11 @@
 #include <memory>
 #include <utility>
 
-#include "palpate/contact/algorithm1.hpp"
+#include "palpate/collision/algorithm1.hpp"
 #include "palpate/contact/contact.hpp"
 #include "palpate/types/mailbox.hpp"
 
-namespace palpate::contact {
+namespace palpate::collision {
 
 /// Collision of the tool's sphere with one object, in the object's frame O.
 struct Collision {
@@ -38,11 +38,11 @@ class NormalRule {
 };
 
 /// Contact method with a NormalRule per object; see the top of this file.
-class CollisionMethod final : public Method {
+class CollisionMethod final : public contact::Method {
  public:
   /// Makes a new rule for one object.
   using MakeRule = std::unique_ptr<NormalRule> (*)();
-  CollisionMethod(const Options& options, MakeRule make_rule);
+  CollisionMethod(const contact::Options& options, MakeRule make_rule);
 
   void reset() noexcept override;
   const ContactSet& step(const scene::Snapshot& scene, const Vec3& p_WT, const Vec3& v_WT, double t) noexcept override;
@@ -93,4 +93,4 @@ class CollisionMethod final : public Method {
   std::uint64_t answered_ = 0, epoch_ = 0;
 };
 
-}  // namespace palpate::contact
+}  // namespace palpate::collision

@@ -1,10 +1,10 @@
-#include "palpate/verify/all_terms.hpp"
+#include "palpate/reference/all_terms.hpp"
 
 #include <pinocchio/algorithm/compute-all-terms.hpp>
 
 #include "palpate/arm/chain.hpp"
 
-namespace palpate::verify {
+namespace palpate::reference {
 
 using arm::Chain;
 using arm::FixedFrame;
@@ -71,4 +71,4 @@ Eigen::MatrixXd AllTerms::J() const {
   return J;
 }
 
-}  // namespace palpate::verify
+}  // namespace palpate::reference

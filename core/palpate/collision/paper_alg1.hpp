@@ -3,9 +3,9 @@
 // Its normal is the sum of the normals of the collision points, which section 3.1 calls "adjusted" normals and rejects.
 #pragma once
 
-#include "palpate/contact/collision_method.hpp"
+#include "palpate/collision/collision_method.hpp"
 
-namespace palpate::contact {
+namespace palpate::collision {
 
 /// Sum of the collision normals; see the top of this file.
 class PaperAlg1 final : public NormalRule {
@@ -21,4 +21,4 @@ class PaperAlg1 final : public NormalRule {
   Vec3 n_ = Vec3::Zero();  // normal of the previous collision, kept where the sum vanishes
 };
 
-}  // namespace palpate::contact
+}  // namespace palpate::collision

@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-namespace palpate::verify {
+namespace palpate::reference {
 
 class AllTerms {
  public:
@@ -29,4 +29,4 @@ class AllTerms {
   std::unique_ptr<Impl> impl_;
 };
 
-}  // namespace palpate::verify
+}  // namespace palpate::reference

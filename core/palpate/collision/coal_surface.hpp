@@ -15,7 +15,7 @@
 #include "palpate/scene/snapshot.hpp"
 #include "palpate/types/spatial.hpp"
 
-namespace palpate::contact {
+namespace palpate::collision {
 
 /// Maximum number of contacts requested from Coal (Algorithm 1 line 2).
 inline constexpr int kMaxCollisionPoints = 15;
@@ -56,4 +56,4 @@ class CoalSurface {
   std::map<std::uint64_t, std::unique_ptr<Tree>> trees_;  ///< trees by the id of the mesh
 };
 
-}  // namespace palpate::contact
+}  // namespace palpate::collision

@@ -1,4 +1,4 @@
-#include "palpate/contact/coal_surface.hpp"
+#include "palpate/collision/coal_surface.hpp"
 
 #include <coal/BVH/BVH_model.h>
 #include <coal/collision.h>
@@ -10,7 +10,7 @@
 
 #include "palpate/scene/mesh.hpp"
 
-namespace palpate::contact {
+namespace palpate::collision {
 
 struct CoalSurface::Tree : coal::BVHModel<coal::OBBRSS> {
   std::vector<Vec3> face_normals;  ///< outward unit normals; zero for a triangle without area
@@ -90,4 +90,4 @@ CollisionPoints CoalSurface::collide(const scene::Object& object, const Vec3& p_
   return points;
 }
 
-}  // namespace palpate::contact
+}  // namespace palpate::collision

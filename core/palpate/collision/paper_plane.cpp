@@ -1,10 +1,10 @@
-#include "palpate/contact/paper_plane.hpp"
+#include "palpate/collision/paper_plane.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
-namespace palpate::contact {
+namespace palpate::collision {
 namespace {
 
 constexpr double kBaseline = 0.05;     // [r] smallest distance between kept points: noise of 1/20 tilts by 3 deg
@@ -56,4 +56,4 @@ void PaperPlane::gather(const Collision& c) {
   size_ = static_cast<int>(end - begin);
 }
 
-}  // namespace palpate::contact
+}  // namespace palpate::collision
