@@ -16,6 +16,7 @@ import os
 import re
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -25,7 +26,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
-from palpate.base.errors import MissingExtraError
+from palpate.base.errors import MissingExtraError, PalpateError
 
 _ROOT = Path(__file__).resolve().parent.parent
 _SOURCES = ("core", "simulators", "bindings", "CMakeLists.txt")
@@ -51,8 +52,27 @@ _PARTS = {
     "_haply": _Part("the driver of Haply devices"),
     "_network": _Part("teleoperation across a network"),
     "_reference": _Part("Pinocchio's dynamics", library="libpinocchio", extra="lab"),
-    "_verify": _Part("what judges the core", "a minute"),
+    "_verify": _Part("the judges of the core", "a minute"),
 }
+
+
+_loops = 0
+"""Loops of this process that run in real time: nothing is compiled beside them."""
+_counting = threading.Lock()
+
+
+def forbid() -> None:
+    """Compile nothing until as many calls of `allow`: a loop runs in real time and needs the processor."""
+    global _loops
+    with _counting:
+        _loops += 1
+
+
+def allow() -> None:
+    """Undo one call of `forbid`."""
+    global _loops
+    with _counting:
+        _loops -= 1
 
 
 def extension(name: str) -> ModuleType:
@@ -61,6 +81,7 @@ def extension(name: str) -> ModuleType:
     Raises:
         ImportError: a source does not compile; the compiler's words are on the standard error.
         MissingExtraError: a library that the part needs is not installed.
+        PalpateError: the part is not compiled, and a loop runs in real time in this process.
     """
     refresh()
     part = _PARTS.get(name)
@@ -80,13 +101,13 @@ def _installed(distribution: str) -> bool:
 
 
 def refresh() -> None:
-    """Compile what has changed since the last build.
+    """Compile what has changed since the last build, unless a loop runs in real time in this process.
 
     Raises:
         ImportError: a source does not compile; the compiler's words are on the standard error.
     """
     rebuild = _rebuild()
-    if rebuild is None or not _changed():
+    if rebuild is None or _loops or not _changed():
         return
     with _lock():
         if _changed():
@@ -103,6 +124,12 @@ def _complete(name: str) -> None:
     build, rebuild = next((_ROOT / "build").glob(f"{tag}/CMakeCache.txt"), None), _rebuild()
     if build is None or rebuild is None:
         raise ImportError(f"palpate.{name} is not compiled. Mend: make setup")
+    if _loops:
+        raise PalpateError(
+            f"{_PARTS[name].words} are not compiled yet",
+            why="the compiler would take the processor from the session that runs in real time",
+            mend="run make setup once, or stop the session first",
+        )
     with _lock():
         if find_spec(f"palpate.{name}") is not None:
             return

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from palpate import _core
+from palpate import _core, rebuild
 from palpate.base.errors import PalpateError, StateError
 from palpate.record.ticks import as_ticks
 from palpate.scene.guidance.fixture import Fixture
@@ -81,6 +81,7 @@ class LiveSession(AttendedLoop):
         if self.world is not None:
             self.world.start()
         self._loop.start()
+        rebuild.forbid()
         self._pump = threading.Thread(target=self._keep_draining, name="palpate-drain", daemon=True)
         self._pump.start()
         self._beside = self._work_beside()
@@ -94,6 +95,7 @@ class LiveSession(AttendedLoop):
             thread.join()  # objects rest before the loop stops
         self._beside = []
         self._loop.stop()
+        rebuild.allow()
         if self.world is not None:
             self.world.stop()
         self._pump.join()

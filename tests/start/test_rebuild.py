@@ -116,6 +116,25 @@ def test_missing_extension_is_compiled_on_first_import(cache, monkeypatch, capsy
     assert (loader.count, len(configured)) == (2, 2)
 
 
+def test_nothing_is_compiled_beside_a_loop_in_real_time(cache, source, monkeypatch):
+    loader = Loader()
+    monkeypatch.setattr(palpate, "__loader__", loader)
+    monkeypatch.setattr(rebuild, "find_spec", lambda name: None)
+    session = palpate.Session(palpate.Scene.load(ROOT / "scenes" / "solids.yaml"))
+    session.start()
+    try:
+        source.write_text("changed")
+        rebuild.refresh()
+        with pytest.raises(palpate.PalpateError, match="virtual fixtures are not compiled yet") as raised:
+            rebuild.extension("_guidance")
+        assert "make setup" in str(raised.value)
+        assert loader.count == 0
+    finally:
+        session.stop()
+    rebuild.refresh()
+    assert loader.count == 1
+
+
 def test_every_part_can_be_compiled_on_first_import_and_is_in_a_wheel():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())
     default = project["tool"]["scikit-build"]["cmake"]["define"]["PALPATE_PARTS"]["default"].split(";")
