@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import threading
 import weakref
@@ -79,6 +80,14 @@ class AttendedLoop(RecordedLoop):
 
     def _body_places(self) -> Mapping[str, Array]:
         return {} if self.world is None else self.world.drawn()
+
+    def idle_periods(self, t: float, period: float) -> float:
+        """Number of periods from a time on [s] at whose begin nothing beside a lockstep loop has work."""
+        executes = self.execution is not None and not self.execution.over
+        steered = self.camera is not None and (self._loop.controls.camera or not self.camera.at_rest)
+        if self.tracking is not None or self.sensing is not None or self.steps_beside or executes or steered:
+            return 0.0
+        return self._snapshots.idle_periods(t, period) if self.takes_snapshots else math.inf
 
     def _work_beside(self) -> list[threading.Thread]:
         """Start what runs beside the loop; the loop stops objects without targets or frames by itself."""

@@ -44,7 +44,7 @@ class CameraArm:
         self._hands0: Array | None = None
         self._holding = np.zeros(len(X_WL), dtype=bool)
         self._done = PictureMotion()
-        self.steps = 0  #: number of periods in which the hands were asked
+        self.steps = 0  #: number of periods in which the hands were asked; in lockstep only those with something to do
 
     @property
     def q(self) -> Array:
@@ -55,6 +55,11 @@ class CameraArm:
     def X_WC(self) -> Array:
         """Pose (4, 4) of the camera in W [m]."""
         return self.placed.camera(self._q)
+
+    @property
+    def at_rest(self) -> bool:
+        """True unless a hand moved the camera in the last period."""
+        return self._hands0 is None
 
     def move_to(self, q: ArrayLike) -> None:
         """Place the joints (4,). The tools do not move: the hands are anchored anew.

@@ -339,7 +339,7 @@ class PairsSession:
             raise PalpateError("the session runs in real time already", mend="call stop() first")
 
     def _advance(self, n: int) -> list[np.ndarray]:
-        """Run `n` ticks of all pairs in turns; trackers, sensors and the camera have their turn every `PERIOD`."""
+        """Run `n` ticks of all pairs in turns; what is beside has its turn at each `PERIOD` that has work."""
         beside = [p for s in self.pairs.values() for p in (s.tracking, s.sensing) if p is not None]
         snapshots = any(session.takes_snapshots for session in self.pairs.values())
         if not beside and self.camera is None and not snapshots and not self.steps_beside:
@@ -355,10 +355,20 @@ class PairsSession:
                 for session in self.pairs.values():
                     session.take_snapshot()
                 self._ticks_to_steps = size
-            some = min(self._ticks_to_steps, n)
+            next_turn = float(self.latest()["t"]) + self._ticks_to_steps / self.scene.rates.haptic
+            some = min(self._ticks_to_steps + size * self._idle_periods(next_turn, size, n), n)
             done.append(_core.run_in_turns(self._loops, some))
-            n, self._ticks_to_steps = n - some, self._ticks_to_steps - some
+            n, self._ticks_to_steps = n - some, (self._ticks_to_steps - some) % size
         return [np.concatenate(rows) for rows in zip(*done, strict=True)]
+
+    def _idle_periods(self, t: float, size: int, most: int) -> int:
+        """Number of periods of `size` ticks from a time on [s], up to `most`, in which nothing beside has work."""
+        sessions, camera = self.pairs.values(), self.camera
+        steered = camera is not None and (any(s.controls.camera for s in sessions) or not camera.at_rest)
+        if self.steps_beside or steered:
+            return 0
+        period = size / self.scene.rates.haptic
+        return int(min(most, *(session.idle_periods(t, period) for session in sessions)))
 
     def _take(self, rows: list[np.ndarray], behind: bool) -> None:
         for session, one in zip(self.pairs.values(), rows, strict=True):

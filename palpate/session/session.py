@@ -179,7 +179,7 @@ class Session(LiveSession):
             )
 
     def _advance(self, n: int, hand_W: Array | None = None) -> Rows:
-        """Run `n` ticks, with the hand as in `lead`; trackers and sensors are read every `PERIOD`."""
+        """Run `n` ticks, with the hand as in `lead`; what is beside it has its turn at each `PERIOD` that has work."""
         beside = self.tracking is not None or self.sensing is not None or self.camera is not None
         if not beside and not self.takes_snapshots and not self._executes and not self.steps_beside:
             return self._sim.run(n) if hand_W is None else self.simulation.run(n, hand_W)
@@ -195,10 +195,12 @@ class Session(LiveSession):
                 self.take_snapshot()
                 self._look_ahead()
                 self._ticks_to_tracking = size
-            some = min(self._ticks_to_tracking, n)
+            next_turn = float(self.latest()["t"]) + self._ticks_to_tracking / self.rate
+            idle = min(self.idle_periods(next_turn, size / self.rate), n)  # those that need no turn
+            some = min(self._ticks_to_tracking + size * int(idle), n)
             led = None if hand_W is None else hand_W[at : at + some]
             done.append(self._sim.run(some) if led is None else self.simulation.run(some, led))
-            n, at, self._ticks_to_tracking = n - some, at + some, self._ticks_to_tracking - some
+            n, at, self._ticks_to_tracking = n - some, at + some, (self._ticks_to_tracking - some) % size
         return np.concatenate(done)
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 
 import numpy as np
@@ -73,6 +74,10 @@ class Snapshots:
         q = self._joints()
         if q is not None:
             self._kept.append(Snapshot(t, CAMERA, joints_message(t, ECM_JOINTS, q)))
+
+    def idle_periods(self, t: float, period: float) -> float:
+        """Number of periods from a time on [s] at whose begin no snapshot is due."""
+        return max(0.0, math.ceil((self._due - t) / period - 1e-6)) if math.isfinite(self._due - t) else 0.0
 
     def collect(self) -> list[Snapshot]:
         """The snapshots since the last call."""

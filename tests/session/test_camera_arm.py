@@ -7,6 +7,7 @@ import pytest
 import palpate
 from palpate.arm.ecm import R_CD, R_DL
 from palpate.base.errors import ArmError, SceneError
+from palpate.session.beside import AttendedLoop
 from palpate.session.camera import CameraArm
 
 SCENE = """
@@ -158,6 +159,30 @@ def test_in_a_session_the_camera_moves_under_its_pedal_alone():
     assert session.state.session == "following"
     assert np.linalg.norm(session.latest()["p_WT_goal"] - goal) < 2e-4
     assert isinstance(session.camera, CameraArm)
+
+
+@pytest.mark.parametrize("recorded", [False, True])
+def test_in_lockstep_a_camera_that_rests_takes_no_turns_and_moves_as_with_a_turn_each_period(
+    monkeypatch, tmp_path, recorded
+):
+    def run():
+        session = palpate.Session(palpate.Scene.parse(SCENE.format(more=ROLLED)), tmp_path if recorded else None)
+        found = []
+        for pressed, ticks in ((False, 405), (True, 205), (False, 25), (True, 201), (True, 19), (False, 333), (True, 90)):
+            session.console.set("camera", pressed)
+            session.step(ticks)
+            found.append(session.camera.q)
+        session.close()
+        return np.array(found), session.camera.steps, session.record
+
+    moved, turns, record = run()
+    monkeypatch.setattr(AttendedLoop, "idle_periods", lambda self, t, period: 0.0)
+    expected, all_turns, other = run()
+    np.testing.assert_array_equal(moved, expected)
+    assert np.ptp(moved, axis=0).max() > 1e-3
+    assert turns < all_turns - 50
+    if recorded:
+        assert record.read_bytes() == other.read_bytes()
 
 
 def test_a_scene_without_a_camera_arm_has_no_camera():
