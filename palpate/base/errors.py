@@ -174,12 +174,29 @@ class ValueAtError(ValueError):
         self.place = place
 
 
-def format_place(place: tuple[str | int, ...]) -> str:
+Place = tuple[str | int, ...]
+"""Keys and indices of a value in a file."""
+
+
+def format_place(place: Place) -> str:
     """Path of a value in a file, as messages print it: ``objects[0].mesh``."""
     text = ""
     for part in place:
         text += f"[{part}]" if isinstance(part, int) else f".{part}" if text else str(part)
     return text
+
+
+def where_in(name: str, lines: dict[Place, int], place: Place) -> str:
+    """``file:line`` of a place, or of the nearest enclosing place that the file contains."""
+    line = line_of(lines, place)
+    return f"{name}:{line}" if line else name
+
+
+def line_of(lines: dict[Place, int], place: Place) -> int:
+    """Line of a place, or of the nearest enclosing place that the file contains; 0 for none."""
+    if place and place[:1] not in lines:
+        place = (str(place[0]), *place[1:])  # a key such as 1: the lines are those of texts
+    return next((lines[place[:end]] for end in range(len(place), 0, -1) if place[:end] in lines), 0)
 
 
 def refuse_to_overwrite(path: Path, force: bool) -> None:

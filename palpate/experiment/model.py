@@ -10,9 +10,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, PrivateAttr, ValidationError, field_validator, model_validator
 
-from palpate.base.errors import SceneError
+from palpate.base.errors import Place, SceneError, where_in
 from palpate.base.values import NotNegative, Number, Positive, Section, Vector
-from palpate.base.values.wording import Place, explain
+from palpate.base.values.wording import explain
 from palpate.scene import text
 from palpate.scene.guidance.lists import FixtureList
 
@@ -287,7 +287,7 @@ class ExperimentFile(Section):
 
     def where(self, *place: str | int) -> str:
         """``file:line`` of a value."""
-        return explain.where(self._file or "experiment", self._lines, place)
+        return where_in(self._file or "experiment", self._lines, place)
 
     @property
     def people(self) -> tuple[str, ...]:

@@ -10,9 +10,9 @@ import numpy as np
 
 from palpate.base.errors import OutputError, RecordError
 from palpate.record.layout import GROUPS, group_of_topic, type_name
-from palpate.record.mcap_file import MESSAGE_HEAD, Block, McapFile
+from palpate.record.mcap_file import MESSAGE_HEAD, Block, McapFile, strided
 from palpate.record.mcap_scan import Index, Place, scan
-from palpate.record.pieces import groups_of, strided
+from palpate.record.pieces import groups_of
 from palpate.record.snapshots import CAMERA, SHAPES
 
 _END = 2**63  # later than any message [ns]

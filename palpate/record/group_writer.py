@@ -9,8 +9,7 @@ from mcap.opcode import Opcode
 from numpy.typing import NDArray
 
 from palpate.record.layout import CDR, HEAD, Layout, type_name, whole
-from palpate.record.mcap_file import MESSAGE_HEAD, Block, McapFile
-from palpate.record.pieces import strided
+from palpate.record.mcap_file import MESSAGE_HEAD, Block, McapFile, strided
 from palpate.record.ticks import SIGNALS, Signal
 
 Bits = NDArray[np.uint64]

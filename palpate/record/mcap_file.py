@@ -15,6 +15,7 @@ import zlib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import zstandard
@@ -215,3 +216,9 @@ def _bytes(record: records.McapRecord) -> bytes:
     builder = RecordBuilder()
     record.write(builder)
     return bytes(builder.end())  # type: ignore[no-untyped-call]
+
+
+def strided(data: NDArray[np.uint8], offset: int, kind: str, count: int = 1) -> NDArray[Any]:
+    """A view of `count` numbers of type `kind` at byte `offset` of each row: (n, count)."""
+    dtype = np.dtype(kind)
+    return np.ndarray((len(data), count), dtype, data, offset, (data.strides[0], dtype.itemsize))

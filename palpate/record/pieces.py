@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from palpate.base.errors import RecordError
 from palpate.record import per_signal
 from palpate.record.layout import CDR, Layout, field_name, group_of_topic
-from palpate.record.mcap_file import MESSAGE_HEAD
+from palpate.record.mcap_file import MESSAGE_HEAD, strided
 from palpate.record.mcap_scan import Index, Place, Places, damaged
 from palpate.record.ticks import SIGNALS, Signal
 
@@ -210,12 +210,6 @@ def _set(into: NDArray[Any], name: str, column: Column, rows: Bytes) -> None:
     where = slice(0, n) if column.order[:n] == list(range(n)) else column.order[:n]
     with np.errstate(invalid="ignore"):  # bits of a damaged record may be no whole number
         target[:, where] = values[:, :n]
-
-
-def strided(data: Bytes, offset: int, kind: str, count: int = 1) -> NDArray[Any]:
-    """A view of `count` numbers of type `kind` at byte `offset` of each row: (n, count)."""
-    dtype = np.dtype(kind)
-    return np.ndarray((len(data), count), dtype, data, offset, (data.strides[0], dtype.itemsize))
 
 
 def groups_of(index: Index, signals: dict[str, Signal]) -> list[Group]:

@@ -10,9 +10,8 @@ from pydantic import Field, model_validator
 
 from palpate.base.errors import CloudError
 from palpate.base.values import NotNegative, Positive, Section, Vector
-from palpate.world import surfaces
-from palpate.world.clouds import PointCloud
-from palpate.world.clouds.table import Unit
+from palpate.world import clouds, surfaces
+from palpate.world.clouds.table import THICKNESS, Unit
 
 _GRAZING = 0.2  # smallest cosine of the angle between normal and line of sight at which a sensor sees a point
 
@@ -29,7 +28,7 @@ class SampleSection(Section):
     seed: Annotated[int, Field(strict=True, ge=0)] = 0
     """seed of the samples"""
 
-    def make(self, viewpoint: Vector | None, name: str) -> PointCloud:
+    def make(self, viewpoint: Vector | None, name: str) -> clouds.PointCloud:
         """The cloud; with a viewpoint only the points whose surface faces it."""
         from palpate.world import shapes
         from palpate.world.registration.clouds import sampled
@@ -46,7 +45,7 @@ class SampleSection(Section):
         n = int(0.5 * double[seen].sum() / self.spacing**2)
         points = sampled(np.asarray(vertices), np.asarray(triangles)[seen], n, self.seed)
         rng = np.random.default_rng((self.seed, 1))
-        return PointCloud(points + self.noise * rng.normal(size=points.shape), viewpoint=viewpoint, name=name)
+        return clouds.PointCloud(points + self.noise * rng.normal(size=points.shape), viewpoint=viewpoint, name=name)
 
 
 class CloudSection(Section):
@@ -68,7 +67,7 @@ class CloudSection(Section):
     out [m]"""
     bridge: Positive | None = None
     """half the width of holes that are closed; 2 spacings when left out [m]"""
-    thickness: Positive = surfaces.points.THICKNESS
+    thickness: Positive = THICKNESS
     """thickness of the solid layer behind the points [m]"""
     region: Positive = 0.045
     """of a sensor: radius around the tool within which points are used [m]"""
@@ -98,9 +97,9 @@ class CloudSection(Section):
         if self.sample is not None:
             cloud = self.sample.make(self.viewpoint, name)
         elif path is not None:
-            cloud = PointCloud.load(path, unit)
+            cloud = clouds.PointCloud.load(path, unit)
         else:
             raise CloudError("the cloud has no file", where=name)
         viewpoint = cloud.viewpoint if self.viewpoint is None else np.asarray(self.viewpoint)
-        cloud = PointCloud(cloud.points, cloud.normals, cloud.colors, viewpoint=viewpoint, name=name)
+        cloud = clouds.PointCloud(cloud.points, cloud.normals, cloud.colors, viewpoint=viewpoint, name=name)
         return surfaces.PointSurface(cloud, support=self.support, bridge=self.bridge, thickness=self.thickness)

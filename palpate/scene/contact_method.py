@@ -8,7 +8,6 @@ from typing import Annotated, Any
 from pydantic import AfterValidator, WithJsonSchema
 
 from palpate import _core
-from palpate.base import plugins
 
 COLLISIONS = ("paper-plane", "paper-alg1", "face-normal", "approach-velocity")
 """The paper's methods and those that it rejects; the part `collision` adds them."""
@@ -26,6 +25,8 @@ def loaded(name: str) -> str:
         from palpate import _collision  # noqa: F401 - the import adds these methods
     if name in _core.contact_methods():
         return name
+    from palpate.base import plugins
+
     if plugins.load("palpate.methods", name) is not None and name in _core.contact_methods():
         return name
     known = [*METHODS, *plugins.names("palpate.methods")]

@@ -10,11 +10,9 @@ import numpy as np
 from palpate.base.arrays import Array
 from palpate.base.errors import FrameError, PalpateWarning, SceneError
 from palpate.scene import placing
-from palpate.scene.contact import touchable
 from palpate.scene.scene import Scene
 from palpate.scene.sensors import SensorSection
-from palpate.scene.surface import PlacedSurface
-from palpate.world.mesh import Mesh
+from palpate.scene.surface import PlacedSurface, is_mesh
 
 _HAND_BEARS = 50.0  # [N] above it no device of the field pushes, and no hand holds
 _HAND_TURNS = 5.0  # [N m]
@@ -43,10 +41,26 @@ def check_objects(scene: Scene, placed: list[PlacedSurface]) -> None:
         _warn(what, where, f"{mend}, if millimetres are meant")
 
 
+def warn_of_coarse_grids(scene: Scene, placed: list[PlacedSurface]) -> None:
+    """Warn of grids whose nodes are farther from each other than the radius of the tool's sphere."""
+    if all(obj.sdf is None for obj in scene.objects):
+        return
+    from palpate.world.surfaces import DistanceGrid
+
+    for obj in placed:
+        if isinstance(obj.body, DistanceGrid) and obj.body.spacing.max() > scene.contact.radius:
+            sizes = f"{1e3 * obj.body.spacing.max():.3g} mm between its nodes, {1e3 * scene.contact.radius:g} mm radius"
+            what = f"the grid of {obj.body.name!r} is coarser than the tool's sphere: {sizes}"
+            mend = "use a finer grid or a larger radius"
+            warnings.warn(PalpateWarning(what, where=scene.file, mend=mend), stacklevel=3)
+
+
 def warn_of_coarse_meshes(scene: Scene, placed: list[PlacedSurface]) -> None:
     """Warn of meshes whose facets the hand would feel (the paper's section 4)."""
     for obj, one in zip(scene.objects, placed, strict=True):
-        if isinstance(one.body, Mesh):
+        if is_mesh(one.body):
+            from palpate.scene.contact import touchable
+
             touchable.warn_of_facets(touchable.fineness_of(one.body, max(obj.stiffness)), f"object {obj.name!r}")
 
 

@@ -28,12 +28,6 @@ _TOOL = 0.07  # height of the tool at the start above it [m]
 _FRICTION = 0.6  # where a link states none
 
 
-def is_exercise(data: Any) -> bool:
-    """True for the values of an exercise's file, which has the key `scene` alone."""
-    inner = data.get("scene") if isinstance(data, dict) and set(data) == {"scene"} else None
-    return isinstance(inner, dict) and isinstance(inner.get("objects"), list)
-
-
 def values(data: dict[str, Any], name: str) -> dict[str, Any]:
     """The values of a scene from those of an exercise in the file `name`.
 

@@ -11,7 +11,12 @@ import numpy as np
 
 from palpate import _core
 from palpate.base.arrays import Array
+from palpate.record import live
+from palpate.record.ticks import Ticks
 from palpate.scene.rig import Rig
+
+PERIOD = 0.01
+"""Period at which trackers are read, and the frames that follow them are moved [s]."""
 
 
 class _Loop(Protocol):
@@ -67,3 +72,13 @@ class SharedTargets:
             for frame in self._frames:
                 made.add_frame(frame.X_WF, frame.t_seen, frame.lost)
             self._loop.set_live(made)
+
+
+def object_poses(rig: Rig, tick: Ticks) -> dict[str, Array]:
+    """X_WO (4, 4) [m] of every object at a tick, as the loop renders it."""
+    t, found, slot = float(tick["t"]), {}, 0
+    for obj in rig.snapshot.objects:
+        X_WO = live.object_pose(tick, slot) if obj.is_live else None
+        found[obj.name] = obj.pose(t) if X_WO is None else X_WO
+        slot += obj.is_live
+    return found

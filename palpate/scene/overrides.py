@@ -10,8 +10,8 @@ import numpy as np
 from pydantic import ValidationError
 
 from palpate.base.arrays.plain import Content
-from palpate.base.errors import SceneError, format_place
-from palpate.base.values.wording import Place, explain
+from palpate.base.errors import Place, SceneError, format_place
+from palpate.base.values.wording import explain
 from palpate.scene.operator import load_hand
 from palpate.scene.scene import Scene
 

@@ -44,15 +44,12 @@ class PlacedEcm:
         return X
 
 
-def place(scene: Scene, path: HandPlan) -> PlacedEcm | None:
-    """The endoscope arm of a scene at the start; None if the scene has none.
+def place(scene: Scene, section: EcmSection, path: HandPlan) -> PlacedEcm:
+    """The endoscope arm of a scene at the start.
 
     Raises:
         SceneError: the joints or the pose of the camera are out of reach; the message names the line.
     """
-    section = scene.ecm
-    if section is None:
-        return None
     ecm = Ecm(float(section.endoscope.tilt_deg))
     q = ecm.arm.home if section.joints is None else np.array(section.joints)
     _check_limits(scene, ecm, q)

@@ -8,7 +8,7 @@ from palpate import _core
 from palpate.base.arrays import Array, rigid
 from palpate.base.errors import FrameError, SceneError
 from palpate.scene.scene import Scene
-from palpate.world.frames import Edge, FrameGraph, FrameSection, files
+from palpate.world.frames import Edge, FrameGraph, FrameSection
 from palpate.world.frames.graph import WORLD
 
 ARMS = ("leader", "follower")
@@ -22,6 +22,8 @@ def graph(scene: Scene) -> FrameGraph:
     """
     edges = []
     for i, section in enumerate(scene.frames):
+        from palpate.world.frames import files
+
         where = scene.where("frames", i)
         try:
             edges.append(files.edge(section, partial(scene.path_to, where=where)))

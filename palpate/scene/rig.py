@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import yaml
 
 from palpate import _core
-from palpate.arm.gravity_model import GravityModel
 from palpate.base.arrays import Array
 from palpate.base.arrays.yaml_loader import Dumper
 from palpate.base.errors import PalpateWarning, RecordingError, SceneError
@@ -21,18 +21,19 @@ from palpate.scene import (
     gains,
     grip,
     hand,
-    placed_ecm,
     placing,
     port,
-    shaping,
     surface,
     tool,
 )
 from palpate.scene.contact_method import loaded
 from palpate.scene.guidance.context import FixtureContext
 from palpate.scene.scene import Scene
-from palpate.world.frames import FrameGraph
-from palpate.world.surfaces import DistanceGrid
+
+if TYPE_CHECKING:
+    from palpate.arm.gravity_model import GravityModel
+    from palpate.scene.placed_ecm import PlacedEcm
+    from palpate.world.frames import FrameGraph
 
 
 @dataclass(frozen=True)
@@ -48,7 +49,7 @@ class Rig:
     context: FixtureContext  # resolves the names in the scene's fixtures
     frames: FrameGraph  # of the scene, with arms and objects; sessions update its live frames
     fixtures: _core.FixtureList  # fixtures of the scene's list `guidance`
-    ecm: placed_ecm.PlacedEcm | None = None  # the endoscope arm
+    ecm: PlacedEcm | None = None  # the endoscope arm
 
     def options(self, seed: int | None = None) -> _core.SimulationOptions:
         """The core's options: defaults, overridden by the values of the scene."""
@@ -164,6 +165,8 @@ class Rig:
         path = self.scene.gravity_path(key)
         if path is None:
             return None
+        from palpate.arm.gravity_model import GravityModel
+
         try:
             model = GravityModel.load(path)
             model.require(self.arms.leader)
@@ -216,16 +219,10 @@ def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | Non
     doubts.warn_of_values(scene)
     placed = surface.placed(scene, bodies)
     doubts.check_objects(scene, placed)
-    for obj in placed:
-        if isinstance(obj.body, DistanceGrid) and obj.body.spacing.max() > scene.contact.radius:
-            sizes = f"{1e3 * obj.body.spacing.max():.3g} mm between its nodes, {1e3 * scene.contact.radius:g} mm radius"
-            what = f"the grid of {obj.body.name!r} is coarser than the tool's sphere: {sizes}"
-            warnings.warn(
-                PalpateWarning(what, where=scene.file, mend="use a finer grid or a larger radius"), stacklevel=2
-            )
+    doubts.warn_of_coarse_grids(scene, placed)
     snapshot = _snapshot(scene, placed)
     path = hand.plan(scene, placed, until)
-    camera = placed_ecm.place(scene, path)
+    camera = _camera(scene, path)
     both = arms.place(scene, placed, path, None if camera is None else camera.R_WL)
     doubts.warn_of_places(scene, placed, both.follower.has_remote_centre)
     grip.check(scene, both.follower)
@@ -235,8 +232,21 @@ def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | Non
     rig = Rig(scene, placed, snapshot, path, both, spheres, context, frames, fixtures.fixtures(scene, context), camera)
     for key in ("gravity_model", "plant_gravity_model"):
         rig.gravity_model(key)  # check the files before the run
-    shaping.check_mass(scene, both.leader, both.q_leader0, rig.options())
+    options = rig.options()
+    if scene.torque.shape_inertia:
+        from palpate.scene import shaping
+
+        shaping.check_mass(scene, both.leader, both.q_leader0, options)
     return rig
+
+
+def _camera(scene: Scene, path: hand.HandPlan) -> PlacedEcm | None:
+    """The endoscope arm of a scene at the start; None if the scene has none."""
+    if scene.ecm is None:
+        return None
+    from palpate.scene import placed_ecm
+
+    return placed_ecm.place(scene, scene.ecm, path)
 
 
 MATERIALS = ("stiffness", "damping", "friction", "static_friction", "regions")

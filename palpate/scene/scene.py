@@ -13,11 +13,10 @@ from pydantic import Field, PrivateAttr, ValidationError, model_validator
 from palpate import _core
 from palpate.arm import NAMES, Arm
 from palpate.base.arrays.yaml_loader import Dumper
-from palpate.base.errors import ArmError, SceneError, ValueAtError, format_place
+from palpate.base.errors import ArmError, Place, SceneError, ValueAtError, format_place, where_in
 from palpate.base.values import NotNegative, Positive, Section, Vector
-from palpate.base.values.wording import Place, explain
-from palpate.scene import exercises, presets, shipped, text
 from palpate.scene import pairs as pairs_module
+from palpate.scene import shipped, text
 from palpate.scene.ecm import EcmSection
 from palpate.scene.force import ForceSection
 from palpate.scene.graspable import GraspableSection
@@ -160,12 +159,14 @@ class Scene(Section):
             SceneError: as for ``load``.
         """
         data, lines = text.parse(source, name)
-        if exercises.is_exercise(data):
+        if text.is_exercise(data):
+            from palpate.scene import exercises
+
             data, lines = exercises.values(data, name), {}
         try:
             scene = cls.validated(data, {"folder": Path(name).parent})
         except ValidationError as error:
-            raise explain.scene_error(error, cls, name, lines) from None
+            raise _explained(error, name, lines) from None
         scene._file, scene._lines, scene._trusted = name, lines, trust
         return scene
 
@@ -193,7 +194,7 @@ class Scene(Section):
         try:
             made = Scene.validated(pairs_module.merged(data, own), {"folder": Path(self._file).parent})
         except ValidationError as error:
-            raise explain.scene_error(error, Scene, self._file or f"pair {name}", lines) from None
+            raise _explained(error, self._file or f"pair {name}", lines) from None
         return made.with_origin(self._file, lines, self._trusted)
 
     def with_driver(self, name: str, pair: str | None = None) -> Scene:
@@ -214,7 +215,7 @@ class Scene(Section):
         try:
             made = Scene.validated(data, {"folder": Path(self._file).parent})
         except ValidationError as error:
-            raise explain.scene_error(error, Scene, self._file or "scene", self._lines) from None
+            raise _explained(error, self._file or "scene", self._lines) from None
         return made.with_file_of(self)
 
     def each_pair(self) -> dict[str, Scene]:
@@ -238,7 +239,7 @@ class Scene(Section):
 
     def where(self, *place: str | int) -> str:
         """``file:line`` of a value, e.g. ``where("objects", 0, "mesh")``, or of its section."""
-        return explain.where(self._file, self._lines, place) if self._file else format_place(place)
+        return where_in(self._file, self._lines, place) if self._file else format_place(place)
 
     def path_of(self, index: int) -> Path:
         """Geometry file of object ``index``, with variables replaced; relative paths start at the scene's folder.
@@ -327,7 +328,12 @@ class Scene(Section):
     @model_validator(mode="before")
     @classmethod
     def _apply_preset(cls, data: Any) -> Any:
-        return presets.apply(with_topics(data))
+        data = with_topics(data)
+        if not isinstance(data, dict) or data.get("preset") is None:
+            return data
+        from palpate.scene import presets
+
+        return presets.apply(data)
 
     @model_validator(mode="after")
     def _fill_names(self) -> Scene:
@@ -386,3 +392,10 @@ class Scene(Section):
                 what = f"one topic for the frames {frames} | write {{tool}} in it, and name the tool of each frame"
                 raise ValueAtError(what, "trackers", name, "topic")
         return self
+
+
+def _explained(error: ValidationError, name: str, lines: dict[Place, int]) -> SceneError:
+    """The error of a scene file whose values are invalid."""
+    from palpate.base.values.wording import explain
+
+    return explain.scene_error(error, Scene, name, lines)

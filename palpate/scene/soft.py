@@ -4,26 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import AfterValidator, Field, WithJsonSchema, model_validator
+from pydantic import AfterValidator, Field, model_validator
 
 from palpate import _core
 from palpate.base.arrays import Array
 from palpate.base.errors import MeshError
 from palpate.base.values import NotNegative, Positive, Section, Vector
 from palpate.world import tissue
-from palpate.world.mesh import Mesh
-from palpate.world.tissue import PRESETS, TetMesh, Tissue, TissueMaterial
-from palpate.world.tissue.material import HIGHEST_POISSON, MOST_TERMS
+from palpate.world.tissue.bounds import HIGHEST_POISSON, MOST_TERMS, PERIOD
+
+if TYPE_CHECKING:
+    from pydantic import GetJsonSchemaHandler
+    from pydantic.json_schema import JsonSchemaValue
+    from pydantic_core import CoreSchema
+
+    from palpate.world.mesh import Mesh
+    from palpate.world.tissue import TetMesh, Tissue, TissueMaterial
 
 
 def _known(name: str) -> str:
-    if name not in PRESETS:
-        raise ValueError(f"there is no tissue {name!r} | use one of {', '.join(PRESETS)}")
+    if name not in tissue.PRESETS:
+        raise ValueError(f"there is no tissue {name!r} | use one of {', '.join(tissue.PRESETS)}")
     return name
+
+
+class _NamesOfPresets:
+    """The presets in the schema of scenes, read when the schema is written."""
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        return {"enum": list(tissue.PRESETS)}
 
 
 def is_soft(felt: _core.Object) -> bool:
@@ -63,7 +76,7 @@ def shared(snapshot: _core.Snapshot) -> _core.Snapshot:
     return _tissue.share_bodies(snapshot)
 
 
-PresetName = Annotated[str, AfterValidator(_known), WithJsonSchema({"enum": list(PRESETS)})]
+PresetName = Annotated[str, AfterValidator(_known), _NamesOfPresets()]
 
 _MATERIAL = ("young", "poisson", "density", "yeoh")
 
@@ -155,23 +168,24 @@ class TissueSection(Section):
     """time step; when left out, the longest that needs little added mass [s]"""
     thread: Literal["auto", "cycle", "own"] = "auto"
     """where it steps: in every tick of the haptic cycle, or on a thread of its own; auto: by its size"""
-    period: Annotated[Positive, Field(le=0.05)] = tissue.PERIOD
+    period: Annotated[Positive, Field(le=0.05)] = PERIOD
     """how long a thread of its own steps at once [s]"""
 
     @property
     def material(self) -> TissueMaterial:
         """The material of the tissue outside of its parts."""
-        base = PRESETS[self.preset]
+        base = tissue.PRESETS[self.preset]
         given = {key: getattr(self, key) for key in _MATERIAL if getattr(self, key) is not None}
         values = {key: getattr(base, key) for key in _MATERIAL} | given
         prony = base.prony if self.prony is None else tuple((term.g, term.tau) for term in self.prony)
-        return TissueMaterial(**values, prony=prony, source=base.source)
+        return tissue.TissueMaterial(**values, prony=prony, source=base.source)
 
     def materials(self) -> list[TissueMaterial]:
         """The material of the tissue, and that of each part."""
         m = self.material
         return [m] + [
-            TissueMaterial(p.young, m.poisson, p.density or m.density, m.yeoh, m.prony, p.name) for p in self.parts
+            tissue.TissueMaterial(p.young, m.poisson, p.density or m.density, m.yeoh, m.prony, p.name)
+            for p in self.parts
         ]
 
     def stiffness(self, radius: float) -> float:
@@ -202,14 +216,14 @@ class TissueSection(Section):
                 mend = "at is in metres, in the object's frame; a part needs to be larger than the resolution"
                 raise MeshError(f"no tetrahedron lies in part {part.name!r}", where=made.name, mend=mend)
             region[inside] = i + 1
-        return TetMesh(made.nodes, made.tets, region, made.name)
+        return tissue.TetMesh(made.nodes, made.tets, region, made.name)
 
     def make(self, mesh: TetMesh, name: str) -> Tissue:
         """The soft body at rest."""
         materials = self.materials()
         young, density = (np.array([getattr(m, key) for m in materials])[mesh.region] for key in ("young", "density"))
         m = materials[0]
-        return Tissue(
+        return tissue.Tissue(
             mesh,
             young=young,
             poisson=m.poisson,

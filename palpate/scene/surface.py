@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import TypeAlias, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,17 +21,19 @@ from palpate.scene.clouds import CloudSection
 from palpate.scene.model import ObjectSection
 from palpate.scene.scene import Scene
 from palpate.scene.trackers import TrackerSection
-from palpate.world import surfaces
-from palpate.world.mesh import Mesh
-from palpate.world.mesh.coarse import drawable
-from palpate.world.mesh.denoise import denoise
+from palpate.world import mesh, surfaces
+
+
+def is_mesh(body: mesh.Mesh | surfaces.Surface) -> TypeGuard[mesh.Mesh]:
+    """True for a mesh; does not import meshes for a scene without any."""
+    return isinstance(body.core, _core.Mesh)
 
 
 @dataclass(frozen=True)
 class PlacedSurface:
     """A surface placed in the world."""
 
-    body: Mesh | surfaces.Surface  # both have vertices and triangles for drawing
+    body: mesh.Mesh | surfaces.Surface  # both have vertices and triangles for drawing
     X_WO: Array  # (4, 4)
 
     def nearest(self, points_W: Array) -> tuple[Array, Array]:
@@ -42,14 +45,18 @@ class PlacedSurface:
     @cached_property
     def bounds(self) -> Array:
         """Lowest and highest corner (2, 3) of the drawn surface in W [m]."""
-        if isinstance(self.body, Mesh) and np.array_equal(self.X_WO[:3, :3], np.eye(3)):
+        if is_mesh(self.body) and np.array_equal(self.X_WO[:3, :3], np.eye(3)):
             return np.stack([self.body.core.report.lowest, self.body.core.report.highest]) + self.X_WO[:3, 3]
         v = self.body.vertices @ self.X_WO[:3, :3].T + self.X_WO[:3, 3]
         return np.stack([v.min(axis=0), v.max(axis=0)])
 
     def drawable(self, most: int) -> tuple[Array, NDArray[np.int32]]:
         """Vertices (n, 3) in O [m] and triangles (m, 3) of a surface of about `most` triangles or fewer, to draw."""
-        key = self.body.key if isinstance(self.body, Mesh) else ""
+        if len(self.body.triangles) <= most:
+            return self.body.vertices, self.body.triangles
+        from palpate.world.mesh.coarse import drawable
+
+        key = self.body.key if is_mesh(self.body) else ""
         return drawable(self.body.vertices, self.body.triangles, most, key)
 
     @property
@@ -63,7 +70,7 @@ class PlacedSurface:
 _CLOUD_SPEED, _CLOUD_ACCELERATION = 0.5, 50.0  # [m/s], [m/s^2] of a surface between two frames
 _CLOUD_GAIN = 60.0  # of its motion: it takes a new velocity within 4 ms [1/s]
 
-Bodies = dict[str, Mesh | surfaces.Surface]
+Bodies: TypeAlias = "dict[str, mesh.Mesh | surfaces.Surface]"
 """Surfaces shared by scenes, keyed by the values that define them."""
 
 
@@ -151,7 +158,7 @@ def core_object(
     )
 
 
-def _body(scene: Scene, index: int) -> Mesh | surfaces.Surface:
+def _body(scene: Scene, index: int) -> mesh.Mesh | surfaces.Surface:
     obj = scene.objects[index]
     if obj.file is not None or obj.cloud is not None:
         return _from_file(scene, index)
@@ -162,20 +169,20 @@ def _body(scene: Scene, index: int) -> Mesh | surfaces.Surface:
 
     make = {"organ": shapes.organ, "gallbladder": shapes.gallbladder, "duodenum": shapes.duodenum}[obj.shape]
     try:
-        return Mesh(*make(obj.triangles), name=obj.name)
+        return mesh.Mesh(*make(obj.triangles), name=obj.name)
     except ValueError as error:
         raise SceneError(str(error), where=scene.where("objects", index), mend="change triangles") from None
 
 
-def _filled(scene: Scene, index: int, body: Mesh | surfaces.Surface) -> surfaces.Surface:
+def _filled(scene: Scene, index: int, body: mesh.Mesh | surfaces.Surface) -> surfaces.Surface:
     """The soft body that fills a closed surface."""
     obj, where = scene.objects[index], scene.where("objects", index, "tissue")
     section = obj.tissue
     assert section is not None
-    mesh = body if isinstance(body, Mesh) else Mesh(body.vertices, body.triangles, name=obj.name)
+    around = body if is_mesh(body) else mesh.Mesh(body.vertices, body.triangles, name=obj.name)
     path = None if section.volume is None else scene.path_to(section.volume, where)
     try:
-        volume = section.tetrahedra(mesh, path, obj.unit or "mm", lambda line: print(line, file=sys.stderr))
+        volume = section.tetrahedra(around, path, obj.unit or "mm", lambda line: print(line, file=sys.stderr))
         made = section.make(volume, obj.name)
     except (MeshError, SurfaceError) as error:
         why = "; ".join(part for part in (error.where, error.why) if part)
@@ -186,14 +193,16 @@ def _filled(scene: Scene, index: int, body: Mesh | surfaces.Surface) -> surfaces
     return made
 
 
-def _from_file(scene: Scene, index: int) -> Mesh | surfaces.Surface:
+def _from_file(scene: Scene, index: int) -> mesh.Mesh | surfaces.Surface:
     obj = scene.objects[index]
     path = scene.path_of(index) if obj.file is not None else Path()
     try:
         if obj.cloud is not None:
             return obj.cloud.make(obj.name, path, obj.unit)
         if obj.mesh is not None:
-            return denoise(Mesh.load(path, obj.unit, label=obj.label, threshold=obj.threshold), obj.noise)
+            from palpate.world.mesh.denoise import denoise
+
+            return denoise(mesh.Mesh.load(path, obj.unit, label=obj.label, threshold=obj.threshold), obj.noise)
         return surfaces.DistanceGrid.load(path, obj.unit or "mm")
     except (CloudError, MeshError, SurfaceError) as error:
         why = "; ".join(part for part in (error.where, error.why) if part)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import difflib
 from pathlib import Path
+from typing import Any
 
 import yaml
 
 from palpate.base import limits
 from palpate.base.arrays.plain import Content
 from palpate.base.arrays.yaml_loader import Loader, TooLargeError
-from palpate.base.errors import SceneError
-from palpate.base.values.wording import Place
+from palpate.base.errors import Place, SceneError
 from palpate.scene import shipped
 from palpate.scene.guidance import one_line
 
@@ -84,6 +84,12 @@ def _kind_of(path: Path, data: bytes) -> tuple[str, str]:
     if b"\0" in data or sum(byte < 9 or 13 < byte < 32 for byte in data[:4096]) > 0.02 * len(data[:4096]):
         return "not a scene but a binary file", "name a scene file, which is text in YAML"
     return "not a text file in UTF-8", "save it as UTF-8"
+
+
+def is_exercise(data: Any) -> bool:
+    """True for the values of an exercise's file, which has the key `scene` alone."""
+    inner = data.get("scene") if isinstance(data, dict) and set(data) == {"scene"} else None
+    return isinstance(inner, dict) and isinstance(inner.get("objects"), list)
 
 
 def parse(text: str, name: str) -> tuple[Content, dict[Place, int]]:

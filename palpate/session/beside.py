@@ -8,27 +8,27 @@ import threading
 import weakref
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from palpate.base.arrays import Array
 from palpate.record import snapshots
 from palpate.record.ticks import Ticks, as_ticks
-from palpate.scene.live_targets import SharedTargets
+from palpate.scene.live_targets import PERIOD, SharedTargets
 from palpate.scene.rig import Rig
-from palpate.sensing import sensing as sensing_module
-from palpate.sensing.source import Clouds, as_sources
-from palpate.sensing.trackers.tracking import PERIOD, Tracking
 from palpate.session import execution as plan_execution
-from palpate.session import nearest
-from palpate.session.camera import CameraArm
 from palpate.session.console import Console
 from palpate.session.execution import PlanExecution
-from palpate.session.loop import Loop
-from palpate.session.periodic import every
 from palpate.session.recording import RecordedLoop
-from palpate.world.bodies.engine import World
+
+if TYPE_CHECKING:
+    from palpate.sensing.sensing import Sensing
+    from palpate.sensing.source import Clouds
+    from palpate.sensing.trackers.tracking import Tracking
+    from palpate.session.camera import CameraArm
+    from palpate.session.loop import Loop
+    from palpate.world.bodies.engine import World
 
 
 class AttendedLoop(RecordedLoop):
@@ -49,8 +49,7 @@ class AttendedLoop(RecordedLoop):
         self.console.on_change(partial(_accept_moved_tools, weakref.ref(self)))
         self.camera = self._own_camera()  #: the endoscope arm of the scene; None if the scene has none
         targets = SharedTargets(rig, loop)
-        tracked = bool(rig.scene.trackers)
-        self.tracking = Tracking(rig, loop, targets=targets) if tracked else None  #: moves the tracked frames
+        self.tracking = _tracking(rig, loop, targets)  #: moves the tracked frames
         if self.tracking is not None:
             weakref.finalize(self, self.tracking.close)
         self.sensing = _sensing(rig, loop, clouds, targets)  #: turns the frames of sensors into surfaces
@@ -64,6 +63,8 @@ class AttendedLoop(RecordedLoop):
 
     def nearest(self, tick: Ticks) -> str:
         """What is nearest to a tool that touches nothing, how far, and where the hand must move; otherwise empty."""
+        from palpate.session import nearest
+
         return nearest.in_words(self.rig, tick, None if self.sensing is None else self.sensing.surfaces)
 
     @property
@@ -91,6 +92,8 @@ class AttendedLoop(RecordedLoop):
 
     def _work_beside(self) -> list[threading.Thread]:
         """Start what runs beside the loop; the loop stops objects without targets or frames by itself."""
+        from palpate.session.periodic import every
+
         found, tracking, sensing = [], self.tracking, self.sensing
         if tracking is not None:
             step, last = partial(self._timed, tracking.step), partial(self._timed, tracking.hold)
@@ -103,6 +106,8 @@ class AttendedLoop(RecordedLoop):
             step = partial(self._timed, self._take_snapshot)
             found.append(every(1.0 / snapshots.RATE, step, self._stop_pump, "snapshots", self._note))
         if sensing is not None:
+            from palpate.sensing import sensing as sensing_module
+
             step = partial(self._timed, sensing.step)
             found.append(every(sensing_module.PERIOD, step, self._stop_pump, "sensing", self._note, sensing.hold))
         if self.execution is not None and not self.execution.over:
@@ -110,6 +115,8 @@ class AttendedLoop(RecordedLoop):
         return found
 
     def _watch_execution(self) -> threading.Thread:
+        from palpate.session.periodic import every
+
         return every(plan_execution.PERIOD, self._look_ahead, self._stop_pump, "execution", self._note)
 
     def _look_ahead(self) -> None:
@@ -142,14 +149,27 @@ def _accept_moved_tools(session: weakref.ref[Any], pedal: str, down: bool) -> No
         one.tracking.accept_jumps()
 
 
-def _sensing(rig: Rig, loop: Loop, clouds: Clouds | None, targets: SharedTargets) -> sensing_module.Sensing | None:
-    """The sensing of a rig: sources as given, and for other sensors those of the scene's section `sensors`."""
-    from palpate.sensing.make import make
+def _tracking(rig: Rig, loop: Loop, targets: SharedTargets) -> Tracking | None:
+    """The trackers of a rig; None if its scene has none."""
+    if not rig.scene.trackers:
+        return None
+    from palpate.sensing.trackers.tracking import Tracking
 
+    return Tracking(rig, loop, targets=targets)
+
+
+def _sensing(rig: Rig, loop: Loop, clouds: Clouds | None, targets: SharedTargets) -> Sensing | None:
+    """The sensing of a rig: sources as given, and for other sensors those of the scene's section `sensors`."""
     objects = [obj for obj in rig.scene.objects if obj.cloud is not None and obj.cloud.sensor is not None]
+    if not objects and not clouds:
+        return None
+    from palpate.sensing.make import make
+    from palpate.sensing.sensing import Sensing
+    from palpate.sensing.source import as_sources
+
     sources = as_sources(clouds)
     for obj in objects:
         name = "" if obj.cloud is None else obj.cloud.sensor or ""
         if name in rig.scene.sensors and not {name, obj.name} & set(sources):
             sources[name] = make(rig, name, lambda: as_ticks(np.asarray(loop.latest()).reshape(1, -1))[0])
-    return sensing_module.Sensing(rig, loop, sources, targets=targets) if objects or clouds else None
+    return Sensing(rig, loop, sources, targets=targets)

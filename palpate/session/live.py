@@ -16,23 +16,22 @@ from palpate.base.errors import PalpateError, StateError
 from palpate.record.ticks import as_ticks
 from palpate.scene.guidance.fixture import Fixture
 from palpate.scene.guidance.lists import with_unique_names
-from palpate.scene.guidance.steered import SteeredFixtures
 from palpate.scene.rig import Rig
-from palpate.sensing.source import Clouds
 from palpate.session import execution as plan_execution
 from palpate.session import machine
 from palpate.session.beside import AttendedLoop
-from palpate.session.camera import CameraArm
 from palpate.session.controls import Controls
 from palpate.session.execution import PlanExecution
-from palpate.session.faults import how_to_leave
-from palpate.session.loop import Loop
 from palpate.session.state import State
 from palpate.session.summary import Summary
 
 if TYPE_CHECKING:
     from palpate.planning.problem import Problem
     from palpate.planning.result import Plan
+    from palpate.scene.guidance.steered import SteeredFixtures
+    from palpate.sensing.source import Clouds
+    from palpate.session.camera import CameraArm
+    from palpate.session.loop import Loop
 
 DRAIN = 0.05
 """Period at which the loop's ring buffer is drained [s]."""
@@ -155,7 +154,7 @@ class LiveSession(AttendedLoop):
         with self._requests:
             tick = self.latest()
             state = machine.name_of(float(tick["session_state"]))
-            why = how_to_leave(int(tick["status"])) if state == "fault" else ""
+            why = _how_to_leave(int(tick["status"])) if state == "fault" else ""
             machine.require(state, request, why)
             controls = self._loop.controls
             machine.apply(controls, request)
@@ -206,6 +205,8 @@ class LiveSession(AttendedLoop):
     def steered(self) -> SteeredFixtures:
         """The fixtures by name: each can be switched, scaled in authority and displaced."""
         if self._steered is None:
+            from palpate.scene.guidance.steered import SteeredFixtures
+
             self._steered = SteeredFixtures(self._fixtures, self.rig.context, self._steer)
         return self._steered
 
@@ -264,10 +265,20 @@ class LiveSession(AttendedLoop):
 
     def _own_camera(self) -> CameraArm | None:
         """The endoscope arm that this session steers; None if there is none, or if several sessions share it."""
-        return None if self.rig.ecm is None else CameraArm(self.rig.ecm, [self.rig.arms.X_WL], [self])
+        if self.rig.ecm is None:
+            return None
+        from palpate.session.camera import CameraArm
+
+        return CameraArm(self.rig.ecm, [self.rig.arms.X_WL], [self])
 
     def _drain(self) -> None:
         with self._draining:  # the ring buffer has one reader
             rows = self._loop.drain()
             if len(rows):
                 self._take(as_ticks(rows), realtime=True)
+
+
+def _how_to_leave(status: int) -> str:
+    from palpate.session.faults import how_to_leave
+
+    return how_to_leave(status)

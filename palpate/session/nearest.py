@@ -10,8 +10,8 @@ import numpy as np
 from palpate import _core
 from palpate.base.arrays import Array
 from palpate.record.ticks import Ticks
+from palpate.scene.live_targets import object_poses
 from palpate.scene.rig import Rig
-from palpate.sensing.trackers.sending import object_poses
 
 _AXES = ("x", "y", "z")
 

@@ -5,12 +5,15 @@ from __future__ import annotations
 import threading
 import weakref
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
-from palpate.sensing.trackers.tracking import PERIOD
-from palpate.session.camera import CameraArm
+from palpate.scene.live_targets import PERIOD
 from palpate.session.console import Console, Hand
 from palpate.session.pair import Paired
 from palpate.session.periodic import every
+
+if TYPE_CHECKING:
+    from palpate.session.camera import CameraArm
 
 
 class OperatorSeat:
@@ -34,6 +37,8 @@ class OperatorSeat:
         self._hands[:] = [weakref.proxy(pair) for pair in pairs]
         before, placed = self.camera, pairs[0].rig.ecm
         if placed is not None:
+            from palpate.session.camera import CameraArm
+
             self.camera = CameraArm(placed, [pair.rig.arms.X_WL for pair in pairs], pairs)
             if before is not None:
                 self.camera.move_to(before.q)

@@ -18,10 +18,10 @@ from palpate.base import stop_signals
 from palpate.base.errors import PalpateError, SceneError, StateError
 from palpate.record.ticks import Ticks, as_ticks
 from palpate.scene import held
+from palpate.scene.live_targets import PERIOD
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
 from palpate.scene.together import Rigs, build_pairs, capsules
-from palpate.sensing.trackers.tracking import PERIOD
 from palpate.session import tool_exchange
 from palpate.session.backlog import loop_first
 from palpate.session.camera import CameraArm

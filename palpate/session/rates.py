@@ -10,7 +10,7 @@ import numpy as np
 
 from palpate.record.snapshots import RATE, Track
 from palpate.record.ticks import Ticks, Timing
-from palpate.sensing.trackers.tracking import PERIOD
+from palpate.scene.live_targets import PERIOD
 from palpate.session.live import LiveSession
 from palpate.session.samples import Samples
 from palpate.session.snapshots import soft_objects

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from palpate.arm import Arm
@@ -18,11 +20,12 @@ from palpate.record.extra import (
 )
 from palpate.record.snapshots import BODY, CAMERA, JOINTS, SHAPE, topic_of
 from palpate.record.ticks import Ticks
-from palpate.scene import held
+from palpate.scene.live_targets import object_poses
 from palpate.scene.rig import Rig
-from palpate.sensing.trackers.sending import object_poses
 from palpate.session.snapshots import soft_objects
-from palpate.world.bodies.shapes import Primitive, Solid, by_color, triangles
+
+if TYPE_CHECKING:
+    from palpate.world.bodies.shapes import Solid
 
 MOST_TRIANGLES = 8_000
 """Limit above which an object is stored with a coarser mesh."""
@@ -48,7 +51,7 @@ class RecordedFrames:
         self.topics |= {topic_of(name): SHAPE for name in soft_objects(rig).values()}
         if rig.ecm is not None:
             self.topics[CAMERA] = JOINTS
-        self._solids = held.solids(rig.scene)
+        self._solids = _solids(rig)
         if self._solids:
             self.topics["/scene/bodies"] = MARKERS
 
@@ -57,7 +60,7 @@ class RecordedFrames:
         arms = self._rig.arms
         bases = {(WORLD, "leader_base"): arms.X_WL, (WORLD, "follower_base"): arms.X_WB}
         bases |= {(WORLD, BODY + solid.name): solid.X_WO for solid in self._solids if not solid.moves}
-        bodies = [marker for solid in self._solids for marker in _body_markers(solid)]
+        bodies = self._bodies()
         drawn = [marker for side, arm in self._arms.items() for marker in _arm_markers(side, arm)]
         tip = Marker("follower_tool", "tool sphere", 2, _TOOL, scale=(2.0 * self._rig.scene.contact.radius,) * 3)
         return [
@@ -81,6 +84,13 @@ class RecordedFrames:
             found[WORLD, f"palpate_object_{name}"] = np.array([poses[name] for poses in objects])
         return found
 
+    def _bodies(self) -> list[Marker]:
+        if not self._solids:
+            return []
+        from palpate.session.recorded_bodies import markers
+
+        return [marker for solid in self._solids for marker in markers(solid)]
+
     def _objects(self) -> list[Marker]:
         found = []
         for obj, placed in zip(self._rig.scene.objects, self._rig.surfaces, strict=True):
@@ -90,36 +100,13 @@ class RecordedFrames:
         return found
 
 
-def _body_markers(solid: Solid) -> list[Marker]:
-    """The shapes of a body: primitives where a viewer has them, else triangles of each colour."""
-    frame, found = BODY + solid.name, []
-    for color, shapes in by_color(solid.shapes).items():
-        red, green, blue = (c / 255.0 for c in color)
-        rgba = (red, green, blue, 1.0)
-        rest = [shape for shape in shapes if shape.kind == "mesh"]
-        for shape in shapes:
-            found += [Marker(frame, solid.name, kind, rgba, X, scale) for kind, X, scale in _parts(shape)]
-        if rest:
-            vertices, faces, _ = triangles(rest)
-            found.append(Marker(frame, solid.name, 11, rgba, points=vertices[faces.reshape(-1)]))
-    return found
-
-
-def _parts(shape: Primitive) -> list[tuple[int, Array, tuple[float, float, float]]]:
-    """Kind, pose in the body and lengths of the markers of a shape; none for a mesh."""
-    if shape.kind == "mesh":
+def _solids(rig: Rig) -> list[Solid]:
+    """The rigid bodies of a scene."""
+    if not rig.scene.bodies:
         return []
-    if shape.kind == "box":
-        x, y, z = (2.0 * half for half in shape.size)
-        return [(1, shape.X_OS, (x, y, z))]
-    width = 2.0 * shape.size[0]
-    found = [] if shape.kind == "sphere" else [(3, shape.X_OS, (width, width, 2.0 * shape.size[1]))]
-    ends = {"sphere": (0.0,), "capsule": (-shape.size[-1], shape.size[-1])}.get(shape.kind, ())
-    for z in ends:
-        X = shape.X_OS.copy()
-        X[:3, 3] += z * X[:3, 2]
-        found.append((2, X, (width, width, width)))
-    return found
+    from palpate.scene import held
+
+    return held.solids(rig.scene)
 
 
 def _arm_markers(side: str, arm: Arm) -> list[Marker]:

@@ -9,6 +9,7 @@ import weakref
 from collections.abc import Mapping
 from datetime import datetime, timedelta
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from palpate.base.arrays import Array
 from palpate.record.snapshots import Snapshot
@@ -16,11 +17,13 @@ from palpate.record.ticks import Ticks, Timing, as_ticks
 from palpate.record.writer import CHUNKS_PER_SECOND, Recorder
 from palpate.scene.rig import Rig
 from palpate.session.backlog import Backlog
-from palpate.session.loop import Loop
 from palpate.session.recorded_frames import RecordedFrames
 from palpate.session.run_folder import keep_scene, new_folder, require_writable
 from palpate.session.snapshots import Snapshots
 from palpate.session.summary import Summary, Totals
+
+if TYPE_CHECKING:
+    from palpate.session.loop import Loop
 
 
 class RecordedLoop:

@@ -6,7 +6,7 @@ import os
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,18 +15,18 @@ from palpate.base import stop_signals
 from palpate.base.arrays import Array
 from palpate.base.errors import PalpateError, SceneError, StateError
 from palpate.record.ticks import Ticks, as_ticks
-from palpate.scene import held
+from palpate.scene.live_targets import PERIOD
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
-from palpate.sensing.source import Clouds
-from palpate.sensing.trackers.tracking import PERIOD
-from palpate.session import tool_exchange
 from palpate.session.backlog import loop_first
 from palpate.session.live import DRAIN, LiveSession
-from palpate.session.loop import LockstepLoop, Rows
 from palpate.session.run_folder import require_writable
 from palpate.session.state import State
 from palpate.session.summary import Summary
+
+if TYPE_CHECKING:
+    from palpate.sensing.source import Clouds
+    from palpate.session.loop import LockstepLoop, Rows
 
 BATCH = 0.1  # simulated time per batch of ticks in lockstep [s]
 UNWATCHED_BATCH = (
@@ -78,7 +78,9 @@ class Session(LiveSession):
         self._sim: LockstepLoop = self.simulation
         self._ticks_to_tracking = 0  # of a lockstep run, until the trackers are read
         super().__init__(rig, self._sim, scene.rates.haptic, seed, out, clouds)
-        if not self.paired:
+        if scene.bodies and not self.paired:
+            from palpate.scene import held
+
             self.world = held.join({"": rig}, [self.simulation])
 
     def _simulation(self, rig: Rig, seed: int) -> _core.Simulation:
@@ -151,6 +153,8 @@ class Session(LiveSession):
             StateError: the session runs or does not hold, the tool touches something, there is no such instrument, or
                 it does not fit; nothing changes.
         """
+        from palpate.session import tool_exchange
+
         tool_exchange.require_still(self.latest(), self.running)
         tool_exchange.require_free(self.latest())
         scene = tool_exchange.mounted(self.scene, model)

@@ -21,7 +21,7 @@ from palpate.world.mesh import Mesh
 from palpate.world.registration.clouds import sampled
 from palpate.world.registration.procedure import Organ, Procedure
 from palpate.world.registration.touches import Guess
-from palpate.world.shapes.organ import organ
+from palpate.world.shapes.organs import organ
 
 SHIPPED = (models_folder().parent / "scenes" / "registration.yaml").read_text()
 

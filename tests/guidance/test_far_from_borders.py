@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from palpate import _core, _guidance
 from palpate.world.mesh import Mesh
 from palpate.world.shapes.analytic import SHAPES
-from palpate.world.shapes.organ import organ
+from palpate.world.shapes.organs import organ
 from palpate_lab.verify.bench.guidance import tube
 
 FAR = 15.0 / 16.0

@@ -31,7 +31,7 @@ from palpate.simulators import dvrk
 from palpate.world.bodies.engine import World
 from palpate.world.mesh import Mesh
 from palpate.world.shapes import analytic
-from palpate.world.shapes.organ import organ
+from palpate.world.shapes.organs import organ
 from palpate.world.tissue import Tissue
 from palpate.world.tissue.blocks import block
 

@@ -12,7 +12,7 @@ from palpate.base.errors import MissingExtraError, RegistrationError
 from palpate.world import registration
 from palpate.world.registration import icp, trust
 from palpate.world.registration.clouds import Cloud, sampled
-from palpate.world.shapes.organ import organ
+from palpate.world.shapes.organs import organ
 from palpate_lab.studies.registration import surfaces
 
 VERTICES, TRIANGLES = organ(3000)

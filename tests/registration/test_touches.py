@@ -10,7 +10,7 @@ from palpate.world.registration import disagreement, predict, touch_check
 from palpate.world.registration.clouds import sampled
 from palpate.world.registration.procedure import Organ, Procedure, from_landmarks, from_view, touched_by
 from palpate.world.registration.touches import Guess, Touched, next_touch, touches
-from palpate.world.shapes.organ import gallbladder, organ
+from palpate.world.shapes.organs import gallbladder, organ
 
 SIGMA, TIP, RADIUS = 0.3e-3, 0.2e-3, 2e-3
 PRIOR = np.diag([1e-6] * 3 + [1e-4] * 3)

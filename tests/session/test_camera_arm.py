@@ -168,8 +168,16 @@ def test_in_lockstep_a_camera_that_rests_takes_no_turns_and_moves_as_with_a_turn
     def run():
         session = palpate.Session(palpate.Scene.parse(SCENE.format(more=ROLLED)), tmp_path if recorded else None)
         found = []
-        for pressed, ticks in ((False, 405), (True, 205), (False, 25), (True, 201), (True, 19), (False, 333), (True, 90)):
-            session.console.set("camera", pressed)
+        for pressed, ticks in (
+            (False, 405),
+            (True, 205),
+            (False, 25),
+            (True, 201),
+            (True, 19),
+            (False, 333),
+            (True, 90),
+        ):
+            session.console.set("camera", pressed == "p")
             session.step(ticks)
             found.append(session.camera.q)
         session.close()

@@ -83,8 +83,18 @@ def test_run_ends_with_few_modules(tmp_path, scene):
     assert "palpate.session.summary" in modules
     assert (tmp_path / "runs").is_dir()
     assert not {"numpy.ma", "palpate.world.registration"} & modules
-    assert sum(name.startswith("palpate") for name in modules) <= 250
-    assert len(modules) <= 760
+    assert sum(name.startswith("palpate") for name in modules) <= 165
+    assert len(modules) <= 660
+
+
+def test_a_session_of_one_scene_imports_only_what_the_scene_needs(tmp_path, scene):
+    """No meshes, clouds, soft or rigid bodies, trackers, sensors, endoscope, fixtures or pairs, nor readers."""
+    run = "import sys, json; from palpate.session import Session; Session(sys.argv[1], out='runs').run(0.05)"
+    command = [sys.executable, "-c", run + "; print(json.dumps(sorted(sys.modules)))", scene]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=True)
+    ours = {name for name in json.loads(done.stdout.splitlines()[-1]) if name.startswith("palpate")}
+    assert "palpate.record.writer" in ours
+    assert len(ours) <= 120, sorted(ours)
 
 
 def test_a_process_of_its_own_seldom_collects_garbage():

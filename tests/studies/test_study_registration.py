@@ -11,7 +11,7 @@ from palpate.base.arrays.plain import plain
 from palpate.base.sweep import sweep
 from palpate.world.registration import fit
 from palpate.world.registration.clouds import sampled
-from palpate.world.shapes.organ import gallbladder, organ
+from palpate.world.shapes.organs import gallbladder, organ
 from palpate_lab.studies.registration import (
     chain,
     fiducials,

@@ -9,7 +9,7 @@ import numpy as np
 from palpate.arm import Arm
 from palpate.record.ticks import TICK
 from palpate.viewer.stage import ArmPlace, Stage, TouchedObject
-from palpate.world.shapes.organ import organ
+from palpate.world.shapes.organs import organ
 
 
 def pose(p, R=None):

@@ -10,7 +10,7 @@ from palpate.viewer.dent import Press, lowering, pressed, refined
 from palpate.viewer.organs import OrganDrawing
 from palpate.viewer.patch import PatchCutter
 from palpate.viewer.stage import TouchedObject
-from palpate.world.shapes.organ import organ
+from palpate.world.shapes.organs import organ
 
 MOST = 1e-4
 """Largest intersection of drawn surface and drawn sphere [m]."""

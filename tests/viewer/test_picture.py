@@ -22,7 +22,7 @@ from palpate.viewer.page import write_page
 from palpate.viewer.picture import FULL, LIGHT, Picture, in_words, read
 from palpate.viewer.stage import ArmPlace, TouchedObject
 from palpate.viewer.staging import stage_of
-from palpate.world.shapes.organ import organ
+from palpate.world.shapes.organs import organ
 
 GPU = {"renderer": "ANGLE (a card)", "software": False, "slow": False, "fps": 60, "width": 640, "height": 700}
 NO_GPU = GPU | {"renderer": "SwiftShader <b>", "software": True, "fps": 28.4}

@@ -11,7 +11,7 @@ from palpate.viewer.skins import BANDS
 from palpate.viewer.soft_objects import SCALES, SoftObjects, bands, legend
 from palpate.viewer.stage import TouchedObject
 from palpate.viewer.strain import SurfaceStrain
-from palpate.world.shapes.organ import organ
+from palpate.world.shapes.organs import organ
 
 
 def drawn():

@@ -15,7 +15,7 @@ from palpate.viewer.gauges import Gauges
 from palpate.viewer.organs import OrganDrawing
 from palpate.viewer.staging import stage_of
 from palpate.world.mesh.coarse import drawable
-from palpate.world.shapes.organ import organ
+from palpate.world.shapes.organs import organ
 
 
 def test_small_mesh_is_drawn_unchanged():

@@ -9,9 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, WithJsonSchema, model_validator
 
+from palpate.base.errors import InvalidSceneError
 from palpate.base.values import units
-from palpate.base.values.descriptions import unit_of
-from palpate.base.values.wording import explain
 
 Number = Annotated[float, Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)]
@@ -94,7 +93,7 @@ class Section(BaseModel):
         try:
             super().__init__(**values)
         except ValidationError as error:
-            raise explain.invalid(error, type(self)) from None
+            raise _explained(error, type(self)) from None
 
     setattr(__init__, "__pydantic_base_init__", True)  # noqa: B010 - pydantic then validates values without calling it
 
@@ -104,7 +103,7 @@ class Section(BaseModel):
         try:
             return super().model_validate(obj, **options)
         except ValidationError as error:
-            raise explain.invalid(error, cls) from None
+            raise _explained(error, cls) from None
 
     @classmethod
     def validated(cls, values: Any, context: dict[str, Any] | None = None) -> Self:
@@ -119,6 +118,12 @@ class Section(BaseModel):
         return {key: _converted(cls, key, value) if _has_quantity(value) else value for key, value in data.items()}
 
 
+def _explained(error: ValidationError, section: type[Section]) -> InvalidSceneError:
+    from palpate.base.values.wording import explain
+
+    return explain.invalid(error, section)
+
+
 def _has_quantity(value: Any) -> bool:
     """Whether a text in the value is a number with letters; only then the source is read for the field's unit."""
     if isinstance(value, (list, tuple)):
@@ -130,6 +135,8 @@ def _has_quantity(value: Any) -> bool:
 
 def _converted(section: type[Section], key: Any, value: Any) -> Any:
     """The value with its texts converted to the field's unit; texts that cannot be converted stay."""
+    from palpate.base.values.descriptions import unit_of
+
     unit = unit_of(section, key)
     return _in_unit(value, unit) if unit else value
 

@@ -11,7 +11,7 @@ from palpate.base.arrays import Array
 from palpate.base.arrays.so3 import pose
 from palpate.record.ticks import Ticks
 from palpate.ros.around.convert import WORLD, is_heard, latched, transforms
-from palpate.sensing.trackers.sending import object_poses
+from palpate.scene.live_targets import object_poses
 
 if TYPE_CHECKING:
     from palpate.ros.haptics import HapticSession

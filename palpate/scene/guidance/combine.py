@@ -13,7 +13,6 @@ from pydantic import (
     model_validator,
 )
 
-from palpate.base import plugins
 from palpate.base.arrays import Array
 from palpate.base.arrays.plain import Content
 from palpate.base.errors import GuidanceError
@@ -138,6 +137,8 @@ class Geometry(Section):
     def _require_one(self) -> Self:
         given = [key for key in type(self).model_fields if getattr(self, key) is not None]
         if len(given) != 1 and self._other is None:
+            from palpate.base import plugins
+
             count = f"{' and '.join(given)} are given" if given else "none is given"
             keys = ", ".join([*type(self).model_fields, *plugins.names("palpate.shapes")])
             raise ValueError(f"a geometry is one of {keys}; {count} | keep one of them, e.g. sphere: {{radius: 2 cm}}")
@@ -177,6 +178,8 @@ def _of_others(value: Any) -> Shape | None:
         return None if value.key in fields else value
     if not isinstance(value, dict) or len(value) != 1 or value.keys() & fields:
         return None
+    from palpate.base import plugins
+
     ((key, given),) = value.items()
     kind: type[Shape] | None = plugins.load("palpate.shapes", str(key))
     return None if kind is None else kind.model_validate(given)

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from palpate.base.arrays import Array
 from palpate.base.errors import GuidanceError
+from palpate.scene.guidance.sections import CROSSING
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline  # scipy takes seconds to import: import it only for scenes with a path
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
 
 #: Maximum turn of a piece, with which the core's arc lengths are accurate to 1e-9 [rad].
 TURN = 0.2
-#: A path crosses itself if two of its stretches come closer than this [m].
-CROSSING = 2e-4
 _SAME = 1e-7  # waypoints closer than this are merged [m]
 _LONGEST = 10.0  # a longer path is most likely given in another unit [m]
 _MAX_PIECES = 200_000

@@ -13,7 +13,7 @@ from pydantic_core import CoreSchema
 from palpate import _core
 from palpate.base.errors import GuidanceError, InvalidSceneError
 from palpate.base.values import Number, Positive, Section
-from palpate.scene.guidance import one_line, yaml_text
+from palpate.scene.guidance import one_line
 from palpate.scene.guidance.combine import Geometry
 from palpate.scene.guidance.context import FixtureContext
 from palpate.scene.guidance.geometry import Shape, as_guidance_error, placed
@@ -214,6 +214,8 @@ class Fixture(Section):
 
     def to_yaml(self) -> str:
         """YAML text of one item of a scene's list ``guidance``; `from_yaml` reads it back."""
+        from palpate.scene.guidance import yaml_text
+
         return yaml_text.to_yaml([self])
 
     @classmethod
@@ -223,6 +225,8 @@ class Fixture(Section):
         Raises:
             GuidanceError: the text holds none or several fixtures, or a value is invalid.
         """
+        from palpate.scene.guidance import yaml_text
+
         found = yaml_text.from_yaml(text, cls)
         if len(found) != 1:
             raise GuidanceError(f"{len(found)} fixtures where one is expected", mend="guidance.from_yaml reads lists")

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Annotated
 
 from pydantic import BeforeValidator, Field
 
-from palpate.scene.guidance import yaml_text
 from palpate.scene.guidance.fixture import Fixture
 from palpate.scene.guidance.one_line import expand_list
-from palpate.scene.guidance.yaml_text import to_yaml
-
-__all__ = ["FixtureList", "from_yaml", "to_yaml", "with_unique_names"]
 
 FixtureList = Annotated[tuple[Fixture, ...], Field(max_length=128), BeforeValidator(expand_list)]
 """The list ``guidance`` of a scene, with a tube for every plan that is followed."""
@@ -23,7 +20,16 @@ def from_yaml(text: str) -> tuple[Fixture, ...]:
     Raises:
         GuidanceError: the text is invalid; the message names the first error.
     """
+    from palpate.scene.guidance import yaml_text
+
     return yaml_text.from_yaml(text, Fixture)
+
+
+def to_yaml(guidance: Iterable[Fixture]) -> str:
+    """A YAML list of fixtures, without the keys that have their default values."""
+    from palpate.scene.guidance import yaml_text
+
+    return yaml_text.to_yaml(guidance)
 
 
 def with_unique_names(guidance: tuple[Fixture, ...]) -> tuple[Fixture, ...]:

@@ -10,10 +10,9 @@ from pydantic import Field, model_validator
 from palpate.base.arrays import Array
 from palpate.base.values import NotNegative, Place, Positive
 from palpate.base.values import Pose as PoseSection
-from palpate.scene.guidance import curve
 from palpate.scene.guidance.context import FixtureContext
-from palpate.scene.guidance.files import clearance_of_plan, is_plan, read_rows
 from palpate.scene.guidance.geometry import Shape, Unit
+from palpate.scene.guidance.sections import CROSSING
 
 if TYPE_CHECKING:
     from palpate import _guidance
@@ -31,7 +30,7 @@ class Path(Shape):
     """unit of the numbers in the file, unless its header names the unit (x_m, y_m, z_m)"""
     closed: bool = False
     """true: the end joins the beginning smoothly"""
-    crossing: NotNegative = curve.CROSSING
+    crossing: NotNegative = CROSSING
     """smallest distance allowed between two stretches of the path; 0 allows crossings [m]"""
     pose: PoseSection = PoseSection()
     """pose of the file's own frame; unused with waypoints"""
@@ -49,10 +48,14 @@ class Path(Shape):
 
     def curve(self, context: FixtureContext, X_WF: Array) -> _guidance.PathGeometry:
         """The curve in F."""
+        from palpate.scene.guidance import curve
+
         if self.file is None:
             points = np.array([context.place(p, X_WF) for p in self.waypoints])
             return curve.path(points, closed=self.closed, crossing=self.crossing, name="waypoints")
         file = context.file(self.file)
+        from palpate.scene.guidance.files import read_rows
+
         points, R = read_rows(file, self.unit)
         X = self.pose.matrix()
         points, R = points @ X[:3, :3].T + X[:3, 3], None if R is None else X[:3, :3] @ R
@@ -68,6 +71,8 @@ class Tube(Path):
 
     @model_validator(mode="after")
     def _has_radius(self) -> Self:
+        from palpate.scene.guidance.files import is_plan
+
         if self.radius is None and not is_plan(self.file):
             raise ValueError("a tube needs a radius | e.g. radius: 2 mm; only a plan (.yaml) has one of its own")
         return self
@@ -78,6 +83,8 @@ class Tube(Path):
 
         radius = self.radius
         if radius is None:
+            from palpate.scene.guidance.files import clearance_of_plan
+
             assert self.file is not None
             radius = clearance_of_plan(context.file(self.file))
         return _guidance.OffsetGeometry(self.curve(context, X_WF), radius)

@@ -61,6 +61,10 @@ def _check_keys(section: Role | Law, read: set[str]) -> None:
             )
 
 
+#: A path crosses itself if two of its stretches come closer than this [m].
+CROSSING = 2e-4
+
+
 class Role(Section):
     """Constraint on the tool relative to the geometry. Each role reads its own keys."""
 

@@ -10,8 +10,8 @@ from typing import Protocol, Self
 import numpy as np
 
 from palpate.base.arrays import Array, so3
-from palpate.record import live
 from palpate.record.ticks import Ticks
+from palpate.scene.live_targets import object_poses
 from palpate.scene.rig import Rig
 from palpate.sensing.trackers import wire
 from palpate.sensing.trackers.openigtlink import PORT, OpenIGTLinkServer
@@ -120,14 +120,4 @@ def poses(rig: Rig, tick: Ticks) -> dict[str, Array]:
     found = {name: rig.frames.pose(name).X for name in rig.frames.frames[1:]}
     found |= object_poses(rig, tick)
     found["tool"] = so3.pose(tick["p_WT"], tick["quat_WT"])
-    return found
-
-
-def object_poses(rig: Rig, tick: Ticks) -> dict[str, Array]:
-    """X_WO (4, 4) [m] of every object at a tick, as the loop renders it."""
-    t, found, slot = float(tick["t"]), {}, 0
-    for obj in rig.snapshot.objects:
-        X_WO = live.object_pose(tick, slot) if obj.is_live else None
-        found[obj.name] = obj.pose(t) if X_WO is None else X_WO
-        slot += obj.is_live
     return found

@@ -25,8 +25,6 @@ from palpate.sensing.trackers.prediction import Predictor
 from palpate.sensing.trackers.simulated import Fault, SimulatedTracker
 from palpate.sensing.trackers.tracker import Hearing, Sighting, Tracker
 
-PERIOD = 0.01
-"""Period at which trackers are read [s]."""
 _EARLY = 0.5  # silence that is told at the end of a run [s]
 _STEP = 1e-3  # interval from which the velocity of a predicted pose is taken [s]
 

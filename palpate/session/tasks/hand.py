@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from palpate.base.arrays import Array
-from palpate.sensing.trackers.tracking import PERIOD
+from palpate.scene.live_targets import PERIOD
 from palpate.simulators.operators import Person, person
 
 EVERY = 2

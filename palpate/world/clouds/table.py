@@ -13,6 +13,8 @@ from palpate.base.arrays import Array
 from palpate.base.errors import CloudError
 
 Unit = Literal["mm", "cm", "m", "in"]
+#: Thickness of the solid layer behind the points of a surface [m].
+THICKNESS = 0.02
 Colors = npt.NDArray[np.uint8]
 
 #: Largest number of points of a cloud.

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 from numpy.typing import NDArray
 
-from palpate.base import cache
 from palpate.base.arrays import Array
+
+if TYPE_CHECKING:
+    from palpate.base.cache import Arrays
 
 Triangles = NDArray[np.int32]
 
@@ -24,13 +28,18 @@ def drawable(
     key: of the mesh in the user's cache, where the result is kept; empty: it is computed each time.
     """
 
-    def made() -> cache.Arrays:
+    def made() -> Arrays:
         coarse, faces, _ = coarser(vertices, triangles, most)
         return {"vertices": coarse, "triangles": faces}
 
     if len(triangles) <= most:
         return vertices, triangles
-    found = cache.load_or_make("mesh_coarse", cache.source_key([__file__], most, key), made) if key else made()
+    if not key:
+        found = made()
+    else:
+        from palpate.base import cache
+
+        found = cache.load_or_make("mesh_coarse", cache.source_key([__file__], most, key), made)
     return found["vertices"], found["triangles"]
 
 

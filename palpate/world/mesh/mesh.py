@@ -16,8 +16,6 @@ from palpate import _core
 from palpate.base.errors import MeshError, PalpateWarning
 from palpate.base.values.units import FILE_UNITS
 from palpate.world.mesh import check, index
-from palpate.world.mesh import files as mesh_files
-from palpate.world.mesh.volumes import Selection
 
 Unit = Literal["mm", "cm", "m", "in"]
 
@@ -83,6 +81,9 @@ class Mesh:
         if known is not None:
             mesh._take(known[0], known[1], str(path), known[2])
             return mesh
+        from palpate.world.mesh import files as mesh_files
+        from palpate.world.mesh.volumes import Selection
+
         with warnings.catch_warnings(record=True) as doubts:
             warnings.simplefilter("always", PalpateWarning)
             vertices, triangles, stated = mesh_files.read_with_unit(Path(path), Selection(label, threshold))

@@ -14,13 +14,12 @@ from palpate.base.arrays import Array
 from palpate.base.errors import PalpateWarning, SurfaceError
 from palpate.world.clouds import PointCloud
 from palpate.world.clouds.neighbourhoods import Sampling, layer_gap, outward_normals, sampling
+from palpate.world.clouds.table import THICKNESS
 from palpate.world.surfaces.surface import Surface, Triangles, length
 
 if TYPE_CHECKING:
     from palpate import _tissue
 
-#: Thickness of the solid layer behind the points [m].
-THICKNESS = 0.02
 _LEAST = 30  # points of a surface at least
 _AVERAGED = 11.0  # support over the root of noise times spacing [-]
 _LINE = 0.05  # extent across a line, divided by that along it, below which the points are a line

@@ -12,6 +12,7 @@ import numpy.typing as npt
 from palpate.base.arrays import Array
 from palpate.base.errors import SurfaceError
 from palpate.world.surfaces import Surface
+from palpate.world.tissue.bounds import PERIOD
 
 if TYPE_CHECKING:
     from palpate import _tissue
@@ -21,9 +22,6 @@ Indices = npt.NDArray[np.int32]
 MOST_IN_CYCLE = 16e6
 """Largest number of tetrahedra over the time step of a body that steps in the haptic cycle [1/s]: about a third of a
 1 ms cycle, by ``palpate bench tissue``."""
-
-PERIOD = 4e-3
-"""Period of a body that steps on a thread of its own [s]."""
 
 
 class Tetrahedra(Protocol):

@@ -7,10 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.base.arrays.checks import not_negative, positive
+from palpate.world.tissue.bounds import HIGHEST_POISSON, MOST_TERMS
 from palpate.world.tissue.viscosity import Prony
-
-HIGHEST_POISSON = 0.495
-"""Largest Poisson's ratio that a body accepts: the bulk modulus is then 100 times the shear modulus."""
 
 
 @dataclass(frozen=True)
@@ -68,9 +66,6 @@ class TissueMaterial:
         shear = self.shear * (1.0 + sum(g for g, _ in self.prony))
         return float(np.sqrt((self.bulk + 4.0 / 3.0 * shear) / self.density))
 
-
-MOST_TERMS = 4
-"""Largest number of Prony terms."""
 
 LARGEST_SHARE = 100.0
 """Largest sum of the terms' shares g [-]: the time step must resolve the modulus at once."""

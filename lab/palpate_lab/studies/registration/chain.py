@@ -20,7 +20,7 @@ from palpate.world.frames import FrameGraph
 from palpate.world.frames.edge import Edge
 from palpate.world.mesh import Mesh
 from palpate.world.registration import points, surface
-from palpate.world.shapes.organ import organ
+from palpate.world.shapes.organs import organ
 from palpate_lab.studies.registration import surfaces
 
 READINGS, DIVOTS, PLACES = 60, 12, 20  # averaged readings of tracker and camera; divots; touched places of a set-up

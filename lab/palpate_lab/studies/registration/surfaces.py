@@ -13,7 +13,7 @@ from palpate.base.sweep.grid import Point
 from palpate.world.registration import surface
 from palpate.world.registration.cloud_files import averaged, read_cloud
 from palpate.world.registration.clouds import sampled
-from palpate.world.shapes.organ import gallbladder, organ
+from palpate.world.shapes.organs import gallbladder, organ
 from palpate_lab import places
 from palpate_lab.studies.registration.fiducials import pose
 from palpate_lab.studies.registration.result import Real

@@ -14,7 +14,7 @@ from palpate.scene import Scene, shipped
 from palpate.scene.rig import Rig, build
 from palpate.session.batch import Variation, simulate
 from palpate.world.registration import points
-from palpate.world.shapes.organ import organ
+from palpate.world.shapes.organs import organ
 from palpate_lab.studies.registration.result import Touched
 
 LANDMARKS, BELOW = 8, 0.05  # number; depth of the target below their mean [m]

@@ -10,7 +10,7 @@ from palpate.world import surfaces
 from palpate.world.clouds import PointCloud
 from palpate.world.mesh import Mesh
 from palpate.world.registration.clouds import sampled
-from palpate.world.shapes.organ import organ
+from palpate.world.shapes.organs import organ
 
 _STIFFNESS, _RADIUS, _DEPTH = 1000.0, 0.004, 0.002  # [N/m], [m], of the tip's lowest point below the surface [m]
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from palpate.base.errors import InvalidSceneError, SceneError
-from palpate.base.values.wording.keys import Place, place_in_file
+from palpate.base.errors import InvalidSceneError, Place, SceneError, line_of, where_in
+from palpate.base.values.wording.keys import place_in_file
 from palpate.base.values.wording.message import describe
 
 
@@ -30,7 +30,7 @@ class _Problem:
 
 def scene_error(error: ValidationError, model: type[BaseModel], name: str, lines: dict[Place, int]) -> SceneError:
     """One SceneError whose message lists all errors of the file, one for each problem; it describes the first."""
-    found = sorted(_problems(error, model), key=lambda problem: _line(lines, problem.place))
+    found = sorted(_problems(error, model), key=lambda problem: line_of(lines, problem.place))
     errors = [_to_scene_error(problem, model, name, lines) for problem in found]
     unique = list({str(e): e for e in errors}.values())
     first = unique[0]
@@ -44,12 +44,6 @@ def invalid(error: ValidationError, model: type[BaseModel]) -> InvalidSceneError
     made = InvalidSceneError(found.what, where=found.where, why=found.why, mend=found.mend)
     made.add_others(found.others)
     return made
-
-
-def where(name: str, lines: dict[Place, int], place: Place) -> str:
-    """``file:line`` of a place, or of the nearest enclosing place that the file contains."""
-    line = _line(lines, place)
-    return f"{name}:{line}" if line else name
 
 
 def _problems(error: ValidationError, model: type[BaseModel]) -> Iterator[_Problem]:
@@ -72,12 +66,6 @@ def _problems(error: ValidationError, model: type[BaseModel]) -> Iterator[_Probl
             yield problem
 
 
-def _line(lines: dict[Place, int], place: Place) -> int:
-    if place and place[:1] not in lines:
-        place = (str(place[0]), *place[1:])  # a key such as 1: the lines are those of texts
-    return next((lines[place[:end]] for end in range(len(place), 0, -1) if place[:end] in lines), 0)
-
-
 def _to_scene_error(problem: _Problem, model: type[BaseModel], name: str, lines: dict[Place, int]) -> SceneError:
     what, why, mend = describe(problem.error, problem.place, model)
-    return SceneError(what, where=where(name, lines, problem.place), why=why, mend=mend)
+    return SceneError(what, where=where_in(name, lines, problem.place), why=why, mend=mend)

@@ -12,10 +12,8 @@ from typing import Annotated, Any
 from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
+from palpate.base.errors import Place
 from palpate.base.values.descriptions import descriptions, unit_of
-
-#: Path of a value in a file: keys and list indices from the top.
-Place = tuple[str | int, ...]
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,8 @@ from typing import Any
 
 from pydantic import BaseModel
 
-from palpate.base.errors import format_place
+from palpate.base.errors import Place, format_place
 from palpate.base.values.wording import keys, values
-from palpate.base.values.wording.keys import Place
 
 
 def describe(error: Any, place: Place, model: type[BaseModel], above: Place = ()) -> tuple[str, str, str]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from palpate.base.errors import PalpateWarning
 from palpate.world.tissue import Tissue, edge_lengths, shapes
-from palpate.world.tissue.quality import POOR
+from palpate.world.tissue.element_quality import POOR
 
 MUCH_MASS = 20.0
 """Added mass above which the motion of a body is visibly slower [%]."""
