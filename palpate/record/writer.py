@@ -14,7 +14,6 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from palpate.base.arrays import Array
 from palpate.base.arrays.yaml_loader import Dumper
 from palpate.base.errors import OutputError
 from palpate.record.extra import RATE, Extra
@@ -89,7 +88,7 @@ class Recorder:
         self._extra = None if extra is None else ExtraWriter(extra, round(RATE) if deterministic else 1)
         per_second = LOCKSTEP_CHUNKS_PER_SECOND if deterministic else CHUNKS_PER_SECOND
         self._chunk = max(1, round(rate / per_second))
-        self._pending: list[Array] = []
+        self._pending = np.empty((self._chunk, TICK_DOUBLES))  # the next chunk
         self._pending_count = 0
         self._flushed_at = time.monotonic()
         self._span_ns = (0, 0)
@@ -119,13 +118,17 @@ class Recorder:
         if self._extra is not None:
             self._extra.keep(snapshots)
         numbers = as_rows(as_ticks(rows))  # copied as plain numbers: numpy handles records field by field
-        taken = numbers[-self._seen % self._every :: self._every].copy()
+        taken = numbers[-self._seen % self._every :: self._every]
         self._seen += len(numbers)
-        self._pending.append(taken)
-        self._pending_count += len(taken)
-        late = not self._deterministic and time.monotonic() - self._flushed_at > 1.0 / CHUNKS_PER_SECOND
-        if self._pending_count >= self._chunk or late:
-            self._guard(lambda: self._flush(everything=late))
+        while len(taken) and self.failure is None:
+            some = taken[: self._chunk - self._pending_count]
+            self._pending[self._pending_count : self._pending_count + len(some)] = some
+            self._pending_count += len(some)
+            taken = taken[len(some) :]
+            if self._pending_count == self._chunk:
+                self._guard(self._flush)
+        if not self._deterministic and time.monotonic() - self._flushed_at > 1.0 / CHUNKS_PER_SECOND:
+            self._guard(self._flush)
 
     def close(self, faults: Sequence[str] = (), timing: Mapping[str, Any] | None = None) -> None:
         """Write the pending ticks and the summary.
@@ -164,28 +167,26 @@ class Recorder:
         if self._extra is not None:
             self._extra.begin(self._file)
 
-    def _flush(self, *, everything: bool) -> None:
-        ticks = np.concatenate(self._pending) if self._pending else np.empty((0, TICK_DOUBLES))
-        whole = len(ticks) if everything else len(ticks) - len(ticks) % self._chunk
-        for start in range(0, whole, self._chunk):
-            chunk = as_ticks(ticks[start : min(start + self._chunk, whole)])
-            log_time = nanoseconds(chunk["t"])
-            bits = ticks[start : start + len(chunk)].view(np.uint64)
-            self._first = bits[0] if self._first is None else self._first
-            moved = (bits != self._first).any(axis=0)
-            for group in self._groups:
-                group.add(self._file, bits, moved, log_time, self.ticks_written)
-            if self._extra is not None:
-                self._extra.add(self._file, chunk, log_time)
-            first = int(log_time[0]) if self.ticks_written == 0 else self._span_ns[0]
-            self._span_ns = (first, int(log_time[-1]))
-            self.ticks_written += len(chunk)
-        self._pending = [ticks[whole:]] if whole < len(ticks) else []
-        self._pending_count = len(ticks) - whole
-        self._flushed_at = time.monotonic()
+    def _flush(self) -> None:
+        """Write the ticks that wait as a chunk."""
+        self._flushed_at, count = time.monotonic(), self._pending_count
+        if not count:
+            return
+        chunk, bits = as_ticks(self._pending[:count]), self._pending[:count].view(np.uint64)
+        log_time = nanoseconds(chunk["t"])
+        self._first = bits[0].copy() if self._first is None else self._first
+        moved = (bits != self._first).any(axis=0)
+        for group in self._groups:
+            group.add(self._file, bits, moved, log_time, self.ticks_written)
+        if self._extra is not None:
+            self._extra.add(self._file, chunk, log_time)
+        first = int(log_time[0]) if self.ticks_written == 0 else self._span_ns[0]
+        self._span_ns = (first, int(log_time[-1]))
+        self.ticks_written += count
+        self._pending_count = 0
 
     def _end(self, outcome: dict[str, str]) -> None:
-        self._flush(everything=True)
+        self._flush()
         if self._extra is not None:
             self._extra.finish(self._file)
         self._file.add_metadata("outcome", outcome)
@@ -239,5 +240,5 @@ class Recorder:
         except OSError as error:
             reason = error.strerror or str(error)
             self.failure = f"recording stopped after {self.ticks_written} ticks: {reason} ({self.path})"
-            self._pending, self._pending_count = [], 0
+            self._pending_count = 0
             self._file.abandon()

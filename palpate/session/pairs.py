@@ -338,12 +338,12 @@ class PairsSession:
         if self.running:
             raise PalpateError("the session runs in real time already", mend="call stop() first")
 
-    def _advance(self, n: int) -> list[np.ndarray]:
-        """Run `n` ticks of all pairs in turns; what is beside has its turn at each `PERIOD` that has work."""
+    def _advance(self, n: int) -> list[list[np.ndarray]]:
+        """Run `n` ticks of all pairs, in blocks (rows of each) between which what is beside has its turns."""
         beside = [p for s in self.pairs.values() for p in (s.tracking, s.sensing) if p is not None]
         snapshots = any(session.takes_snapshots for session in self.pairs.values())
         if not beside and self.camera is None and not snapshots and not self.steps_beside:
-            return list(_core.run_in_turns(self._loops, n))
+            return [_core.run_in_turns(self._loops, n)]
         size, done = max(1, round(PERIOD * self.scene.rates.haptic)), []
         while n > 0:
             if self._ticks_to_steps == 0:
@@ -359,7 +359,7 @@ class PairsSession:
             some = min(self._ticks_to_steps + size * self._idle_periods(next_turn, size, n), n)
             done.append(_core.run_in_turns(self._loops, some))
             n, self._ticks_to_steps = n - some, (self._ticks_to_steps - some) % size
-        return [np.concatenate(rows) for rows in zip(*done, strict=True)]
+        return done
 
     def _idle_periods(self, t: float, size: int, most: int) -> int:
         """Number of periods of `size` ticks from a time on [s], up to `most`, in which nothing beside has work."""
@@ -370,9 +370,10 @@ class PairsSession:
         period = size / self.scene.rates.haptic
         return int(min(most, *(session.idle_periods(t, period) for session in sessions)))
 
-    def _take(self, rows: list[np.ndarray], behind: bool) -> None:
-        for session, one in zip(self.pairs.values(), rows, strict=True):
-            session.take(as_ticks(one), behind)
+    def _take(self, blocks: list[list[np.ndarray]], behind: bool) -> None:
+        for rows in blocks:
+            for session, one in zip(self.pairs.values(), rows, strict=True):
+                session.take(as_ticks(one), behind)
 
     @loop_first()
     def _run_lockstep(self, seconds: float, on_progress: Callable[[States], None] | None) -> None:
@@ -384,12 +385,13 @@ class PairsSession:
         batch = max(1, round((BATCH if watched else UNWATCHED_BATCH) * self.scene.rates.haptic))
         stopped = next(iter(self.pairs.values())).stopped
         while n > 0 and not stopped.is_set() and not self._task_over.is_set():
-            rows = self._advance(min(batch, n))
-            if not len(rows[0]):  # paused: simulated time stops
+            blocks = self._advance(min(batch, n))
+            taken = sum(len(rows[0]) for rows in blocks)
+            if not taken:  # paused: simulated time stops
                 time.sleep(DRAIN)
                 continue
-            n -= len(rows[0])
-            self._take(rows, behind=True)
+            n -= taken
+            self._take(blocks, behind=True)
             if on_progress is not None:
                 on_progress(self.states)
 

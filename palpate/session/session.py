@@ -121,7 +121,8 @@ class Session(LiveSession):
         """Run `n` ticks in lockstep and return the newest; the record stays open."""
         self._require_idle()
         self._require_own_clock()
-        self._take(as_ticks(self._advance(n)))
+        for rows in self._advance(n):
+            self._take(as_ticks(rows))
         return self.state
 
     def lead(self, n: int, hand_W: Array) -> Ticks:
@@ -136,7 +137,7 @@ class Session(LiveSession):
         """
         self._require_idle()
         self._require_own_clock()
-        ticks = as_ticks(self._advance(n, np.ascontiguousarray(hand_W)))
+        ticks = as_ticks(np.concatenate(self._advance(n, np.ascontiguousarray(hand_W))))
         self._take(ticks)
         return ticks
 
@@ -182,11 +183,11 @@ class Session(LiveSession):
                 mend="run in real time: palpate run --realtime, or session.run(realtime=True)",
             )
 
-    def _advance(self, n: int, hand_W: Array | None = None) -> Rows:
-        """Run `n` ticks, with the hand as in `lead`; what is beside it has its turn at each `PERIOD` that has work."""
+    def _advance(self, n: int, hand_W: Array | None = None) -> list[Rows]:
+        """Run `n` ticks, with the hand as in `lead`, in blocks between which what is beside the loop has its turns."""
         beside = self.tracking is not None or self.sensing is not None or self.camera is not None
         if not beside and not self.takes_snapshots and not self._executes and not self.steps_beside:
-            return self._sim.run(n) if hand_W is None else self.simulation.run(n, hand_W)
+            return [self._sim.run(n) if hand_W is None else self.simulation.run(n, hand_W)]
         size, done, at = max(1, round(PERIOD * self.rate)), [], 0
         while n > 0:
             if self._ticks_to_tracking == 0:
@@ -205,7 +206,7 @@ class Session(LiveSession):
             led = None if hand_W is None else hand_W[at : at + some]
             done.append(self._sim.run(some) if led is None else self.simulation.run(some, led))
             n, at, self._ticks_to_tracking = n - some, at + some, (self._ticks_to_tracking - some) % size
-        return np.concatenate(done)
+        return done
 
     @property
     def _executes(self) -> bool:
@@ -217,12 +218,13 @@ class Session(LiveSession):
         watched = on_progress is not None or self.steps_beside
         batch = max(1, round((BATCH if watched else UNWATCHED_BATCH) * self.rate))
         while n > 0 and not self._interrupted.is_set() and not self._task_over.is_set():
-            rows = self._advance(min(batch, n))
-            if not len(rows):  # paused: simulated time stops
+            blocks = self._advance(min(batch, n))
+            if not sum(map(len, blocks)):  # paused: simulated time stops
                 time.sleep(DRAIN)
                 continue
-            n -= len(rows)
-            self._take_behind(as_ticks(rows))
+            for rows in blocks:
+                n -= len(rows)
+                self._take_behind(as_ticks(rows))
             if on_progress is not None:
                 on_progress(self.state)
 

@@ -197,7 +197,4 @@ def color_of(section: ObjectSection, number: int) -> tuple[int, ...]:
 
 def endoscope(scene: Scene, p_W: Array) -> PlacedEcm:
     """The endoscope of a scene; one that sees a point (3,) in W [m] if the scene has none."""
-    own = scene if scene.ecm is not None else scene.model_copy(update={"ecm": EcmSection()})
-    found = placed_ecm.place(own, HandPlan(np.zeros(1), p_W[None]))
-    assert found is not None
-    return found
+    return placed_ecm.place(scene, scene.ecm or EcmSection(), HandPlan(np.zeros(1), p_W[None]))
