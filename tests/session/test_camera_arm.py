@@ -168,17 +168,10 @@ def test_in_lockstep_a_camera_that_rests_takes_no_turns_and_moves_as_with_a_turn
     def run():
         session = palpate.Session(palpate.Scene.parse(SCENE.format(more=ROLLED)), tmp_path if recorded else None)
         found = []
-        for pressed, ticks in (
-            (False, 405),
-            (True, 205),
-            (False, 25),
-            (True, 201),
-            (True, 19),
-            (False, 333),
-            (True, 90),
-        ):
-            session.console.set("camera", pressed == "p")
-            session.step(ticks)
+        pressed, ticks = (False, True, False, True, True, False, True), (405, 205, 25, 201, 19, 333, 90)
+        for down, n in zip(pressed, ticks, strict=True):
+            session.console.set("camera", down)
+            session.step(n)
             found.append(session.camera.q)
         session.close()
         return np.array(found), session.camera.steps, session.record
