@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from palpate.base.errors import DeviceError
 from palpate.devices import DrivenSession
+from palpate.devices.haply import stand_settings
 from palpate.devices.haply.driver import Haply
 from palpate.devices.haply.messages import DIALECTS, Config, Grip
 from palpate.devices.haply.service import Address
@@ -148,7 +149,7 @@ def test_a_device_that_would_give_wrong_forces_is_refused_with_words(like, chang
 
 
 def test_a_service_that_does_not_keep_a_setting_is_refused(service, monkeypatch):
-    monkeypatch.setattr(service, "_set", lambda device, key, value: True)
+    monkeypatch.setattr(stand_settings, "set_setting", lambda config, key, value: True)
     with pytest.raises(DeviceError, match=r"gravity compensation is .* after it was set to"):
         DrivenSession(on(service, gravity=0.3))
 
@@ -182,6 +183,7 @@ def silence(session, service, fault, value=0.02):
 
 FAULTS = [
     ("late", "did not answer in time", True),
+    ("slow", "did not answer in time", True),
     ("malformed", "no valid state", True),
     ("ebrake", "emergency brake", True),
     ("uncalibrated", "not calibrated", True),
@@ -221,6 +223,23 @@ def test_a_hanging_service_gives_zero_force_at_once_and_ends_the_session_after_a
         assert not service.log[-1][1].any(), "the last command is zero"
         summary = session.close()
     assert any("did not answer in time" in fault for fault in summary.faults)
+
+
+@pytest.mark.parametrize("fault", ["late", "slow"])
+def test_a_service_that_stays_slow_gets_no_further_force(service, fault):
+    """One message with a force is under way when it begins; after the zero none follows until answers come in time."""
+    with DrivenSession(on(service)) as session:
+        session.start()
+        press(session, service)
+        service.fail(fault, 0.02)
+        begin = time.monotonic()
+        time.sleep(0.5)
+        after = [t - begin for t, F in list(service.log) if t > begin and F.any()]
+        assert len(after) <= 2, "one that was sent before, and one that was under way"
+        assert not session.failed
+        service.mend(fault)
+        press(session, service)
+        session.close()
 
 
 def test_a_short_hang_is_survived_and_the_force_returns(service):

@@ -278,6 +278,32 @@ def test_faults_of_devices_are_events_and_change_the_state(service, fault, name,
             assert told(events)["data"]["safety_type"] == "ebrake_released"
 
 
+def test_a_force_acts_at_once_if_answers_are_late_and_at_the_end_of_its_turn_if_messages_are_slow(service):
+    push = {"inverse3": [{"device_id": "04C3", "commands": {"set_cursor_force": {"vector": {"x": 0, "y": 0, "z": 1}}}}]}
+    for fault, share in (("late", 0.0), ("slow", 1.0)):
+        with client(service) as wire:
+            told(wire)
+            service.fail(fault, 0.1)
+            begin = time.monotonic()
+            for _ in range(2):  # the second one is sent while the first has no answer
+                wire.send(json.dumps(push))
+            for _ in range(2):
+                told(wire)
+            took = time.monotonic() - begin
+            acted = [t - begin for t, F in service.log if t >= begin and F.any()]
+            service.mend(fault)
+        assert took >= 0.1 * (1 + share)
+        assert acted[0] >= 0.1 * share
+        assert acted[1] >= 0.2 * share
+        assert acted[1] < 0.1 or share, "before the first answer"
+
+
+@pytest.mark.parametrize("body", [{"scalar": "x"}, {"scalar": None}, {"scalar": True}, [1], "x", None])
+def test_a_setting_of_another_kind_is_refused(service, body):
+    assert service._http("POST", "/inverse3/04C3/config/filters/damping", body)[0] == 400
+    assert service._http("POST", "/inverse3/04C3/config/filters/damping", {"scalar": 1})[1]["data"] == {"scalar": 1.0}
+
+
 def test_late_and_hanging_answers(service):
     with client(service) as wire:
         told(wire)
@@ -348,12 +374,20 @@ def test_a_script_begins_and_ends_faults():
         assert [told(events)["data"]["safety_type"] for _ in range(2)] == ["ebrake_triggered", "ebrake_released"]
 
 
-@pytest.mark.parametrize("text", ["hang", "late=0.02", "hang@5", "sleep@5+2"])
+@pytest.mark.parametrize("text", ["hang", "late=0.02", "slow", "hang@5", "sleep@5+2"])
 def test_faults_are_written_in_a_few_letters(text):
     assert Fault.parse(text).name in FAULTS
 
 
-@pytest.mark.parametrize(("text", "words"), [("hung", "one of late, hang"), ("hang@soon", "cannot be read")])
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("hung", "one of late, slow, hang"),
+        ("hang@soon", "cannot be read"),
+        ("late=nan", "cannot be read"),
+        ("hang@-1", "cannot be read"),
+    ],
+)
 def test_faults_that_cannot_be_read_are_refused(text, words):
     with pytest.raises(DeviceError, match=words):
         Fault.parse(text)

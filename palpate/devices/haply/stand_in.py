@@ -1,8 +1,8 @@
 """A stand-in of Haply's Inverse Service: a simulated device behind the vendor's messages, for tests and for trying out.
 
 Written from the vendor's documentation of its service 3.0 to 3.5. On connection it sends its inventory, and after that
-exactly one state for each message. A force holds until the next message, and for `idle_after` at most. `Script` lets
-the service fail as real ones do.
+exactly one state for each message. A force holds until the next message, and for `idle_after` at most. A script
+(`stand_faults`) lets the service fail as real ones do.
 """
 
 from __future__ import annotations
@@ -29,64 +29,18 @@ from palpate.devices.haply.messages import (
     grip_entry,
 )
 from palpate.devices.haply.stand_device import MIDDLE, StandDevice
+from palpate.devices.haply.stand_faults import FAULTS, Fault, LateAnswers
+from palpate.devices.haply.stand_settings import request_setting, set_setting, version
 from palpate.devices.haply.wire import Connection, Port
 
 __all__ = ["FAULTS", "MIDDLE", "Fault", "Options", "StandIn"]
 
 PORT, EVENTS = 10001, 10020
-FAULTS = {
-    "late": "each answer comes VALUE seconds late (0.02)",
-    "hang": "the service reads and answers nothing",
-    "disconnect": "all connections break, without a word",
-    "malformed": "answers are no valid JSON, or have values of another kind",
-    "sleep": "the grip falls asleep: its orientation stands still",
-    "battery": "the battery of the grip is nearly empty",
-    "ebrake": "the emergency brake locks the device: forces have no effect",
-    "stall": "the service reports a stalled motor",
-    "unplug": "the device vanishes from the messages",
-    "uncalibrated": "the device says that it is not calibrated, and its positions are mirrored",
-    "duplicate": "the grip is named twice, as a Ruko grip is",
-}
-"""What `Script` can do, in words."""
 _SAFETY = {
     "ebrake": ("ebrake_triggered", "error", "emergency brake engaged"),
     "stall": ("stall_detected", "warning", "motor stall detected"),
 }
 _TRIES = 10  # to find two free ports
-
-
-@dataclass(frozen=True)
-class Fault:
-    """Something that goes wrong from a time on, for a time."""
-
-    name: str
-    value: float = 0.0
-    start: float = 0.0
-    """Time after the start of the service [s]."""
-    length: float = float("inf")
-    """How long it lasts [s]."""
-    device: str = ""
-    """Id of the only device that it concerns; empty: all of them."""
-
-    @classmethod
-    def parse(cls, text: str) -> Fault:
-        """``hang``, ``late=0.02``, ``hang@5`` (from 5 s on), ``sleep@5+2`` (for 2 s), ``unplug:04C3`` (one device).
-
-        Raises:
-            DeviceError: there is no such fault, or a number cannot be read.
-        """
-        head, _, when = text.partition("@")
-        name, _, value = head.partition("=")
-        name, _, device = name.partition(":")
-        start, _, length = when.partition("+")
-        if name not in FAULTS:
-            raise DeviceError(f"there is no fault {name!r}", mend=f"one of {', '.join(FAULTS)}, e.g. hang@5+2")
-        try:
-            return cls(name, float(value or 0.02), float(start or 0.0), float(length or "inf"), device)
-        except ValueError:
-            raise DeviceError(
-                f"fault {text!r} cannot be read", mend="write NAME[:DEVICE][=VALUE][@SECONDS[+SECONDS]]"
-            ) from None
 
 
 @dataclass
@@ -263,7 +217,7 @@ class StandIn:
 
     def _exchange(self, connection: Connection, session: int) -> None:
         """Send the inventory, then one answer for each message."""
-        deprecated = False
+        deprecated, late = False, LateAnswers(connection.send)
         connection.send(json.dumps(self._message(session, full=True)))
         while self._running and connection.open:
             for text in connection.messages():
@@ -278,7 +232,8 @@ class StandIn:
                     words = "set_cursor_force.values is deprecated: use vector"
                     self.say(event("command-deprecated", "notice", words, "input", command="set_cursor_force"))
                 self.exchanges += 1
-                connection.send(*self._spoiled(answer) if self.fails("malformed") else (answer,))
+                after = self._faults["late"].value if self.fails("late") else 0.0
+                late.send(after, *self._spoiled(answer) if self.fails("malformed") else (answer,))
 
     def _listener(self, connection: Connection) -> None:
         while self._running and connection.open:
@@ -288,11 +243,11 @@ class StandIn:
                 self.say(event("invalid-io-channel", "warning", words, "input", received_data=data))
 
     def _wait_out_faults(self) -> bool:
-        """Wait while the service hangs or is late; False if it was stopped meanwhile."""
+        """Wait while the service hangs or is slow; False if it was stopped meanwhile."""
         while self.fails("hang") and self._running:
             time.sleep(0.001)
-        if self.fails("late"):
-            time.sleep(self._faults["late"].value)
+        if self.fails("slow"):
+            time.sleep(self._faults["slow"].value)
         return self._running
 
     def _spoiled(self, answer: str) -> tuple[str | bytes, bool] | tuple[str]:
@@ -345,7 +300,7 @@ class StandIn:
         if not isinstance(given, dict) or self.options.dialect != "3.5":
             return
         for name, value in given.items():
-            self._set(device, f"filters/{name}" if name in ("damping", "force_gate") else name, value)
+            set_setting(device.config, f"filters/{name}" if name in ("damping", "force_gate") else name, value)
 
     def _invalid(self, name: str, reason: str, context: str) -> None:
         self.say(event("invalid-value", "warning", reason, "input", field=name, reason=reason, context=context))
@@ -389,61 +344,14 @@ class StandIn:
         if parts and parts[0] in DIALECTS:
             parts = parts[1:]
         if method == "GET" and parts == ["version"]:
-            return 200, self._version()
+            return 200, version(self.options.dialect)
         if method == "GET" and parts == ["devices"]:
             return 200, self._message(0, full=True)
         if len(parts) >= 4 and parts[1] in self.devices and parts[2] == "config":
-            return self._setting(self.devices[parts[1]], method, "/".join(parts[3:]), body)
+            config = self.devices[parts[1]].config
+            with self._lock:
+                return request_setting(config, self.options.dialect, method, "/".join(parts[3:]), body)
         return 404, {"ok": False, "error": f"{method} {path} is not known"}
-
-    def _version(self) -> Json:
-        number = self.options.dialect
-        return {
-            "build_time": "2026-01-01T00:00:00Z", "git_branch": "stand-in", "git_describe": f"{number}.0",
-            "git_hash": "0000000", "git_tag": f"{number}.0", "project_name": "haply-inverse-service",
-            "project_version": f"{number}.0.0",
-        }  # fmt: skip
-
-    def _setting(self, device: StandDevice, method: str, key: str, body: Any) -> tuple[int, Any]:
-        with self._lock:
-            if self._get(device, key) is None:
-                return 404, {"ok": False, "error": f"there is no setting {key}"}
-            if method in ("POST", "PATCH") and not self._set(device, key, body):
-                return 400, {"ok": False, "error": f"{body!r} is no value of {key}"}
-            if method == "DELETE":
-                self._set(device, key, _setting_of(Config(), key))
-            return 200, {"ok": True, "data": self._get(device, key)}
-
-    def _get(self, device: StandDevice, key: str) -> Any:
-        if self.options.dialect != "3.5" and key not in ("gravity_compensation", "handedness", "basis"):
-            return None
-        return _setting_of(device.config, key)
-
-    def _set(self, device: StandDevice, key: str, value: Any) -> bool:
-        """Change a setting; False if the value is of another kind."""
-        config = device.config
-        now = _setting_of(config, key)
-        if now is None or type(now) is not type(value):
-            return False
-        if isinstance(now, dict):
-            value = {**now, **value}
-        if key == "gravity_compensation":
-            config.gravity = value
-        elif key == "handedness" and value in ("left", "right"):
-            config.handedness = value
-        elif key == "basis":
-            config.basis = str(value["permutation"])
-        elif key == "preset":
-            config.preset = str(value["preset"])
-        elif key == "filters/damping":
-            config.damping = float(value["scalar"])
-        elif key == "filters/force_gate":
-            config.force_gate = float(value["gain"])
-        elif key == "mount":
-            config.mount = value
-        else:
-            return False
-        return True
 
     # -- the script ----------------------------------------------------------------------------------------------------
 
@@ -506,16 +414,3 @@ def _no_http(method: str, path: str, body: Any) -> tuple[int, Any]:
 
 def _entries(given: Any) -> list[Json]:
     return [entry for entry in given if isinstance(entry, dict)] if isinstance(given, list) else []
-
-
-def _setting_of(config: Config, key: str) -> Any:
-    """The value of a setting by its path; None if there is no such setting."""
-    return {
-        "gravity_compensation": config.gravity,
-        "handedness": config.handedness,
-        "basis": {"permutation": config.basis},
-        "preset": {"preset": config.preset},
-        "filters/damping": {"scalar": config.damping},
-        "filters/force_gate": {"gain": config.force_gate},
-        "mount": config.mount,
-    }.get(key)

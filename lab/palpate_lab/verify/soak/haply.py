@@ -26,6 +26,7 @@ LIMIT = 0.02
 FAULTS = {
     "hang": "did not answer in time",
     "late": "did not answer in time",
+    "slow": "did not answer in time",
     "malformed": "no valid state",
     "ebrake": "emergency brake",
     "stall": "motor stalled",
@@ -34,12 +35,20 @@ FAULTS = {
     "disconnect": "closed the connection|connection to the service is broken",
     "killed": "closed the connection|connection to the service is broken",
 }
-"""What fails, and how the summary of the session names it; `late` answers 20 ms late, as a slow service does."""
+"""What fails, and how the summary of the session names it.
+
+`late`: the service answers 20 ms late, and a message acts when it arrives. `slow`: each message takes it 20 ms, one
+after the other, and acts at the end.
+"""
 _ENDS = {"unplug", "disconnect", "killed"}  # what ends a session
 _UNSEEN = {"hang", "disconnect", "killed"}  # nobody is there to read the zero: the motors are the device's own matter
+_PASSES = {"stall"}  # faults after which the force returns by itself: its first zero counts, otherwise the last force
 _PRESSED = 0.4  # force from which on a fault begins [N]
 _PATIENCE = 30.0  # longest time that is waited for anything [s]
 _AFTER = 0.2  # how long a fault lasts; the zero lies in it [s]
+_PROCESSING = 0.02  # time that a slow service takes for each message [s]
+_WINDOW = 0.008  # after which the driver counts an answer as missing: Device::kSilent [s]
+_SCHEDULING = 0.005  # by which the threads of service and driver may wake late [s]
 _IDLE = 10.0  # of the stand-in, so long that the zero is Palpate's [s]
 
 
@@ -53,7 +62,8 @@ class Silence:
     rendered_max_ms: float
     motors_p50_ms: float | None  # until zero has arrived at the motors; None: the service takes no message
     motors_max_ms: float | None
-    late: int  # cases above 20 ms; of a slow service, whose motors get each message 20 ms late, as rendered
+    bound_ms: float  # what the motors' zero can take at most, without late threads: see `bound`
+    late: int  # cases above 20 ms; at the motors of a slow service, above the bound and 5 ms for late threads
     named: int  # cases whose session named the fault
 
     @property
@@ -79,16 +89,28 @@ def run(
             progress(fault)
         seen = [_case(fault, rate) for _ in range(repeats)]
         rendered, motors = (np.array([one[i] for one in seen], dtype=float) for i in (0, 1))
-        worst = rendered if fault == "late" else np.fmax(rendered, motors)
+        late = rendered > LIMIT
+        late |= motors > max(LIMIT, bound(fault, rate) + _SCHEDULING if fault == "slow" else 0.0)
         found.append(
             Silence(
                 fault, repeats, 1e3 * float(np.median(rendered)), 1e3 * float(rendered.max()),
                 None if fault in _UNSEEN else 1e3 * float(np.median(motors)),
                 None if fault in _UNSEEN else 1e3 * float(motors.max()),
-                int((worst > LIMIT).sum()), sum(one[2] for one in seen),
+                1e3 * bound(fault, rate), int(late.sum()), sum(one[2] for one in seen),
             )
         )  # fmt: skip
     return found
+
+
+def bound(fault: str, rate: float) -> float:
+    """Longest time from a fault until zero force acts on the motors, if all threads run on time [s].
+
+    A message with a force may come in as the fault begins, or a period later, and is the last with a force. A missing
+    answer is noticed a window after it, anything else earlier. The zero is the next message. A service that takes a
+    time for each message, one after the other, first ends the one with a force, and then the zero takes that time too:
+    no client can do better while one message is under way, and a zero alone already takes that time.
+    """
+    return 1.0 / rate + (2.0 * _PROCESSING if fault == "slow" else _WINDOW)
 
 
 def _case(fault: str, rate: float) -> tuple[float, float, bool]:
@@ -112,8 +134,12 @@ def _case(fault: str, rate: float) -> tuple[float, float, bool]:
                 _wait(lambda: session.failed, 0.002, "the session did not end")
             else:
                 time.sleep(_AFTER)
-            motors = float("nan") if fault in _UNSEEN else service.silent_after(begin)
+            motors = float("nan") if fault in _UNSEEN else service.silent_after(begin, fault in _PASSES)
             summary = session.close()
+    if (
+        fault != "ebrake"
+    ):  # zero that has arrived was rendered before, however late this thread saw it; a brake acts alone
+        rendered = float(np.fmin(rendered, motors))
     return rendered, motors, any(re.search(FAULTS[fault], words) for words in summary.faults)
 
 
@@ -167,9 +193,9 @@ class _Service:
         self._pipe.send(("fail", fault))
         return float(self._pipe.recv())
 
-    def silent_after(self, begin: float) -> float:
-        """Time from `begin` until the motors have no force [s]; infinite if they kept one."""
-        self._pipe.send(("silent", begin))
+    def silent_after(self, begin: float, passes: bool) -> float:
+        """Time from `begin` until the motors have no force, with `passes` for a moment [s]; infinite if never."""
+        self._pipe.send(("silent", (begin, passes)))
         return float(self._pipe.recv())
 
     def __exit__(self, *_: object) -> None:
@@ -186,7 +212,7 @@ def _serve(pipe: Connection) -> None:
         pipe.send(service.port)
         act: dict[str, Callable[[Any], float]] = {
             "fail": lambda fault: _fail(service, fault),
-            "silent": lambda begin: _silent(service, begin),
+            "silent": lambda asked: _silent(service, *asked),
         }
         while True:
             try:
@@ -203,9 +229,14 @@ def _fail(service: Any, fault: str) -> float:
     return begin
 
 
-def _silent(service: Any, begin: float) -> float:
-    """Time from `begin` until the motors have no force, from the log of the forces that have arrived [s]."""
-    for t in np.arange(begin, begin + _AFTER, 0.00025):
-        if not service.force(float(t)).any():
-            return float(t) - begin
-    return float("inf")
+def _silent(service: Any, begin: float, passes: bool) -> float:
+    """Time from `begin` until the motors have no force and get none, from the log of forces that have arrived [s].
+
+    passes: a force may come back, and the first zero counts.
+    """
+    step = 0.00025
+    times = np.arange(begin, begin + _AFTER, step)
+    pushed = np.array([service.force(float(t)).any() for t in times])
+    if passes:
+        return float("inf") if pushed.all() else step * int(np.argmin(pushed))
+    return float("inf") if pushed[-1] else step * int(np.max(np.flatnonzero(pushed) + 1, initial=0))

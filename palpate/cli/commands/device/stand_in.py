@@ -47,7 +47,7 @@ class Command:
     idle_after: Annotated[float, arg(metavar="SECONDS")] = 0.02
     """Time without a message after which the motors are idle [s]."""
     fault: Annotated[list[str], arg(metavar="NAME[:DEVICE][=VALUE][@SECONDS[+SECONDS]]")] | None = None
-    """What goes wrong, from a time on and for a time, of one device or of all: late, hang, disconnect,
+    """What goes wrong, from a time on and for a time, of one device or of all: late, slow, hang, disconnect,
     malformed, sleep, battery, ebrake, stall, unplug, uncalibrated, duplicate."""
 
     def __call__(self) -> int:
