@@ -9,6 +9,8 @@
  * not with a device. */
 #include <dhdc.h>
 
+#include <cerrno>
+#include <climits>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -42,7 +44,14 @@ unsigned acts(unsigned mask) {
 extern "C" {
 
 void* palpate_driver_open(const char* argument, palpate_driver_info* info, char* why, size_t size) {
-  const int id = argument[0] ? dhdOpenSerial(std::atoi(argument)) : dhdOpen();
+  char* end = nullptr;
+  errno = 0;
+  const long serial = std::strtol(argument, &end, 10);
+  if (*end != '\0' || errno != 0 || serial < 0 || serial > INT_MAX) {
+    std::snprintf(why, size, "%s is no serial number of a device of Force Dimension: give a number", argument);
+    return nullptr;
+  }
+  const int id = argument[0] ? dhdOpenSerial(static_cast<int>(serial)) : dhdOpen();
   if (id < 0) return refuse(why, size, "no device of Force Dimension opens: check power, cable and udev rules");
   const char ID = static_cast<char>(id);
   auto* d = new (std::nothrow) Device{ID, dhdHasWrist(ID), dhdHasGripper(ID)};

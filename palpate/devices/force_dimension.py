@@ -6,6 +6,8 @@ This driver was judged with a stand-in that has the functions of version 1.0.0, 
 
 from __future__ import annotations
 
+import re
+from contextlib import suppress
 from ctypes import c_double
 from importlib import import_module
 from importlib.util import find_spec
@@ -20,6 +22,8 @@ from palpate.devices.driver import Driver, Reading
 from palpate.devices.evdev import OPENING
 
 _MEND = "pip install forcedimension-core, and install the SDK of Force Dimension"
+_SERIAL = re.compile("[0-9]{1,9}")  # the SDK takes a C int
+_MOMENT_MAX = 0.1  # of a wrist with motors [N m]
 
 
 class ForceDimension(Driver):
@@ -32,11 +36,10 @@ class ForceDimension(Driver):
 
     rate = 1000.0
     force_max = 8.0  # the weakest device, a Falcon; a scene's cap is usually lower
-    moment_max = 0.1
     workspace = (0.10, 0.10, 0.10)
 
     def __init__(self, serial: str = "") -> None:
-        if serial and not serial.isdigit():
+        if serial and not _SERIAL.fullmatch(serial):
             what = f"{serial!r} is no serial number of a device of Force Dimension"
             raise DeviceError(what, mend="write force-dimension:NUMBER, as the vendor's program `HapticDesk` shows it")
         self._serial = serial
@@ -45,6 +48,17 @@ class ForceDimension(Driver):
         self._p, self._R = [0.0] * 3, [[0.0] * 3 for _ in range(3)]
         self._angle = c_double()
         self._wrist = self._gripper = False
+        self._turns: bool | None = None  # motors turn the wrist; None: no device was asked
+
+    @property
+    def moment_max(self) -> float:  # type: ignore[override]
+        """Largest moment [N m]; 0 for a device whose wrist has no motors, which is asked the first time."""
+        if self._turns is None:
+            with suppress(DeviceError):  # open() says what is wrong
+                self._connect()
+                self._dhd.close(self._id)
+                self._id = -1
+        return _MOMENT_MAX if self._turns in (None, True) else 0.0
 
     @classmethod
     def missing(cls) -> str:
@@ -53,6 +67,16 @@ class ForceDimension(Driver):
 
     def open(self) -> None:
         """Open the first device, or that with the serial number, and switch its forces on."""
+        self._connect()
+        self._check(self._dhd.setGravityCompensation(True, self._id))
+        self._check(self._dhd.enableForce(True, self._id))
+
+    def _connect(self) -> None:
+        """Open the device, at zero force, and ask what it has.
+
+        Raises:
+            DeviceError: the binding cannot be loaded, or no device opens.
+        """
         try:
             self._dhd = import_module("forcedimension_core.dhd")
         except Exception as error:  # the binding raises its own errors if the SDK is missing
@@ -63,8 +87,7 @@ class ForceDimension(Driver):
             what = f"no device of Force Dimension opens{f' with the number {self._serial}' if self._serial else ''}"
             raise DeviceError(what, why=str(self._dhd.errorGetLastStr()), mend=mend)
         self._wrist, self._gripper = bool(self._dhd.hasWrist(self._id)), bool(self._dhd.hasGripper(self._id))
-        self._check(self._dhd.setGravityCompensation(True, self._id))
-        self._check(self._dhd.enableForce(True, self._id))
+        self._turns = bool(self._dhd.hasActiveWrist(self._id))
 
     def read(self) -> Reading:
         """Pose, angle of the gripper, and buttons."""

@@ -43,7 +43,7 @@ def parse(spec: str) -> tuple[str, str, dict[int, str]]:
         table = {}
         for part in keys.split(","):
             key, equals, pedal = part.partition("=")
-            if not (equals and key.isdigit()):
+            if not (equals and key.isdecimal()):
                 raise DeviceError(f"{part!r} is no key with its pedal", where=spec, mend="write e.g. 30=clutch")
             if pedal not in PEDALS:
                 raise DeviceError(f"there is no pedal {pedal!r}", where=spec, mend=f"pedals: {', '.join(PEDALS)}")

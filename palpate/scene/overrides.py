@@ -33,7 +33,7 @@ def override(scene: Scene, overrides: Mapping[str, Any]) -> Scene:
     if "operator.hand" in overrides:
         _drop_hand_values(scene, data)
     for path, value in overrides.items():
-        place = tuple(int(part) if part.isdigit() else part for part in path.split("."))
+        place = tuple(int(part) if part.isdecimal() else part for part in path.split("."))
         if place[0] == "preset":
             mend = "load the scene with the other preset"
             why = "a preset fills in keys that a file leaves out"

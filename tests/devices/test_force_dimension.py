@@ -7,16 +7,20 @@ import types
 import numpy as np
 import pytest
 from test_driven import run
+from test_haptics import scene
 
 from palpate.base.errors import DeviceError
+from palpate.devices.driven import driven_scene
+from palpate.devices.driver import facts
 from palpate.devices.force_dimension import ForceDimension
 
 
 class StandIn(types.ModuleType):
     """`forcedimension_core.dhd`: a device that moves 30 mm down within 150 readings."""
 
-    def __init__(self, wrist=True, opens=True):
+    def __init__(self, wrist=True, opens=True, turns=False):
         super().__init__("forcedimension_core.dhd")
+        self.turns = turns
         self.wrist, self.opens, self.count, self.calls, self.broken = wrist, opens, 0, [], False
 
     def open(self) -> int:
@@ -27,6 +31,9 @@ class StandIn(types.ModuleType):
 
     def hasWrist(self, ID: int = -1) -> bool:
         return self.wrist
+
+    def hasActiveWrist(self, ID: int = -1) -> bool:
+        return self.turns
 
     def hasGripper(self, ID: int = -1) -> bool:
         return self.wrist
@@ -59,6 +66,7 @@ class StandIn(types.ModuleType):
 
     def setForceAndTorque(self, f, t, ID: int = -1) -> int:
         self.calls.append(("force", float(np.linalg.norm(f))))
+        self.calls.append(("moment", float(np.linalg.norm(t))))
         return 0
 
     def close(self, ID: int = -1) -> int:
@@ -85,7 +93,7 @@ def test_device_feels_the_surface_and_is_closed_at_zero_force(standing_in, wrist
     assert max(forces) > 1.0
     assert max(forces) == pytest.approx(summary.peak_force_N)
     assert forces[-1] == 0.0
-    assert dhd.calls[0] == ("enableForce", True)
+    assert next(call for call in dhd.calls if call[0] != "close") == ("enableForce", True)
     assert dhd.calls[-2:] == [("enableForce", False), ("close", 0)]
 
 
@@ -104,3 +112,19 @@ def test_absent_device_and_absent_binding_are_told(standing_in, monkeypatch):
     monkeypatch.setitem(sys.modules, "forcedimension_core.dhd", None)
     with pytest.raises(DeviceError, match="pip install forcedimension-core"):
         ForceDimension().open()
+
+
+@pytest.mark.parametrize("turns", [True, False], ids=["sigma.7", "omega.7"])
+def test_only_a_wrist_with_motors_is_given_a_moment(standing_in, turns):
+    dhd = standing_in(turns=turns)
+    driver = ForceDimension()
+    given = scene().model_copy(update={"stability": scene().stability.model_copy(update={"moment_cap": 1.0})})
+    made = driven_scene(given, facts(driver, "force-dimension"))
+    assert made.stability.moment_cap == (0.1 if turns else 0.0)
+    assert dhd.calls == [("close", 0)], "it was asked without a force, and closed"
+
+
+@pytest.mark.parametrize("serial", ["7abc", "²", "-3", "7.0", "12345678901"])
+def test_what_is_no_serial_number_is_refused(serial):
+    with pytest.raises(DeviceError, match="is no serial number"):
+        ForceDimension(serial)

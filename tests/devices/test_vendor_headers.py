@@ -178,6 +178,10 @@ def test_a_device_that_does_not_open_is_told(library):
     argument, words = absent[library.name]
     with pytest.raises(DeviceError, match=words):
         pressed(library, argument)
-    if library.name == "novint.so":
+    if library.name == "force_dimension.so":
+        for serial in ("7abc", "-7", "70000000000"):
+            with pytest.raises(DeviceError, match=f"{serial} is no serial number"):
+                pressed(library, serial)
+    else:
         with pytest.raises(DeviceError, match="not calibrated: pull its grip out"):
             pressed(library, "new")

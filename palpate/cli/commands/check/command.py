@@ -93,7 +93,7 @@ class Command:
         ending = path.suffix.lower()
         if ending in _SCENES:
             return scene.inspect(path, console, self.trust)
-        label = int(self.label) if self.label is not None and self.label.isdigit() else self.label
+        label = int(self.label) if self.label is not None and self.label.isdecimal() else self.label
         part = Selection(label, self.threshold)
         grids = ending == ".npz" or (is_volume(path) and part == Selection() and volume_grid.holds_distances(path))
         if grids:
