@@ -96,6 +96,11 @@ class Bench:
             friction=max(0.0, min(worst("friction", -1))),
         )
 
+    @property
+    def pushed(self) -> bool:
+        """True if a push moved it: mass, friction and model are known."""
+        return bool(self._fits())
+
     def _fits(self) -> list[AxisFit]:
         return [axis.fit for axis in self.axes if axis.fit is not None]
 

@@ -24,16 +24,19 @@ class Published:
 
 
 _QUOTED = "as commonly quoted, the sheet was not seen"
+_FALCON = (
+    "Novint's table in the wiki of H3DAPI (github.com/SenseGraphics/h3dapi/wiki/Novint_Falcon): over 400 dpi, 8.9 N"
+)
 TABLE = (
     Published("touch", f"SensAble, 3D Systems: Touch, before PHANTOM Omni; {_QUOTED}", 3.3, 55e-6, 0.045, 0.26),
     Published("touch-x", f"SensAble, 3D Systems: Touch X, before PHANTOM Desktop; {_QUOTED}", 7.9, 23e-6, 0.045, 0.06),
     Published("omega.3", f"Force Dimension: omega.3, omega.6 and omega.7; {_QUOTED}", 12.0, 10e-6),
     Published("sigma.7", f"Force Dimension: sigma.7; {_QUOTED}", 20.0, 1.5e-6),
-    Published("falcon", f"Novint: Falcon, 400 dpi, 2 lbf; {_QUOTED}", 8.9, 63.5e-6),
+    Published("falcon", _FALCON, 8.9, 63.5e-6),
     Published("inverse3", "docs.haply.co/inverseSDK: a safe sphere of 0.1 m, no other figure"),
     Published("minverse", "docs.haply.co/inverseSDK: a safe sphere of 0.04 m, no other figure"),
 )
-"""One row per device. Vendors publish no damping and no delay. A row may be wrong until somebody compares the sheet."""
+"""One row per device. Vendors publish no damping and no delay. A row whose sheet was not seen may be wrong."""
 NAMES = ", ".join(row.device for row in TABLE)
 """The devices of the table, in words."""
 
@@ -94,7 +97,9 @@ def published_of(name: str) -> Published:
 
 def compare(row: Published, driver: Driver, found: Bench) -> list[Stated]:
     """The figures of a vendor beside the measured ones; the largest force beside the one that the driver commands."""
-    measured = {**_measured(found), "largest force": facts(driver, found.name).force_max}
+    measured, most = _measured(found), facts(driver, found.name).force_max
+    if most > 0.0:
+        measured["largest force"] = most
     stated = (
         ("resolution", "um", None if row.resolution is None else 1e6 * row.resolution),
         ("mass", "kg", row.mass),

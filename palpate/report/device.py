@@ -40,7 +40,7 @@ def write_device_page(
         section("Rate", f"{found.rate_Hz:.0f} Hz; 99 % of the intervals are below {found.interval_p99_us:.0f} us.", ""),
         section("Axes", _AXES, _table(head, [_cells(axis) for axis in found.axes])),
     ]
-    if any(axis.fit is not None for axis in found.axes):
+    if found.pushed:
         limit, unsafe = found.limits()
         rows = [("as measured", f"{limit:.0f} N/m"), ("at the unsafe end", f"{unsafe:.0f} N/m")]
         parts.append(section("Stable wall", _WALL, _table(("", "stiffness"), rows)))

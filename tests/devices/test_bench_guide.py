@@ -61,6 +61,27 @@ def test_the_guide_asks_for_each_step_and_writes_model_and_page(terminal, tmp_pa
     assert "Force Dimension: omega.3, omega.6 and omega.7; as commonly quoted, the sheet was not seen" in page
 
 
+def test_a_device_without_a_force_gets_its_page_and_is_told_why_there_is_no_model(terminal, tmp_path, capsys):
+    (tmp_path / "mouse.py").write_text(
+        "import numpy as np\nclass Mouse:\n    rate, force_max = 200.0, 0.0\n    def open(self): pass\n"
+        "    def close(self): pass\n    def write(self, w): assert not w.any()\n    def read(self): return np.eye(4)\n"
+    )
+    person = terminal("", "falcon")
+    assert main(["device", "bench", "mouse.py:Mouse", "--json", "bench.json"]) == 0
+    out, said = capsys.readouterr()
+    assert person.answers == []
+    assert not re.search(r"step \d of 6, (move|weight|spring)", said)
+    assert "the device has no force: nothing to compare" in " ".join(out.split())
+    assert "model: none: it was not pushed" in " ".join(out.split())
+    assert (tmp_path / "device.html").is_file()
+    assert not (tmp_path / "device.yaml").exists()
+    found = json.loads((tmp_path / "bench.json").read_text())
+    assert found["model"] is None
+    assert not [row for row in found["published"] if row["name"] == "largest force"], "it commands none"
+    assert main(["device", "bench", "mouse.py:Mouse", "--yes", "--out", "m.yaml", "--page", "m.html"]) == 2
+    assert (tmp_path / "m.html").is_file(), "the page is written before the model is refused"
+
+
 def test_a_no_ends_it_before_a_push(terminal, monkeypatch, tmp_path, capsys):
     written = []
     monkeypatch.setattr(SimulatedDevice, "write", lambda self, wrench: written.append(wrench.copy()))

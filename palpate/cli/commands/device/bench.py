@@ -91,13 +91,16 @@ class Command:
         if like is not None and not published:
             say(console, f"{published_of(like).source}; nothing to compare", f"{like}:")
         out, page = self._files(guide)
-        if out is not None:
-            found.model().save(out, {"device": self.name, "measured by": "palpate device bench"})
-            say(console, f"{out}; judge it: palpate certify {out} --stiffness 400", "model:")
         if page is not None:
             from palpate.report.device import write_device_page
 
             say(console, str(write_device_page(page, found, compared, stated, published, checks)), "page:")
+        if out is not None and self.out is None and not found.pushed:
+            say(console, "none: it was not pushed, or did not move, so its mass and friction are unknown", "model:")
+            out = None
+        if out is not None:
+            found.model().save(out, {"device": self.name, "measured by": "palpate device bench"})
+            say(console, f"{out}; judge it: palpate certify {out} --stiffness 400", "model:")
         model = str(out) if out else None
         more = {"force": compared, "stated": stated, "like": like, "published": published, "checks": checks}
         write_json(self.json, {**vars(found), "model": model, **more})
@@ -135,8 +138,12 @@ class Command:
         Where the guide asks, one that does not suit the device is told, and what was measured before is kept.
         """
         from palpate.devices.accuracy import UNITS, by_spring, by_weight
+        from palpate.devices.driver import facts
 
-        compared = []
+        compared: list[Accuracy] = []
+        if guide.asks and facts(driver, self.name).force_max == 0.0:
+            say(console, "the device has no force: nothing to compare with a weight or a spring", "force:")
+            return compared
         for by, option, judge, words in (
             ("weight", self.weight, by_weight, "the force on the handle by a weight of known mass"),
             ("spring", self.spring, by_spring, "the same by a spring of known stiffness"),
@@ -179,7 +186,7 @@ def _print(found: Bench, console: Console) -> None:
         say(console, "the handle left a quarter of its workspace: a push ended early", "note:", "yellow")
     for doubt in found.doubts():
         say(console, doubt, "note:", "yellow")
-    if any(axis.fit is not None for axis in found.axes):
+    if found.pushed:
         limit, unsafe = found.limits()
         words = f"{limit:.0f} N/m without damping; {unsafe:.0f} N/m at the unsafe end of all intervals"
         say(console, words, "wall:")
