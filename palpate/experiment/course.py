@@ -76,6 +76,9 @@ class Course:
         return np.asarray(np.linalg.norm(d, axis=1))
 
 
+_FARTHEST = 0.25  # distance of a way point from the surface on which it is put [m]
+
+
 def course_of(task: TaskSection, scene: Scene, surfaces: Sequence[PlacedSurface]) -> Course:
     """Put a task's way points on the surface of its object.
 
@@ -91,6 +94,11 @@ def course_of(task: TaskSection, scene: Scene, surfaces: Sequence[PlacedSurface]
         return Course(points, None, _start_in_space(points, task.start), task, 0.0)
     index = names.index(task.object) if task.object is not None else 0
     q, n = surfaces[index].nearest(points)
+    away = np.linalg.norm(points - q, axis=1)
+    if away.max() > _FARTHEST:
+        k = int(away.argmax())
+        what = f"way point {k + 1} is {1e3 * away[k]:.0f} mm from the surface of {names[index]!r}"
+        raise SceneError(what, where=scene.file, mend="give way points near the surface, in metres in W")
     normal = n.mean(axis=0) / np.linalg.norm(n.mean(axis=0))
     points = q + scene.contact.radius * n
     stiffness = float(normal @ np.diag(scene.objects[index].stiffness) @ normal)

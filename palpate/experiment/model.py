@@ -242,6 +242,11 @@ class ExperimentFile(Section):
         twice = sorted({name for name in value if value.count(name) > 1})
         if twice:
             raise ValueError(f"participant {twice[0]} is listed twice | each takes part once: remove one, or rename it")
+        folders = [name.lower() for name in value]
+        alike = sorted({name for name in value if folders.count(name.lower()) > 1})
+        if alike:
+            what = f"participants {' and '.join(alike[:2])} differ by capitals alone"
+            raise ValueError(f"{what} | rename one: their folders are one where capitals do not count")
         if not value:
             raise ValueError("nobody takes part | list pseudonyms, or give a number")
         return value
@@ -267,7 +272,7 @@ class ExperimentFile(Section):
         if not file.is_file():
             mend = "check the path; examples/experiment_haptics.yaml is one"
             raise SceneError("experiment file not found", where=str(file), mend=mend)
-        data, lines = text.parse(text.read(file), str(file))
+        data, lines = text.parse(text.read(file), str(file), "experiment", "title: Does a felt force help?")
         try:
             made = cls.validated(data, {"folder": file.parent})
         except ValidationError as error:

@@ -95,7 +95,7 @@ def _effect_table(effects: Sequence[Effect]) -> str:
         (
             _name(one.measure), one.condition, str(one.participants), _number(one.mean),
             f"{_number(one.difference)} [{_number(one.low)}, {_number(one.high)}]",
-            f"{one.dz:.2f} [{one.dz_low:.2f}, {one.dz_high:.2f}]", _p(one.p), _p(one.p_holm),
+            f"{_number(one.dz)} [{_number(one.dz_low)}, {_number(one.dz_high)}]", _p(one.p), _p(one.p_holm),
         )
         for one in effects
     ]  # fmt: skip

@@ -92,8 +92,16 @@ def is_exercise(data: Any) -> bool:
     return isinstance(inner, dict) and isinstance(inner.get("objects"), list)
 
 
-def parse(text: str, name: str) -> tuple[Content, dict[Place, int]]:
+def parse(
+    text: str, name: str, kind: str = "scene", first: str = "objects: [{mesh: my.stl}]"
+) -> tuple[Content, dict[Place, int]]:
     """Values of a scene file, and the line number (from 1) of every value.
+
+    Args:
+        text: of the file.
+        name: of the file.
+        kind: what the file describes, for messages.
+        first: how such a file may begin, for messages.
 
     Raises:
         SceneError: the text is not YAML, repeats a key, has no mapping at the top, or is too large.
@@ -102,9 +110,7 @@ def parse(text: str, name: str) -> tuple[Content, dict[Place, int]]:
         loader = Loader(one_line.readable(text))
         node = loader.get_single_node()
         if node is None:
-            raise SceneError(
-                "the scene is empty", where=name, mend="name at least one object: objects: [{mesh: my.stl}]"
-            )
+            raise SceneError(f"the {kind} is empty", where=name, mend=f"begin with: {first}")
         lines: dict[Place, int] = {}
         _walk(node, (), lines, name, ())
         data = loader.construct_document(node)
@@ -126,7 +132,9 @@ def parse(text: str, name: str) -> tuple[Content, dict[Place, int]]:
         raise SceneError("not valid YAML", where=name, why=why, mend="check the file; it must be plain text") from None
     if not isinstance(data, dict):
         why = f"the file holds a {type(data).__name__}"
-        raise SceneError("a scene is a mapping of sections", where=f"{name}:1", why=why, mend="begin with: objects:")
+        article = "an" if kind[0] in "aeiou" else "a"
+        what = f"{article} {kind} is a mapping of sections"
+        raise SceneError(what, where=f"{name}:1", why=why, mend=f"begin with: {first}")
     return data, lines
 
 

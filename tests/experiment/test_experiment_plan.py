@@ -54,6 +54,7 @@ def test_familiarisation_comes_first_and_breaks_come_between(folder):
 
 BAD = [
     ("participants: 4", "participants: [P01, P02, P01]", "participant P01 is listed twice"),
+    ("participants: 4", "participants: [Ann, ann, B]", "participants Ann and ann differ by capitals alone"),
     ("felt: false", "felt: false, delay: 0.1", "delay has no effect with felt: false"),
     ("force: {}", "force: {feel: true}", "feel"),
     ("tlx: true", "tlx: 3", "tlx"),
@@ -122,3 +123,19 @@ def test_the_path_of_the_hand_in_the_scene_does_not_count(folder):
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(PalpateError, match="experiment file not found"):
         ExperimentFile.load(tmp_path / "none.yaml")
+
+
+@pytest.mark.parametrize(("content", "words"), [("", "the experiment is empty"), ("- a", "an experiment is a mapping")])
+def test_a_file_without_sections_is_told_how_an_experiment_begins(tmp_path, content, words):
+    (tmp_path / "one.yaml").write_text(content)
+    with pytest.raises(PalpateError, match=words) as error:
+        ExperimentFile.load(tmp_path / "one.yaml")
+    assert "title: Does a felt force help?" in str(error.value)
+
+
+def test_a_way_point_far_from_its_surface_is_no_place_on_it(folder):
+    """One in millimetres would be moved in silence to the nearest edge of the organ."""
+    text = (folder / "small.yaml").read_text().replace("path: [[0.0, 0.0, 0.0]]", "path: [[0.0, 0.0, 100.0]]")
+    (folder / "far.yaml").write_text(text)
+    with pytest.raises(PalpateError, match=r"way point 1 is 1000.. mm from the surface"):
+        Settings(ExperimentFile.load(folder / "far.yaml")).all()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -108,8 +109,8 @@ class Command:
                 shown.add_column(name)
             for one in found.effects:
                 shown.add_row(
-                    one.measure, one.condition, f"{one.difference:.3g}", f"{one.low:.3g} to {one.high:.3g}",
-                    f"{one.dz:.2f}", f"{one.p_holm:.3g}",
+                    one.measure, one.condition, _number(one.difference), f"{_number(one.low)} to {_number(one.high)}",
+                    _number(one.dz), _number(one.p_holm),
                 )  # fmt: skip
             console.print(shown)
         if found.rows:
@@ -121,6 +122,10 @@ class Command:
             enough = [one.participants for one in found.power if one.condition == condition and one.power >= 0.8]
             if enough:
                 say(console, f"power of 80 % for {condition}: {min(enough)} participants (simulated)")
+            elif drawn := [one for one in found.power if one.condition == condition]:
+                most = max(drawn, key=lambda one: one.participants)
+                words = f"{100 * most.power:.0f} % with {most.participants} participants (simulated)"
+                say(console, f"no power of 80 % for {condition}: {words}")
         if self.power and not found.power:
             primary = study.experiment.measures[0]
             say(console, f"no power: fewer than two participants have {primary} in every condition")
@@ -147,3 +152,7 @@ def _say_state(study: Study, found: Found, console: Console) -> None:
     lost = sum(r["aborted"] + r["lost"] for r in state)
     repeated = f"; {lost} attempts were aborted or lost, and repeated" if lost else ""
     say(console, f"{ended} of {planned} trials ended{repeated}")
+
+
+def _number(value: float) -> str:
+    return f"{value:.3g}" if isfinite(value) else "-"
