@@ -78,6 +78,8 @@ Fields states_of(Bodies& self) {
   d["lost"] = lost;
   d["grip"] = grip;
   d["delivered"] = at.delivered;
+  d["restarts"] = at.restarts;
+  d["silences"] = self.silences();
   return d;
 }
 
@@ -112,7 +114,20 @@ void bind_bodies(nb::module_& m) {
           },
           "body"_a, "jaws"_a, "ratios"_a, "grips"_a, "bodies"_a,
           "jaws: goal (1,) of each jaw's drive [rad]; ratios: goal per jaw angle; grips: (4 * bodies,) contact of each "
-          "jaw with each body, found and force (3,) [N].");
+          "jaw with each body, found and force (3,) [N].")
+      .def(
+          "add_shaft",
+          [](EngineTool& self, const EngineBody& body, int link, const std::vector<bool>& joints) {
+            if (link < 0 || joints.size() > 32) {
+              throw std::invalid_argument("bodies: a shaft is on a link of the arm, which has at most 32 joints");
+            }
+            self.shaft = body;
+            self.shaft_link = link;
+            self.shaft_joints = 0;
+            for (std::size_t j = 0; j < joints.size(); ++j) self.shaft_joints |= joints[j] ? 1u << j : 0u;
+          },
+          "body"_a, "link"_a, "joints"_a,
+          "Its shaft: a body of its own, coupled to a link of the arm; joints: whether each joint moves this link.");
   nb::class_<MovingBody>(m, "MovingBody", "A body that moves, and the spheres with which it touches the objects.")
       .def(
           "__init__",
@@ -145,6 +160,8 @@ void bind_bodies(nb::module_& m) {
       .def_rw("damping", &BodiesOptions::damping, "Damping of the coupling [N s/m]."_doc)
       .def_rw("stiffness_w", &BodiesOptions::stiffness_w, "Stiffness against rotation [N m/rad]."_doc)
       .def_rw("damping_w", &BodiesOptions::damping_w, "Damping against rotation [N m s/rad]."_doc)
+      .def_rw("shaft_w", &BodiesOptions::shaft_w,
+              "Stiffness and damping of a shaft against rotation, over those of a tool [-]."_doc)
       .def_rw("force_max", &BodiesOptions::force_max, "Largest force of the coupling's spring [N]."_doc)
       .def_rw("release", &BodiesOptions::release, "Distance at which a stuck virtual tool is put back [m]."_doc)
       .def_rw("low", &BodiesOptions::low, "Lowest corner of the field (3,) in W [m]."_doc)
@@ -173,7 +190,8 @@ void bind_bodies(nb::module_& m) {
       .def_prop_ro("running", &Bodies::running, "True while the thread runs.")
       .def("states", &states_of,
            "Newest states: t [s], poses (n, 7), lost (n,), grip (tools, n): force of the weaker jaw on each body [N], "
-           "delivered: energy given to the engine by the couplings [J].")
+           "delivered: energy given to the engine by the couplings [J], restarts: how often its state was not finite, "
+           "silences: how often a tool felt nothing since it stood still.")
       .def(
           "step_time", [](const Bodies& self) { return percentiles(self.step_time()); },
           "Compute time of the engine's steps [us]: p50, p99, p999, max.");

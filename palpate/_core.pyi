@@ -3492,6 +3492,11 @@ class EngineTool:
         with each body, found and force (3,) [N].
         """
 
+    def add_shaft(self, body: EngineBody, link: int, joints: Sequence[bool]) -> None:
+        """
+        Its shaft: a body of its own, coupled to a link of the arm; joints: whether each joint moves this link.
+        """
+
 class MovingBody:
     """A body that moves, and the spheres with which it touches the objects."""
 
@@ -3552,6 +3557,15 @@ class BodiesOptions:
 
     @damping_w.setter
     def damping_w(self, arg: float, /) -> None: ...
+
+    @property
+    def shaft_w(self) -> float:
+        """
+        Stiffness and damping of a shaft against rotation, over those of a tool [-].
+        """
+
+    @shaft_w.setter
+    def shaft_w(self, arg: float, /) -> None: ...
 
     @property
     def force_max(self) -> float:
@@ -3627,7 +3641,8 @@ class Bodies:
     def states(self) -> dict[str, Any]:
         """
         Newest states: t [s], poses (n, 7), lost (n,), grip (tools, n): force of the weaker jaw on each body [N],
-        delivered: energy given to the engine by the couplings [J].
+        delivered: energy given to the engine by the couplings [J], restarts: how often its state was not finite,
+        silences: how often a tool felt nothing since it stood still.
         """
 
     def step_time(self) -> dict[str, Any]:

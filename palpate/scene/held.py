@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 
 from palpate import _core
+from palpate.base.arrays import Array
 from palpate.base.errors import SceneError
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
 from palpate.scene.tool import ToolSphereSection, tool_sphere
 from palpate.world.bodies import shapes
-from palpate.world.bodies.engine import JawShape, ToolShape, World
+from palpate.world.bodies.engine import JawShape, ShaftShape, ToolShape, World
 from palpate.world.bodies.shapes import Solid
 
 
@@ -92,7 +93,32 @@ def tool_shape(name: str, rig: Rig) -> ToolShape:
         ends = [X_TL[:3, :3] @ end.core.centre(0.0) + X_TL[:3, 3] for end in (a, b)]
         hinge = X_TL[:3, :3] @ joint.X_parent[:3, 3] + X_TL[:3, 3]
         jaws.append(JawShape(hinge, turn / ratio, ratio, ends[0], ends[1], float(entry["radius"])))
-    return ToolShape(name, X_WT, tuple(jaws[:2]), rig.scene.contact.radius)
+    shaft = _shaft(rig) if rig.scene.engine.shafts else None
+    return ToolShape(name, X_WT, tuple(jaws[:2]), rig.scene.contact.radius, shaft)
+
+
+def _shaft(rig: Rig) -> ShaftShape | None:
+    """The shaft of a rig's instrument: the longest capsule of its model that is no jaw; None without one."""
+    arms, follower = rig.arms, rig.arms.follower
+    others = [entry for entry in follower.capsules if not str(entry["link"]).startswith("jaw")]
+    if not others:
+        return None
+    entry = max(others, key=lambda one: float(np.linalg.norm(np.subtract(one["to"], one["from"]))))
+    a, b = (
+        tool_sphere(follower, ToolSphereSection(link=entry["link"], at=tuple(entry[key]), radius=entry["radius"]))
+        for key in ("from", "to")
+    )
+    link = a.link
+    if link is None:
+        return None
+
+    def place(q: Array) -> Array:
+        return np.asarray(follower.link_poses(q, 0.0)[link])
+
+    q = arms.q_follower0
+    moves = tuple(not np.allclose(place(q + step), place(q), atol=1e-9) for step in 1e-3 * np.eye(len(q)))
+    ends = (a.core.centre(0.0), b.core.centre(0.0))
+    return ShaftShape(a.core.link, moves, arms.X_WB @ place(q), *ends, float(entry["radius"]))
 
 
 def refuse(scene: Scene, where: str) -> None:

@@ -128,10 +128,11 @@ class AttendedLoop(RecordedLoop):
         step(float(self.latest()["t"]))
 
     def _faults(self) -> list[str]:
-        """Also the sources that never spoke: without them an object gives no force, and nothing else says so."""
+        """Also sources that never spoke, and an engine that stood still: nothing else says why there is no force."""
         t = float(self.latest()["t"])
         parts = [part for part in (self.tracking, self.sensing) if part is not None]
-        return [*super()._faults(), *(words for part in parts for words in part.silent(t))]
+        engine = [] if self.world is None else self.world.faults()
+        return [*super()._faults(), *(words for part in parts for words in part.silent(t)), *engine]
 
     def _note(self, words: str) -> None:
         self.notes.append(words)

@@ -98,6 +98,15 @@ def test_random_devices_get_no_energy(part):
         assert least >= -1.02 * ALLOWANCE, seed
 
 
+@pytest.mark.parametrize(("encoders", "allowed"), [(0.0, 1e-7), (1.0, 5e-5)])
+def test_what_the_free_coupling_seems_to_give_back_comes_from_the_steps_of_encoders(encoders, allowed):
+    """The lowest of all runs, in free air and without shafts: -0.019 mJ with the encoders of mtm_left, none without."""
+    caps = {"passivity": "off", "force_cap": 20.0, "rate_cap": 15000.0}
+    scene = scene_of(MTM_LEFT | {"encoder_scale": encoders}, None, np.random.default_rng([3, 7, 3]), **caps)
+    scene = scene.model_copy(update={"engine": scene.engine.model_copy(update={"shafts": False})})
+    assert Session(scene, seed=3).run(0.82).energy_min_J >= -allowed
+
+
 def test_lockstep_repeats_bit_by_bit():
     rows = []
     for _ in range(2):

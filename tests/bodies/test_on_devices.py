@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import threading
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from palpate.cli import main
 from palpate.devices import DrivenSession
 from palpate.scene import Scene, held
 from palpate.scene.rig import build
+from palpate.world.bodies.engine import World
 
 BLOCK = 0.02  # [m]
 SCENE = {
@@ -55,6 +57,28 @@ def test_an_engine_that_stands_still_lets_go_of_the_hand():
         haptics.session.world.threaded = False
         felt = np.array([haptics.step(0.001 * k, X)[2] for k in range(800, 1000)])
         assert felt[-1] > 0.5, "it is felt again"
+        (words,) = haptics.close().faults
+    assert "the engine of the bodies stood still for more than 50 ms, once" in words
+
+
+def test_an_engine_that_stood_still_is_named_in_terminal_json_and_report(tmp_path, monkeypatch, capsys):
+    start = World.start
+
+    def start_for_a_while(self):
+        start(self)
+        threading.Timer(0.4, self.core_bodies.stop).start()
+
+    monkeypatch.setattr(World, "start", start_for_a_while)
+    file, out = tmp_path / "block.yaml", tmp_path / "result.json"
+    file.write_text(Scene.model_validate(SCENE).with_driver("simulated").to_yaml())
+    main(["run", str(file), "--headless", "--duration", "1", "--out", str(tmp_path), "--json", str(out)])
+    words = "the engine of the bodies stood still for more than 50 ms, once"
+    result = json.loads(out.read_text())
+    assert any(words in fault for fault in result["faults"])
+    told = capsys.readouterr()
+    assert words in " ".join((told.out + told.err).split())
+    main(["report", result["record"], "--out", str(tmp_path / "report.html")])
+    assert words in " ".join((tmp_path / "report.html").read_text().split())
 
 
 def test_the_damping_of_a_coupling_is_that_of_the_slowest_loop():

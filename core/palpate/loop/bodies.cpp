@@ -13,10 +13,12 @@
 namespace palpate::loop {
 namespace {
 
-constexpr double kFastest = 2.0;  // [m/s] a faster tool has jumped, and its velocity is not known
-constexpr int kMostSteps = 20;    // of the engine at once, after which it gives up catching up
-constexpr double kPushes = 20.0;  // [N] largest force of an object of the scene on a body
-constexpr double kHuge = 1e10;    // a larger number of the engine's state is none
+constexpr double kFastest = 2.0;      // [m/s] a faster tool has jumped, and its velocity is not known
+constexpr int kMostSteps = 20;        // of the engine at once, after which it gives up catching up
+constexpr double kPushes = 20.0;      // [N] largest force of an object of the scene on a body
+constexpr double kTipLength = 0.1;    // [m] motion of the tip that counts as much as a radian
+constexpr double kStuckJoint = 2e-3;  // [m] singular value of the tip's Jacobian below which a joint counts as stuck
+constexpr double kHuge = 1e10;        // a larger number of the engine's state is none
 
 bool finite(const double* x, std::size_t n) noexcept {
   return std::all_of(x, x + n, [](double v) { return std::abs(v) <= kHuge; });
@@ -57,7 +59,7 @@ BodiesOptions checked(BodiesOptions o) {
   require(o.bodies.size() <= to_index(kMaxBodies), "more than 48 bodies move");
   require(!o.tools.empty() && o.tools.size() <= to_index(kMaxBodyTools), "1 to 4 tools are possible");
   require(o.period >= 1e-4 && o.period <= 0.02, "the period must be between 0.1 and 20 ms");
-  for (const double x : {o.stiffness, o.damping, o.stiffness_w, o.damping_w, o.force_max, o.release}) {
+  for (const double x : {o.stiffness, o.damping, o.stiffness_w, o.damping_w, o.shaft_w, o.force_max, o.release}) {
     require(x >= 0.0 && std::isfinite(x), "the values of the coupling must be finite and at least 0");
   }
   return o;
@@ -65,12 +67,41 @@ BodiesOptions checked(BodiesOptions o) {
 
 }  // namespace
 
-Wrench coupling_wrench(const BodiesOptions& o, const ToolMotion& tool, const VirtualTool& at) noexcept {
+Wrench coupling_wrench(const BodiesOptions& o, const ToolMotion& tool, const VirtualTool& at, double share_w) noexcept {
   Vec3 spring = o.stiffness * (at.X_WV.p - tool.X_WT.p);
   if (const double norm = spring.norm(); norm > o.force_max) spring *= o.force_max / norm;
   const Vec3 turned = rotation_vector(at.X_WV.R * tool.X_WT.R.transpose());
   return {spring + o.damping * (at.V_WV.v - tool.V_WT.v),
-          o.stiffness_w * turned + o.damping_w * (at.V_WV.w - tool.V_WT.w)};
+          share_w * (o.stiffness_w * turned + o.damping_w * (at.V_WV.w - tool.V_WT.w))};
+}
+
+Wrench carried_to_tip(const arm::Arm& arm, const Vec3& p_S, std::uint32_t joints, const Wrench& F_S) noexcept {
+  const Vec3 t = F_S.t + (p_S - arm.tip().p).cross(F_S.f);  // about the tip, if the link moved with it
+  Vec6 F;
+  F << F_S.f, t / kTipLength;
+  Vec6 moved = Vec6::Zero();
+  Mat6 all = kStuckJoint * kStuckJoint * Mat6::Identity();
+  for (int j = 0; j < arm.n(); ++j) {
+    Vec6 J = arm.jacobian().col(j);
+    J.tail<3>() *= kTipLength;
+    all += J * J.transpose();
+    if ((joints >> static_cast<unsigned>(j) & 1u) != 0) moved += J * J.dot(F);
+  }
+  const Vec6 F_T = all.ldlt().solve(moved);
+  return {F_T.head<3>(), kTipLength * F_T.tail<3>()};
+}
+
+void ToolMotion::move(const Pose& X, double rate) noexcept {
+  const Vec3 v = rate * (X.p - X_WT.p);
+  const Vec3 w = rate * rotation_vector(X.R * X_WT.R.transpose());
+  if (known && v.norm() < kFastest) {
+    V_WT.v += kVelocityFilter * (v - V_WT.v);
+    V_WT.w += kVelocityFilter * (w - V_WT.w);
+  } else {
+    V_WT = Twist{};
+  }
+  X_WT = X;
+  known = true;
 }
 
 Bodies::Bodies(BodiesOptions options, std::shared_ptr<const scene::Snapshot> scene)
@@ -118,7 +149,11 @@ BodyStates Bodies::states() {
 // One step of the engine under the couplings of all tools and the objects of the scene.
 void Bodies::step() noexcept {
   const std::int64_t begin = now_ns();
-  for (std::size_t k = 0; k < options_.tools.size(); ++k) drive(k);
+  for (std::size_t k = 0; k < options_.tools.size(); ++k) {
+    const EngineTool& tool = options_.tools[k];
+    drive(tool.body, k);
+    if (tool.shaft.pose != nullptr) drive(tool.shaft, to_index(kMaxBodyTools) + k);
+  }
   for (std::size_t k = 0; k < options_.bodies.size(); ++k) press(k);
   options_.step(options_.model, options_.data);
   if (sound()) {
@@ -131,29 +166,33 @@ void Bodies::step() noexcept {
   step_time_.add(now_ns() - begin);
 }
 
-// Drives a virtual tool by its coupling. One that is stuck far away, or whose tool jumped, is put back to the tool.
-void Bodies::drive(std::size_t k) noexcept {
-  const EngineTool& tool = options_.tools[k];
+// Drives a virtual tool, or shaft, by its coupling. One that is stuck far away, or whose tool jumped, is put back to
+// it.
+void Bodies::drive(const EngineBody& body, std::size_t k) noexcept {
   ToolMotion to = to_engine_[k].read();
   if (!to.known) return;
   to.X_WT.p -= due_ * to.V_WT.v;  // of several steps in a tick, each sees the tool at its own end
   to.X_WT.R = rotation_by(-due_ * to.V_WT.w) * to.X_WT.R;
-  const bool away = !((pose_of(tool.body).p - to.X_WT.p).norm() <= options_.release);
+  const bool away = !((pose_of(body).p - to.X_WT.p).norm() <= options_.release);
   if (!placed_[k] || away) {
-    set_pose(tool.body, to.X_WT);
+    set_pose(body, to.X_WT);
     placed_[k] = true;
   }
   // The engine itself adds -(damping + period stiffness) times the velocity at the end of its step, so here the virtual
   // tool counts as at rest. The tool is where it is at the end of this step; against the virtual tool at its begin, a
   // moving one would come to rest one step ahead of it, and this lead would push the hand with K v period.
-  VirtualTool at = seen(tool, k);
+  VirtualTool at = seen(body, k);
   const Twist V = std::exchange(at.V_WV, Twist{});
-  const Wrench F = coupling_wrench(options_, to, at);
-  load(tool.body, at.X_WV.R, {-F.f, -F.t});
+  const bool shaft = k >= to_index(kMaxBodyTools);
   const BodiesOptions& o = options_;
+  const double share_w = shaft ? o.shaft_w : 1.0;
+  const Wrench F = coupling_wrench(o, to, at, share_w);
+  load(body, at.X_WV.R, {-F.f, -F.t});
   const Vec3 f = -F.f - (o.damping + o.period * o.stiffness) * V.v;
-  const Vec3 t = -F.t - (o.damping_w + o.period * o.stiffness_w) * V.w;
+  const Vec3 t = -F.t - share_w * (o.damping_w + o.period * o.stiffness_w) * V.w;
   states_.delivered += o.period * (f.dot(V.v) + t.dot(V.w));
+  if (shaft) return;
+  const EngineTool& tool = o.tools[k];
   for (std::size_t i = 0; i < 2; ++i) {
     if (tool.jaw[i] != nullptr) *tool.jaw[i] = tool.jaw_ratio[i] * to.jaw;
   }
@@ -194,6 +233,7 @@ bool Bodies::sound() const noexcept {
 
 // What is not finite spreads through the engine's solver and stays, in jaws and threads too: all begins anew.
 void Bodies::restart() noexcept {
+  ++states_.restarts;
   for (std::size_t k = 0; k < options_.bodies.size(); ++k) {
     const EngineBody& body = options_.bodies[k].body;
     states_.lost[k] += finite(body.pose, 7) && finite(body.velocity, 6) ? 0 : 1;
@@ -203,12 +243,13 @@ void Bodies::restart() noexcept {
   placed_.fill(false);
 }
 
-VirtualTool Bodies::seen(const EngineTool& tool, std::size_t number) const noexcept {
+VirtualTool Bodies::seen(const EngineBody& body, std::size_t number) const noexcept {
   VirtualTool at;
   at.t = states_.t;
-  at.X_WV = pose_of(tool.body);
-  at.V_WV = velocity_of(tool.body, at.X_WV.R);
+  at.X_WV = pose_of(body);
+  at.V_WV = velocity_of(body, at.X_WV.R);
   at.known = placed_[number];
+  if (number >= to_index(kMaxBodyTools)) return at;
   double strongest = 0.0;
   for (std::size_t k = 0; k < options_.bodies.size(); ++k) {
     const auto& [a, b] = states_.grip[number * to_index(kMaxBodies) + k];
@@ -233,36 +274,52 @@ void Bodies::publish() noexcept {
             found == nullptr ? 0.0 : std::hypot(found[4 * k + 1], found[4 * k + 2], found[4 * k + 3]);
       }
     }
-    to_loop_[n].write(seen(options_.tools[n], n));
+    to_loop_[n].write(seen(options_.tools[n].body, n));
+    const std::size_t shaft = to_index(kMaxBodyTools) + n;
+    if (options_.tools[n].shaft.pose != nullptr) to_loop_[shaft].write(seen(options_.tools[n].shaft, shaft));
   }
   shown_.write(states_);
 }
 
-void BodyPort::publish(const Pose& X_WT, double jaw, double rate) noexcept {
-  const Vec3 v = rate * (X_WT.p - motion_.X_WT.p);
-  const Vec3 w = rate * rotation_vector(X_WT.R * motion_.X_WT.R.transpose());
-  if (motion_.known && v.norm() < kFastest) {
-    motion_.V_WT.v += kVelocityFilter * (v - motion_.V_WT.v);
-    motion_.V_WT.w += kVelocityFilter * (w - motion_.V_WT.w);
-  } else {
-    motion_.V_WT = Twist{};
-  }
-  if (rate > 0.0) silent_ += 1.0 / rate;
-  motion_.X_WT = X_WT;
-  motion_.jaw = jaw;
-  motion_.known = true;
-  bodies_->write(tool_, motion_);
+BodyPort::BodyPort(std::shared_ptr<Bodies> bodies, int tool, const arm::Arm& arm)
+    : bodies_(std::move(bodies)), tool_(tool) {
+  require(tool >= 0 && to_index(tool) < bodies_->options().tools.size(), "there is no such tool");
+  require(this->tool().shaft_link < static_cast<int>(arm.link_names().size()), "the arm has no link for the shaft");
 }
 
-const BodyContact& BodyPort::step() noexcept {
+void BodyPort::publish(const Pose& X_WT, double jaw, double rate, const arm::Arm& arm, const Pose& X_WA) noexcept {
+  if (rate > 0.0) silent_ += 1.0 / rate;
+  motion_.move(X_WT, rate);
+  motion_.jaw = jaw;
+  bodies_->write(tool_, motion_);
+  if (tool().shaft.pose == nullptr) return;
+  X_WA_ = X_WA;
+  shaft_.move(X_WA * arm.link_pose(tool().shaft_link), rate);
+  bodies_->write(tool_ + kMaxBodyTools, shaft_);
+}
+
+const BodyContact& BodyPort::step(const arm::Arm& arm) noexcept {
   out_ = BodyContact{};
   const VirtualTool& at = bodies_->read(tool_);
   if (at.t != std::exchange(heard_, at.t)) silent_ = 0.0;
-  if (!at.known || !motion_.known || silent_ > kEngineSilent) return out_;
-  out_.F_T_W = coupling_wrench(bodies_->options(), motion_, at);
-  out_.stiffness = bodies_->options().stiffness;
+  if (!at.known || !motion_.known) return out_;
+  if (const bool before = std::exchange(quiet_, silent_ > kEngineSilent); quiet_ && !before) bodies_->count_silence();
+  if (quiet_) return out_;
+  const BodiesOptions& o = bodies_->options();
+  out_.F_T_W = coupling_wrench(o, motion_, at);
+  out_.F_held_W = out_.F_T_W.f;
+  out_.stiffness = o.stiffness;
   out_.holds = at.holds;
   out_.X_WO = at.X_WO;
+  if (tool().shaft.pose == nullptr) return out_;
+  const VirtualTool& shaft = bodies_->read(tool_ + kMaxBodyTools);
+  if (!shaft.known || !shaft_.known) return out_;
+  const Wrench F = coupling_wrench(o, shaft_, shaft, o.shaft_w);
+  const Mat3& R = X_WA_.R;
+  const Vec3 p = R.transpose() * (shaft_.X_WT.p - X_WA_.p);
+  const Wrench F_T = carried_to_tip(arm, p, tool().shaft_joints, {R.transpose() * F.f, R.transpose() * F.t});
+  out_.F_T_W = out_.F_T_W + Wrench{R * F_T.f, R * F_T.t};
+  out_.stiffness += o.stiffness;
   return out_;
 }
 

@@ -10,6 +10,7 @@
 #include <mutex>
 #include <vector>
 
+#include "palpate/arm/arm.hpp"
 #include "palpate/contact/tool.hpp"
 #include "palpate/loop/realtime.hpp"
 #include "palpate/scene/snapshot.hpp"
@@ -37,9 +38,13 @@ struct EngineBody {
 
 /// A virtual tool inside the engine: a free body with its origin at T, and a drive for each jaw. The engine damps it by
 /// damping + period stiffness of the coupling, implicitly: this is the part of the coupling that depends on its
-/// velocity, and the part of the spring that depends on its motion during the step.
+/// velocity, and the part of the spring that depends on its motion during the step. The shaft turns against the tool at
+/// the wrist, so it is a free body of its own, coupled to the link of the arm that carries it.
 struct EngineTool {
   EngineBody body;
+  EngineBody shaft;                   ///< its origin is that of its link; pose null: the shaft touches nothing
+  int shaft_link = -1;                ///< link of the arm
+  std::uint32_t shaft_joints = 0;     ///< bit j: joint j of the arm moves this link
   std::array<double*, 2> jaw{};       ///< goals of the jaws' drives [rad]; null: no jaws
   std::array<double, 2> jaw_ratio{};  ///< goal per jaw angle [-]
   std::array<double*, 2> grip{};      ///< contact of each jaw with each body: found, force (3,) [N]
@@ -69,6 +74,7 @@ struct BodiesOptions {
   double damping = 2.0;              ///< of the coupling [N s/m]
   double stiffness_w = 0.5;          ///< against rotation [N m/rad]
   double damping_w = 0.003;          ///< against rotation [N m s/rad]
+  double shaft_w = 1.0;              ///< both against rotation of a shaft, over those of a tool [-]
   double force_max = 5.0;            ///< largest force of the coupling's spring; beyond it the tool yields [N]
   double release = 0.02;             ///< distance at which a stuck virtual tool is put back to its tool [m]
   Vec3 low = Vec3::Constant(-1.0), high = Vec3::Constant(1.0);  ///< the field: a body outside returns to its start [m]
@@ -76,12 +82,15 @@ struct BodiesOptions {
   std::vector<MovingBody> bodies;
 };
 
-/// What the loop of a tool hands to the engine.
+/// What the loop of a tool hands to the engine, of the tool and of its shaft.
 struct ToolMotion {
   Pose X_WT;
   Twist V_WT;        ///< in W
   double jaw = 0.0;  ///< [rad]
   bool known = false;
+
+  /// Takes a new pose, and its velocity by a filter. rate: inverse of the time since the last pose [Hz].
+  void move(const Pose& X, double rate) noexcept;
 };
 
 /// What the engine hands to the loop of a tool.
@@ -101,19 +110,27 @@ struct BodyStates {
   std::array<int, kMaxBodies> lost{};                    ///< how often each body left the field or had no finite state
   std::array<std::array<double, 2>, kMaxBodyTools * kMaxBodies> grip{};  ///< force of both jaws on each body [N]
   double delivered = 0.0;  ///< energy that the couplings gave to the engine [J]
+  int restarts = 0;        ///< how often the state of the engine was not finite
 };
 
 /// Wrench of the coupling on the tool.
 struct BodyContact {
-  Wrench F_T_W;            ///< about T, in W
-  double stiffness = 0.0;  ///< [N/m]; 0 while the virtual tool is not known
+  Wrench F_T_W;                  ///< about T, in W, with that of the shaft
+  Vec3 F_held_W = Vec3::Zero();  ///< force of the tip's coupling alone [N]
+  double stiffness = 0.0;        ///< [N/m]; 0 while the virtual tool is not known
   int holds = -1;
   Pose X_WO;
 };
 
-/// The wrench of the coupling on T, in W; on the virtual tool acts the opposite.
+/// The wrench of the coupling on T, in W; on the virtual tool acts the opposite. share_w: factor of the stiffness and
+/// the damping against rotation.
 [[nodiscard]] Wrench coupling_wrench(const BodiesOptions& options, const ToolMotion& tool,
-                                     const VirtualTool& virtual_tool) noexcept;
+                                     const VirtualTool& virtual_tool, double share_w = 1.0) noexcept;
+
+/// The wrench on the tip that does the same work as a wrench on a link, for every motion of the tip: tau = J_S' F_S at
+/// the joints in the mask, and F_T = pinv(J_T)' tau. All in base axes; F_S about p_S.
+[[nodiscard]] Wrench carried_to_tip(const arm::Arm& arm, const Vec3& p_S, std::uint32_t joints,
+                                    const Wrench& F_S) noexcept;
 
 /// The engine and its mailboxes. One thread steps the engine; each tool has a loop.
 class Bodies {
@@ -125,7 +142,7 @@ class Bodies {
   Bodies& operator=(const Bodies&) = delete;
 
   [[nodiscard]] const BodiesOptions& options() const noexcept { return options_; }
-  /// Called by the loop of a tool.
+  /// Called by the loop of a tool; tool + kMaxBodyTools: its shaft.
   void write(int tool, const ToolMotion& motion) noexcept { to_engine_[static_cast<std::size_t>(tool)].write(motion); }
   [[nodiscard]] const VirtualTool& read(int tool) noexcept { return to_loop_[static_cast<std::size_t>(tool)].read(); }
 
@@ -139,29 +156,34 @@ class Bodies {
   [[nodiscard]] const Histogram& step_time() const noexcept { return step_time_; }
   /// The newest states; from any thread but the loop's and the engine's.
   [[nodiscard]] BodyStates states();
+  /// Counts that a tool feels nothing since the engine stands still.
+  void count_silence() noexcept { silences_.fetch_add(1, std::memory_order_relaxed); }
+  [[nodiscard]] std::uint64_t silences() const noexcept { return silences_.load(std::memory_order_relaxed); }
 
  private:
   void step() noexcept;
-  void drive(std::size_t tool) noexcept;
+  void drive(const EngineBody& body, std::size_t number) noexcept;
   void press(std::size_t body) noexcept;
   void bring_back(std::size_t body) noexcept;
   [[nodiscard]] bool sound() const noexcept;
   void restart() noexcept;
   void publish() noexcept;
-  [[nodiscard]] VirtualTool seen(const EngineTool& tool, std::size_t number) const noexcept;
+  [[nodiscard]] VirtualTool seen(const EngineBody& body, std::size_t number) const noexcept;
 
   BodiesOptions options_;
   std::shared_ptr<const scene::Snapshot> scene_;
-  std::vector<std::unique_ptr<contact::Tool>> touch_;  ///< of each body; null: it touches no object
-  std::vector<std::array<double, 7>> start_;           ///< pose of each body at the start
-  std::vector<std::vector<double>> first_;             ///< state of the engine at the start
-  std::array<Mailbox<ToolMotion>, kMaxBodyTools> to_engine_;
-  std::array<Mailbox<VirtualTool>, kMaxBodyTools> to_loop_;
-  std::array<bool, kMaxBodyTools> placed_{};
+  std::vector<std::unique_ptr<contact::Tool>> touch_;         ///< of each body; null: it touches no object
+  std::vector<std::array<double, 7>> start_;                  ///< pose of each body at the start
+  std::vector<std::vector<double>> first_;                    ///< state of the engine at the start
+  static constexpr std::size_t kCoupled = 2 * kMaxBodyTools;  ///< the tools, and their shafts
+  std::array<Mailbox<ToolMotion>, kCoupled> to_engine_;
+  std::array<Mailbox<VirtualTool>, kCoupled> to_loop_;
+  std::array<bool, kCoupled> placed_{};
   Mailbox<BodyStates> shown_;
   BodyStates states_;
   double due_ = 0.0;  ///< time that the engine has to catch up [s]
   std::mutex readers_;
+  std::atomic<std::uint64_t> silences_{0};
   RealTimeThread thread_;
   Histogram step_time_;
 };
@@ -169,17 +191,26 @@ class Bodies {
 /// The tool of one loop among the bodies.
 class BodyPort {
  public:
-  BodyPort(std::shared_ptr<Bodies> bodies, int tool) : bodies_(std::move(bodies)), tool_(tool) {}
-  /// Hands the measured tool to the engine, after a tick. rate: inverse of the time since the last tick [Hz].
-  void publish(const Pose& X_WT, double jaw, double rate) noexcept;
-  /// The coupling's wrench on the tool as published; none while the engine is silent.
-  [[nodiscard]] const BodyContact& step() noexcept;
+  /// Throws std::invalid_argument naming an invalid value.
+  BodyPort(std::shared_ptr<Bodies> bodies, int tool, const arm::Arm& arm);
+  /// Hands the measured tool to the engine, after a tick. rate: inverse of the time since the last tick [Hz]. arm: the
+  /// arm of the tool at its joints, with its base at X_WA.
+  void publish(const Pose& X_WT, double jaw, double rate, const arm::Arm& arm, const Pose& X_WA) noexcept;
+  /// The coupling's wrench on the tool as published, with that of its shaft; none while the engine is silent. arm: as
+  /// published.
+  [[nodiscard]] const BodyContact& step(const arm::Arm& arm) noexcept;
 
  private:
+  [[nodiscard]] const EngineTool& tool() const noexcept {
+    return bodies_->options().tools[static_cast<std::size_t>(tool_)];
+  }
+
   std::shared_ptr<Bodies> bodies_;
   int tool_;
-  ToolMotion motion_;
+  ToolMotion motion_, shaft_;
+  Pose X_WA_;
   BodyContact out_;
+  bool quiet_ = false;                 // the engine is silent
   double heard_ = 0.0, silent_ = 0.0;  // newest time of the engine, and time of this loop since it was new [s]
 };
 

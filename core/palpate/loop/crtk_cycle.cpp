@@ -276,7 +276,7 @@ void CrtkCycle::join(std::shared_ptr<Board> board, int index, std::vector<ToolCa
 
 void CrtkCycle::join_bodies(std::shared_ptr<Bodies> bodies, int tool) {
   if (!arm_) throw std::invalid_argument("crtk: rigid bodies need a model of the follower");
-  body_port_ = std::make_unique<BodyPort>(std::move(bodies), tool);
+  body_port_ = std::make_unique<BodyPort>(std::move(bodies), tool, *arm_);
 }
 
 // Shows the tool to the other cycles and to the bodies, and computes their force on it. A tool whose pose is not
@@ -296,8 +296,8 @@ void CrtkCycle::meet(bool trusted) noexcept {
       on_tool_.X_WO = X_WO;
     }
     if (body_port_) {
-      body_port_->publish(in_.tool.X_WT, in_.tool.jaw, rate);
-      on_tool_.add(body_port_->step());
+      body_port_->publish(in_.tool.X_WT, in_.tool.jaw, rate, *arm_, model_base(*arm_));
+      on_tool_.add(body_port_->step(*arm_));
     }
     met_at_ = last_.t;
   }

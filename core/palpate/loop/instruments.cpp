@@ -25,7 +25,7 @@ void Board::write(int writer, const Published& published) noexcept {
 void OnTool::add(const BodyContact& bodies) noexcept {
   F_T_W = F_T_W + bodies.F_T_W;
   stiffness += bodies.stiffness;
-  F_held_W = bodies.F_T_W.f;
+  F_held_W = bodies.F_held_W;
   holding = bodies.holds >= 0 ? Holding::carries : Holding::none;
   if (bodies.holds >= 0) X_WO = bodies.X_WO;
 }

@@ -114,7 +114,7 @@ void Simulation::join_bodies(std::shared_ptr<Bodies> bodies, int tool, bool alon
   if (running()) throw std::logic_error("the simulation runs in real time: stop() it before join_bodies()");
   bodies_ = std::move(bodies);
   advances_ = alone;
-  body_port_ = std::make_unique<BodyPort>(bodies_, tool);
+  body_port_ = std::make_unique<BodyPort>(bodies_, tool, follower_model_);
   publish();
 }
 
@@ -126,7 +126,10 @@ void Simulation::publish() noexcept {
                      leader.q.allFinite() && follower.q.allFinite() && std::isfinite(follower.jaw);
   if (!known) return;
   follower_model_.update(follower.q, JointVector::Zero(follower_model_.n()));
-  if (body_port_) body_port_->publish(options_.X_WB * follower_model_.tip(), follower.jaw, options_.rate);
+  if (body_port_) {
+    body_port_->publish(options_.X_WB * follower_model_.tip(), follower.jaw, options_.rate, follower_model_,
+                        options_.X_WB);
+  }
   if (!in_world_) return;
   leader_model_.update(leader.q, JointVector::Zero(leader_model_.n()));
   in_world_->publish({options_.X_WL * leader_model_.tip().p, options_.X_WB * follower_model_.tip(), options_.X_WB,
@@ -264,7 +267,7 @@ void Simulation::meet() noexcept {
     on_tool_ = OnTool{};
     on_tool_.X_WO = X_WO;
   }
-  if (body_port_) on_tool_.add(body_port_->step());
+  if (body_port_) on_tool_.add(body_port_->step(follower_model_));
   in_.X_WO = on_tool_.holding == Holding::carries ? &on_tool_.X_WO : nullptr;
   if (tool_contact_) return;
   in_.F_others_W = on_tool_.F_T_W;

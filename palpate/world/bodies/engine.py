@@ -1,7 +1,8 @@
 """The engine of the rigid bodies: MuJoCo's model of a scene, and its arrays as the core takes them.
 
 The core calls `mj_step` through a pointer and reads and writes MuJoCo's arrays; nothing of it passes through Python
-while a loop runs. Every tool has a virtual tool: a light free body at T with two driven jaws.
+while a loop runs. Every tool has a virtual tool: a light free body at T with two driven jaws; its shaft is another one,
+since it turns against the tool at the wrist.
 """
 
 from __future__ import annotations
@@ -33,6 +34,10 @@ _JAW_DAMPING = 0.003  # [N m s/rad]
 _JAW_WIDTH = 0.0017  # half the width of a jaw's face [m]
 _SOLID = {"solref": "0.01 1", "solimp": "0.95 0.99 0.0005"}  # contact: 10 ms, stiff within half a millimetre
 _STIFFNESS_W = 0.5  # of the coupling against rotation [N m/rad]
+_SHAFT_MASS = 0.005  # of a virtual shaft [kg]
+_SHAFT_INERTIA = (2e-5, 2e-5, 2e-6)  # about its origin, x, y and along it [kg m^2]
+_SHAFT_ARM = 0.1  # distance from its origin at which a virtual shaft is as stiff by rotation as by translation [m]
+_SHAFT_FRICTION = 0.2  # of a shaft [-]
 _MORE = 2.0  # damping over what a slow motion asks: enough up to 1.17 rad of delay, tan(1.17) / 1.17 = 2
 _TICKS = 1.5 + _core.BODY_VELOCITY_DELAY  # delay of the loop and of the tool's velocity [ticks]
 
@@ -52,6 +57,21 @@ class JawShape:
 
 
 @dataclass(frozen=True)
+class ShaftShape:
+    """The shaft of an instrument: a capsule from `a` to `b`, both (3,) in the frame of its link [m]."""
+
+    link: int
+    """Its link of the arm."""
+    joints: tuple[bool, ...]
+    """Whether each joint of the arm moves this link."""
+    X_WS: Array
+    """(4, 4) pose of this link at the start [m]."""
+    a: Array
+    b: Array
+    radius: float
+
+
+@dataclass(frozen=True)
 class ToolShape:
     """A tool as bodies meet it."""
 
@@ -61,6 +81,8 @@ class ToolShape:
     jaws: tuple[JawShape, ...]
     radius: float
     """Radius of the ball at T [m]."""
+    shaft: ShaftShape | None = None
+    """None: bodies pass through its shaft."""
 
 
 @dataclass(frozen=True)
@@ -125,6 +147,7 @@ class World:
         late = _MORE * (lag + _TICKS / rate + section.period)  # a spring that is felt late needs K late of damping
         self.damping = section.stiffness * late if section.damping is None else section.damping
         self.damping_w = _STIFFNESS_W * self.damping / section.stiffness
+        self._shaft_w = section.stiffness * _SHAFT_ARM**2 / _STIFFNESS_W
         self._damp()
         self.data: Any = mujoco.MjData(self.model)
         mujoco.mj_forward(self.model, self.data)
@@ -148,7 +171,7 @@ class World:
         s = self.section
         o.period, o.release = s.period, s.release
         o.stiffness, o.damping, o.force_max = s.stiffness, self.damping, s.force_max
-        o.stiffness_w, o.damping_w = _STIFFNESS_W, self.damping_w
+        o.stiffness_w, o.damping_w, o.shaft_w = _STIFFNESS_W, self.damping_w, self._shaft_w
         o.low, o.high = np.array(s.field[0]), np.array(s.field[1])
         o.tools = [self._tool(k, tool) for k, tool in enumerate(self.tools)]
         o.bodies = [_core.MovingBody(self._free(name), self._spheres(name)) for name in self.moving]
@@ -169,6 +192,21 @@ class World:
     def states(self) -> dict[str, Any]:
         """Newest states of the free bodies (`_core.Bodies.states`), in the order of `moving`."""
         return dict(self.core_bodies.states())
+
+    def faults(self) -> list[str]:
+        """What went wrong with the engine, in words: cause; mend."""
+        found, words = self.states(), []
+        if found["silences"]:
+            words.append(
+                f"the engine of the bodies stood still for more than 50 ms, {_times(found['silences'])}, and the tools "
+                "felt nothing of it; mend: relieve this machine, or raise engine.period"
+            )
+        if found["restarts"]:
+            words.append(
+                f"the state of the engine was not finite, {_times(found['restarts'])}, and all bodies began anew; "
+                "mend: lower engine.period, or make light bodies heavier"
+            )
+        return words
 
     def drawn(self) -> dict[str, Array]:
         """Position [m] and quaternion w x y z (7,) of every body and link of a thread that moves, in W.
@@ -191,6 +229,10 @@ class World:
             v = int(self.model.joint(f"{tool.name}/tool/free").dofadr[0])
             self.model.dof_damping[v : v + 3] = self.damping + T * s.stiffness
             self.model.dof_damping[v + 3 : v + 6] = self.damping_w + T * _STIFFNESS_W
+            if tool.shaft is not None:
+                w = int(self.model.joint(f"{tool.name}/shaft/free").dofadr[0])
+                self.model.dof_damping[w : w + 3] = self.model.dof_damping[v : v + 3]
+                self.model.dof_damping[w + 3 : w + 6] = self._shaft_w * self.model.dof_damping[v + 3 : v + 6]
 
     def _tool(self, number: int, tool: ToolShape) -> _core.EngineTool:
         data, n = self.data, len(self.moving)
@@ -200,13 +242,20 @@ class World:
             jaws.append(data.ctrl[a : a + 1])
             first = int(self.model.sensor(f"{tool.name}/grip{k}/0").adr[0]) if n else 0
             grips.append(data.sensordata[first : first + 4 * n])
-        return _core.EngineTool(self._free(f"{tool.name}/tool"), jaws, [jaw.ratio for jaw in tool.jaws], grips, n)
+        made = _core.EngineTool(self._free(f"{tool.name}/tool"), jaws, [jaw.ratio for jaw in tool.jaws], grips, n)
+        if tool.shaft is not None:
+            made.add_shaft(self._free(f"{tool.name}/shaft"), tool.shaft.link, list(tool.shaft.joints))
+        return made
 
     def _spheres(self, name: str) -> list[_core.ToolSphere]:
         section = next(body for body in self.sections if body.name == name)
         if not section.touches:
             return []
         return [_core.ToolSphere(p, r) for p, r in spheres(self.shapes[name], _core.MAX_SPHERES)]
+
+
+def _times(n: int) -> str:
+    return "once" if n == 1 else f"{n} times"
 
 
 def _model(
@@ -244,6 +293,9 @@ def _model(
         _tool(world, drives, sensors, tool, section, free)
         names = [f"{tool.name}/ball", *(f"{tool.name}/jaw{k}" for k in range(len(tool.jaws)))]
         surfaces += [_Surface(name, f"{tool.name}/tool", section.friction, 0.0, True, True) for name in names]
+        if tool.shaft is not None:
+            _shaft(world, tool.name, tool.shaft)
+            surfaces.append(_Surface(f"{tool.name}/shaft", f"{tool.name}/shaft", _SHAFT_FRICTION, 0.0, True, True))
     _pairs(contacts, surfaces)
     return str(Xml.tostring(root, encoding="unicode"))
 
@@ -340,6 +392,17 @@ def _tool(
         for i, body in enumerate(free):
             _add(sensors, "contact", name=f"{tool.name}/grip{k}/{i}", geom1=name, body2=body,
                            data="found force", reduce="netforce", num="1")  # fmt: skip
+
+
+def _shaft(world: Xml.Element, name: str, shaft: ShaftShape) -> None:
+    """A free body at its link: as the tool it meets the bodies alone, neither tools nor the jaws beyond its wrist."""
+    base = _add(world, "body", name=f"{name}/shaft", gravcomp="1", **_place(shaft.X_WS))
+    _add(base, "freejoint", name=f"{name}/shaft/free")
+    _add(base, "inertial", pos="0 0 0", mass=f"{_SHAFT_MASS:g}", diaginertia=numbers(_SHAFT_INERTIA))
+    _add(
+        base, "geom", name=f"{name}/shaft", type="capsule", fromto=numbers((*shaft.a, *shaft.b)), mass="0",
+        size=f"{shaft.radius:.9g}", contype="0", conaffinity="0",
+    )  # fmt: skip
 
 
 def _bar(jaw: JawShape) -> dict[str, str]:
