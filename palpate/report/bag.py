@@ -98,6 +98,7 @@ def _numbers(bag: Bag) -> str:
     for name, s in summary_of(bag).arms.items():
         if s.wrenches:
             lines.append((f"{name} peak force", f"{s.peak_force_N:.2f} N", "largest commanded force"))
+            lines.append((f"{name} held force", f"{s.peak_50ms_N:.2f} N", "largest mean of that force over 50 ms"))
             lines.append((f"{name} steepest force", f"{s.steepest_N_per_s:.0f} N/s", "fastest change of that force"))
             lines.append((f"{name} force left on", f"{s.held_s:.2f} s", _HELD))
         if s.poses:

@@ -208,7 +208,7 @@ def _head(run: Run) -> str:
 
 def _facts(s: Summary) -> str:
     facts = [
-        (f"{s.peak_force_N:.2f} N", "peak force on the hand"),
+        (f"{s.peak_force_N:.2f} N", f"peak force on the hand; {s.peak_50ms_N:.2f} N over 50 ms"),
         (f"{1e3 * s.max_penetration_m:.2f} mm", "deepest penetration"),
         (f"{s.contact_s:.2f} s", f"in contact, of {s.duration_s:.2f} s"),
         (f"{1e3 * s.energy_J:.1f} mJ", "energy taken from the hand" if s.energy_J >= 0 else f"energy {given(s)}"),

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from palpate.base.arrays import Array
+from palpate.base.arrays.peaks import SustainedPeak
 from palpate.devices.buttons import OWN, own_names
 from palpate.devices.driver import Driver, Facts, Reading, as_reading, facts, limited
 from palpate.ros import topic
@@ -36,6 +37,7 @@ class Outcome:
     stale: int  #: how often a force went stale and became zero
     stalls: int  #: how often the driver stood still and a second thread wrote zero
     peak_force_N: float
+    peak_50ms_N: float  #: largest mean over 50 ms
     fault: str = ""  #: why it ended; empty: Ctrl-C or the duration
 
 
@@ -82,7 +84,8 @@ class DeviceMaster(BackgroundNode):
         self._force, self._absolute, self._pressed = Force(), False, -1
         self._recent: deque[tuple[float, Array]] = deque(maxlen=max(2, round(_WINDOW * known.rate)))
         self._entered, self._running = np.inf, True
-        self.outcome = Outcome(name, 0.0, 0, 0, 0, 0, 0, 0.0)
+        self._held = SustainedPeak(1.0 / known.rate)
+        self.outcome = Outcome(name, 0.0, 0, 0, 0, 0, 0, 0.0, 0.0)
         subscribe = self.node.create_subscription
         subscribe(WrenchStamped, f"/{name}/servo_cf", lambda m: self._take(m, False), 1)
         subscribe(WrenchStamped, f"/{name}/body/servo_cf", lambda m: self._take(m, not self._absolute), 1)
@@ -106,6 +109,7 @@ class DeviceMaster(BackgroundNode):
             out.fault = f"{type(error).__name__}: {error}"
         finally:
             self._running = False
+            out.peak_50ms_N = self._held.value
             self._write(np.zeros(6))
             out.rate_Hz = out.rounds / max(1e-9, time.monotonic() - begin)
             self._tell("FAULT" if out.fault else "DISABLED")
@@ -121,7 +125,9 @@ class DeviceMaster(BackgroundNode):
         if measured:
             self._publish(reading, X, now)
         wrench = self._due(X[:3, :3], now) if measured else np.zeros(6)
-        self.outcome.peak_force_N = max(self.outcome.peak_force_N, float(np.linalg.norm(wrench[:3])))
+        size = float(np.linalg.norm(wrench[:3]))
+        self._held.add(np.array([size]))
+        self.outcome.peak_force_N = max(self.outcome.peak_force_N, size)
         self._driver.write(wrench)
         self._entered = np.inf
         self.outcome.rounds += 1

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from palpate.base.arrays.peaks import SustainedPeak
 from palpate.record.ticks import Ticks
 from palpate.session.summary import Summary
 
@@ -18,6 +19,7 @@ class MeetingSummary:
     closest_m: float | None  # smallest distance between two instruments, negative in contact; None: unknown
     contact_s: float  # time in contact
     peak_force_N: float  # maximum force between two instruments
+    peak_50ms_N: float  # the same without noise and single ticks: largest mean over 50 ms
     impulse_N_s: float  # integral of the force on each instrument, added over the instruments
     momentum_error_N_s: float  # magnitude of the sum of all impulses: zero in lockstep, as the forces are opposite
     handles_closest_m: float | None  # smallest distance between two handles; None: unknown
@@ -69,6 +71,7 @@ class Met:
         self.closest = self.handles_closest = np.inf  #: [m]
         self.contact_s = self.handles_close_s = 0.0
         self.peak = self.impulse = 0.0  #: of the force [N], of its magnitude over time [N s]
+        self.held = SustainedPeak(self._dt)
         self.momentum = np.zeros(3)  #: integral of the force (3,), in W [N s]
 
     def add(self, ticks: Ticks) -> None:
@@ -81,6 +84,7 @@ class Met:
         self.contact_s += self._dt * float((ticks["instrument_gap"] < 0.0).sum())
         self.handles_close_s += self._dt * float((ticks["handle_gap"] < self._near).sum())
         self.peak = max(self.peak, float(sizes.max()))
+        self.held.add(sizes)
         self.impulse += self._dt * float(sizes.sum())
         self.momentum += self._dt * ticks["F_instrument_W"].sum(axis=0)
 
@@ -92,6 +96,7 @@ def meeting(met: Sequence[Met]) -> MeetingSummary:
         closest_m=closest if np.isfinite(closest) else None,
         contact_s=round(max(one.contact_s for one in met), 9),
         peak_force_N=max(one.peak for one in met),
+        peak_50ms_N=max(one.held.value for one in met),
         impulse_N_s=sum(one.impulse for one in met),
         momentum_error_N_s=float(np.linalg.norm(sum(one.momentum for one in met))),
         handles_closest_m=handles if np.isfinite(handles) else None,

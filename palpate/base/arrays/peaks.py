@@ -36,6 +36,22 @@ class SustainedPeak:
         self._last = x[max(0, len(x) - self._n + 1) :]
 
 
+def sustained_held(t: Array, values: Array, end: float) -> float:
+    """Largest mean over `WINDOW` of a value that holds from each of its times (n,) [s] to the next, the last to `end`.
+
+    The mean is largest where the window begins or ends at a change. Shorter signals count as a whole.
+    """
+    ends = np.append(t, max(end, float(t[-1]))) if len(t) else np.zeros(1)
+    length = float(ends[-1] - ends[0])
+    if length <= 0.0:
+        return float(values.max(initial=0.0))
+    total = np.concatenate([[0.0], np.cumsum(values * np.diff(ends))])
+    window = min(WINDOW, length)
+    first = np.clip(np.concatenate([ends, ends - window]), ends[0], ends[-1] - window)
+    means = (np.interp(first + window, ends, total) - np.interp(first, ends, total)) / window
+    return float(means.max(initial=0.0))
+
+
 def sustained(values: Array, dt: float) -> float:
     """Largest mean over `WINDOW` of samples (n,) that are `dt` [s] apart."""
     peak = SustainedPeak(dt)

@@ -62,7 +62,8 @@ def pairs_table(summary: PairsSummary) -> Table:
         table.add_row(quantity, *(one.get(quantity, "-") for one in each))
     meeting = summary.instruments
     if meeting.closest_m is not None:
-        met = f"{meeting.contact_s:.2f} s, at most {meeting.peak_force_N:.2f} N" if meeting.contact_s else "none"
+        forces = f"at most {meeting.peak_force_N:.2f} N, {meeting.peak_50ms_N:.2f} N over 50 ms"
+        met = f"{meeting.contact_s:.2f} s, {forces}" if meeting.contact_s else "none"
         table.add_row("instruments closest", f"{1e3 * meeting.closest_m:.1f} mm")
         table.add_row("instruments in contact", met)
     if meeting.handles_closest_m is not None:

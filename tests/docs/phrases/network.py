@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from phrases.values import Result, Tie
+from phrases.values import Result, Tie, both, most
 
 
 def _of(found: Result, mode: str) -> list[Result]:
@@ -41,13 +41,13 @@ def modes(found: Result) -> list[str]:
 def random(found: Result) -> list[str]:
     model = next(row for row in found["random"] if row["mode"] == "model")
     n = model["runs"]
-    felt, rms = (100 * (1 - model[key] / n) for key in ("felt_outside", "rms_outside"))
+    felt, rms = (n - model[key] for key in ("felt_outside", "rms_outside"))
     return [
         f"Of {n:,} random networks",
-        f"| {model['energy_lowest_mJ']:.2f} mJ; {model['not_passive'] or 'no'} runs below -0.5 |",
-        f"| in {felt:.1f} % of the runs, {model['felt_over_true'][1]:.3f} in the median; 99 % of the runs within "
+        f"| {model['energy_lowest_mJ']:.2f} mJ; {model['not_passive'] or 'no'} runs below -0.5 (at most {most(model['not_passive'], n)}) |",
+        f"| in {felt} of the runs ({both(felt, n)}), {model['felt_over_true'][1]:.3f} in the median; 99 % of the runs within "
         f"{model['felt_over_true'][0]:.2f}-{model['felt_over_true'][2]:.2f} |",
-        f"| in {rms:.0f} % of the runs, {model['force_rms_N'][1]:.3f} in the median, "
+        f"| in {rms} of the runs ({both(rms, n)}), {model['force_rms_N'][1]:.3f} in the median, "
         f"99.5 % below {model['force_rms_N'][2]:.2f}",
         f"| {model['force_site_largest_N']:.2f} N |",
         f"| {model['drift_largest_mm']:.4f} mm |",
@@ -58,7 +58,8 @@ def passivity(found: Result) -> list[str]:
     row = next(row for row in found["random"] if row["mode"] == "passivity")
     return [
         f"a port falls to {row['energy_lowest_mJ']:.2f} mJ and both together to "
-        f"{row['energy_ports_lowest_mJ']:.1f} mJ: {row['not_passive']} of the {row['runs']:,} runs"
+        f"{row['energy_ports_lowest_mJ']:.1f} mJ: {row['not_passive']} of the {row['runs']:,} runs "
+        f"({both(row['not_passive'], row['runs'])})"
     ]
 
 

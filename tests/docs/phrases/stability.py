@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from phrases.values import Result, Tie, least, mj, most, percent
+from phrases.values import Result, Tie, both, least, mj, most, percent
 
 
 def certificate_devices(found: Result) -> list[str]:
@@ -88,7 +88,7 @@ def passivity_changes(found: Result) -> list[str]:
     rows = {row["of"]: row for row in found["changes"]}
     every = [f"{row['runs']:,}" if row["runs"] >= 10_000 else str(row["runs"]) for row in rows.values()]
     assert rows["silent"]["changed"] == 0
-    return [f"| {runs} | {row['changed']} ({100 * row['changed'] / row['runs']:.0f} %) |"
+    return [f"| {runs} | {row['changed']} ({both(row['changed'], row['runs'])}) |"
             for runs, row in zip(every, rows.values(), strict=True) if row["of"] != "silent"]  # fmt: skip
 
 
@@ -127,7 +127,7 @@ def loops(found: Result) -> list[str]:
     counts = found["counts"]
     failed = {kind.removesuffix(": failed"): n for kind, n in counts.items() if kind.endswith(": failed")}
     size = f"In {found['runs']:,} scenes {counts['loops']:,} loops were run"
-    return [size, f"{sum(failed.values()):,} failed", *(f"| `{k}` | {n} of {counts[k]:,} |" for k, n in failed.items())]
+    return [size, f"{sum(failed.values()):,} failed", *(f"| `{k}` | {n} of {counts[k]:,} | {both(n, counts[k])} |" for k, n in failed.items())]
 
 
 TIES = [

@@ -54,6 +54,12 @@ def most(k: int, n: int, digits: int = 1) -> str:
     return f"{100.0 * proportion(k / n, n)[1]:.{digits}f} %"
 
 
+def both(k: int, n: int) -> str:
+    """95 % interval of k of n (Clopper and Pearson)."""
+    low, high = proportion(k / n, n)
+    return f"{100.0 * low:.1f} to {100.0 * high:.1f} %"
+
+
 def rows_by(rows: Iterable[Result], *keys: str) -> dict[Any, Result]:
     """The rows by the values of their keys."""
     return {tuple(row[key] for key in keys) if len(keys) > 1 else row[keys[0]]: row for row in rows}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from phrases.values import Result, Tie, most, rows_by
+from phrases.values import Result, Tie, both, rows_by
 
 
 def peak_mm(row: Result) -> str:
@@ -75,11 +75,12 @@ def wall_hands(found: Result) -> list[str]:
     phrases = []
     for row in found["rows"]:
         low, middle, high = (two_digits(one) for one in row["hands"]["overshoot_percent"])
-        share = round(100.0 * row["hands"]["limit_cycle_share"])
-        phrases.append(f"| {row['kd']:g} | {middle} % | {low} to {high} % | {f'{share} %' if share else 'none'} |")
+        swing, people = round(row["hands"]["limit_cycle_share"] * row["hands"]["people"]), row["hands"]["people"]
+        phrases.append(f"| {row['kd']:g} | {middle} % | {low} to {high} % | {swing} ({both(swing, people)}) |")
     (people,) = {row["hands"]["people"] for row in found["rows"]}
     assert found["rows"][-1]["hands"]["limit_cycle_share"] == 0.0
-    return [*phrases, f"Left: {people} other hands", f"none of {people} is at most {most(0, people)}"]
+    left = round(found["rows"][1]["hands"]["limit_cycle_share"] * people)
+    return [*phrases, f"Left: {people} other hands", f"left out are {left} of {people} at 5, none at 10 and 20"]
 
 
 def wall_unmet(found: Result) -> list[str]:

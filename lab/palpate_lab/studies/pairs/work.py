@@ -32,6 +32,8 @@ class Row:
     pair: str
     peak_alone_N: float
     peak_N: float
+    peak_50ms_alone_N: float  # largest mean of the force over 50 ms
+    peak_50ms_N: float
     added_mean_N: float  # mean magnitude of the difference of the force, while it differs
     added_peak_N: float
     added_s: float  # time in which the force differs
@@ -112,6 +114,8 @@ def _compared(scene: Scene, name: str, alone: tuple[Summary, Ticks], together: t
         pair=name,
         peak_alone_N=one.peak_force_N,
         peak_N=other.peak_force_N,
+        peak_50ms_alone_N=one.peak_50ms_N,
+        peak_50ms_N=other.peak_50ms_N,
         added_mean_N=float(difference[differs].mean()) if differs.any() else 0.0,
         added_peak_N=float(difference.max(initial=0.0)),
         added_s=float(dt * differs.sum()),
@@ -136,8 +140,8 @@ def table(rows: Sequence[Row]) -> Table:
         below = "without limit" if r.stable_below_N_per_m is None else f"below {r.stable_below_N_per_m:.0f} N/m"
         found.add_row(
             r.pair,
-            f"{r.peak_alone_N:.2f} N",
-            f"{r.peak_N:.2f} N",
+            f"{r.peak_alone_N:.2f} N, {r.peak_50ms_alone_N:.2f} over 50 ms",
+            f"{r.peak_N:.2f} N, {r.peak_50ms_N:.2f} over 50 ms",
             f"{r.added_mean_N:.3f} N, at most {r.added_peak_N:.2f} N, for {r.added_s:.2f} s",
             f"{r.contact_s:.2f} s, up to {r.instrument_peak_N:.2f} N",
             f"{r.K_surface_N_per_m:g} N/m, with an instrument {r.K_with_instrument_N_per_m:g} N/m",

@@ -48,8 +48,8 @@ def lines(found: StudyResult, hands: int) -> list[str]:
         low, middle, high = r["hands"]["overshoot_percent"]
         out.append(
             f"K_d {r['kd']:g}: of {hands} other hands half overshoot {middle:.2f} %, 90 % between {low:.2f} and "
-            f"{high:.2f} %; {r['hands']['not_at_rest']} of {r['hands']['people']} oscillate; settling and rigidity "
-            "leave them out"
+            f"{high:.2f} %; {r['hands']['not_at_rest']} of {r['hands']['people']} do not come to rest; settling and "
+            "rigidity leave them out"
         )
     for rate in SHIPPED:
         ends = [r for r in found["other_rates"] if r["rate_Hz"] == rate]

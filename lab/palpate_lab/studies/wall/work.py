@@ -95,7 +95,8 @@ def measure(point: Point, seed: int) -> dict[str, float]:
 def spread(people: list[Person], kd: float) -> Hands:
     """5, 50 and 95 % quantiles over all hands on one wall."""
     mine = [person for person in people if person["kd"] == kd]
-    rests = [person for person in mine if not person["limit_cycle"]]
+    decays = [person for person in mine if not person["limit_cycle"]]
+    rests = [person for person in decays if person["settling_s"] == person["settling_s"]]  # the others still move
 
     def quantiles(name: Measured, group: list[Person]) -> list[float] | None:
         values = [person[name] for person in group if person[name] == person[name]]
@@ -107,7 +108,7 @@ def spread(people: list[Person], kd: float) -> Hands:
         "settling_s": quantiles("settling_s", rests),
         "rigidity_N_per_m": quantiles("rigidity_N_per_m", rests),
         "rebound": quantiles("rebound", mine) or [],
-        "limit_cycle_share": 1.0 - len(rests) / len(mine),
+        "limit_cycle_share": 1.0 - len(decays) / len(mine),
         "not_at_rest": len(mine) - len(rests),
     }
 

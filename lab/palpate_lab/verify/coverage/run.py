@@ -13,7 +13,7 @@ import numpy as np
 from rich.console import Console
 
 from palpate.base.arrays.intervals import proportion
-from palpate.base.errors import PalpateError
+from palpate.base.errors import MissingExtraError, PalpateError
 from palpate.base.sweep import Axis, sweep
 from palpate.base.sweep.grid import Point
 from palpate_lab.verify.coverage import estimates
@@ -62,10 +62,16 @@ def estimate(name: str) -> Estimate:
 
 
 def judged(point: Point, seed: int) -> dict[str, float]:
-    """One trial, for a sweep; a refusal counts as told."""
+    """One trial, for a sweep; a refusal counts as told.
+
+    Raises:
+        MissingExtraError: a package is missing, which says nothing about the data.
+    """
     one = estimate(str(point["estimate"]))
     try:
         trial = one.trial(str(point["form"]), np.random.default_rng(seed))
+    except MissingExtraError:
+        raise
     except PalpateError:
         return {"inside": np.nan, "square": np.nan, "told": 1.0}
     return {"inside": trial.inside, "square": trial.square, "told": float(trial.told)}

@@ -50,7 +50,7 @@ class Command:
         say(console, f"{self.name} is /{self.arm}; Ctrl-C ends it")
         done = serve(self.name, driver, self.arm, self.network, self.duration)
         say(console, f"{done.rounds:,} rounds at {done.rate_Hz:.0f} Hz, {done.forces:,} forces, at most "
-            f"{done.peak_force_N:.3g} N; {done.stale} went stale")  # fmt: skip
+            f"{done.peak_force_N:.3g} N, {done.peak_50ms_N:.3g} N over 50 ms; {done.stale} went stale")  # fmt: skip
         if done.fault:
             say(console, f"{done.fault}; the force was set to zero", "fault:", "red")
         write_json(self.json, done)
