@@ -1,8 +1,9 @@
 """Comparison of the conditions: a mixed model, effect sizes with intervals, and one correction for all tests.
 
-A value is the mean over the repetitions of a participant in a task and condition. The model has condition and task as
-fixed effects and the participant as a random one (statsmodels' MixedLM, REML). Its t values have as many degrees of
-freedom as the analysis of variance with repeated measures has, since the normal ones are too small with few people.
+The model has condition and task as fixed effects and the participant as a random one (statsmodels' MixedLM, REML). Its
+values are those of a participant in a condition, the mean over repetitions and tasks without the tasks' own effects: a
+participant is one unit, however many tasks there were, since effects differ between people. Its t values have as many
+degrees of freedom as the analysis of variance with repeated measures has; normal ones find too much with few people.
 """
 
 from __future__ import annotations
@@ -12,12 +13,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from palpate.base.arrays import Array
-from palpate.base.arrays.intervals import holm, interval, paired, proportion
+from palpate.base.arrays.intervals import LEAST, holm, interval, paired, proportion
 from palpate.base.errors import MissingExtraError
 from palpate.experiment.table import Row
 
+StringArray = NDArray[np.str_]
 PEOPLE = (6, 8, 10, 12, 16, 20, 24, 32)
 """Numbers of participants for which the power is computed."""
 DRAWS = 400
@@ -113,7 +116,9 @@ def require_model() -> None:
 
 
 def mixed(rows: Sequence[Row], measure: str, conditions: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """Difference from the first condition and its probability without an effect, by condition; empty if not defined.
+    """Difference from the first condition and its probability without an effect, by condition.
+
+    It is empty below `LEAST` participants, and where the design or the values do not define it.
 
     Raises:
         MissingExtraError: statsmodels is not installed.
@@ -123,25 +128,20 @@ def mixed(rows: Sequence[Row], measure: str, conditions: Sequence[str]) -> dict[
     from statsmodels.regression.mixed_linear_model import MixedLM
 
     cells = _cells(rows, measure)
-    people = sorted({row["participant"] for row in cells})
     present = [c for c in conditions if any(row["condition"] == c for row in cells)]
-    tasks = sorted({row["task"] for row in cells})
-    y = np.array([row["value"] for row in cells])
-    columns = (
-        [np.ones(len(y))]
-        + [_is(cells, "condition", c) for c in present[1:]]
-        + [_is(cells, "task", task) for task in tasks[1:]]
-    )
-    freedom = len(y) - len(people) - (len(columns) - 1)
-    if len(people) < 2 or len(present) < 2 or present[0] != conditions[0] or freedom < 1 or np.ptp(y) == 0.0:
+    if len(present) < 2 or present[0] != conditions[0]:
         return {}
+    who, met, y = _by_participant(cells, present)
+    people, freedom = len(set(who)), len(y) - len(set(who)) - (len(present) - 1)
+    if people < LEAST or freedom < 1 or np.ptp(y) == 0.0:
+        return {}
+    columns = [np.ones(len(y))] + [(met == c).astype(float) for c in present[1:]]
     scale = float(y.std())  # the optimiser expects values of about one
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a variance of zero between participants is a result, not a fault
-        groups = [people.index(row["participant"]) for row in cells]
         try:
-            fit = MixedLM(y / scale, np.column_stack(columns), groups=groups).fit(reml=True)
-        except np.linalg.LinAlgError:  # e.g. each condition was met in another task
+            fit = MixedLM(y / scale, np.column_stack(columns), groups=who).fit(reml=True)
+        except np.linalg.LinAlgError:
             return {}
         if fit.scale < _NO_SPREAD:
             return {}
@@ -154,8 +154,27 @@ def mixed(rows: Sequence[Row], measure: str, conditions: Sequence[str]) -> dict[
     return found
 
 
-def _is(cells: Sequence[Row], key: str, value: str) -> Array:
-    return np.array([float(row[key] == value) for row in cells])
+def _by_participant(cells: Sequence[Row], present: Sequence[str]) -> tuple[StringArray, StringArray, Array]:
+    """Participant, condition and value (n,): means over the tasks, less the tasks' own effects.
+
+    Empty if the conditions were met in different tasks, so that their effects are one.
+    """
+    keys = {key: np.array([row[key] for row in cells]) for key in ("participant", "condition", "task")}
+    y = np.array([row["value"] for row in cells])
+    people, tasks = (
+        np.column_stack([keys[key] == one for one in dict.fromkeys(keys[key])]).astype(np.float64)
+        for key in ("participant", "task")
+    )
+    tried = np.column_stack([keys["condition"] == c for c in present[1:]]).astype(np.float64)
+    rest, A = np.hstack([people, tasks]), np.hstack([people, tasks, tried])
+    if np.linalg.matrix_rank(A) < np.linalg.matrix_rank(rest) + tried.shape[1]:
+        return keys["participant"][:0], keys["condition"][:0], y[:0]
+    y = y - tasks @ np.linalg.lstsq(A, y, rcond=None)[0][people.shape[1] : rest.shape[1]]
+    found: dict[tuple[str, str], list[float]] = {}
+    for who, condition, value in zip(keys["participant"], keys["condition"], y, strict=True):
+        found.setdefault((str(who), str(condition)), []).append(float(value))
+    names, conditions = (np.array(one) for one in zip(*found, strict=True))
+    return names, conditions, np.array([np.mean(values) for values in found.values()])
 
 
 def _cells(rows: Sequence[Row], measure: str) -> list[Row]:

@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from scipy.stats import binomtest, t, ttest_rel
+from scipy.stats import binomtest, t, ttest_1samp, ttest_rel
 
-from palpate.base.arrays.intervals import LEAST, holm, interval, paired, proportion
+from palpate.base.arrays.intervals import LEAST, chance, holm, interval, paired, proportion
 
 
 def change(before, after):
@@ -70,3 +70,14 @@ def test_family_without_effects_names_one_in_five_of_a_hundred():
     assert proportion(float(wrong), 400)[0] <= 0.05
     assert np.mean([(p < 0.05).sum() for p in families]) > 5.0
     assert holm(np.array([0.01, 0.04, 0.03, np.nan])) == pytest.approx([0.03, 0.06, 0.06, np.nan], nan_ok=True)
+
+
+def test_chance_of_a_mean_is_students_and_agrees_with_its_interval():
+    rng = np.random.default_rng(4)
+    x = rng.normal(0.5, 1.0, 11)
+    assert chance(np.mean, x) == pytest.approx(ttest_1samp(x, 0.0).pvalue)
+    assert np.isnan(chance(np.mean, x[: LEAST - 1]))
+    grid = 1.0 + rng.normal(size=(7, 1)) + 0.7 * rng.normal(size=9) + 0.5 * rng.normal(size=(7, 9))
+    low, high = interval(np.mean, grid, axes=(0, 1))
+    assert (chance(np.mean, grid, axes=(0, 1)) < 0.05) == (low > 0.0 or high < 0.0)
+    assert chance(np.mean, grid - low, axes=(0, 1)) == pytest.approx(0.05), "the lower end at zero"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from palpate.base.arrays.peaks import SustainedPeak, sustained
+from palpate.base.arrays.peaks import SustainedPeak, sustained, sustained_held
 
 
 @pytest.mark.parametrize("seconds", [2, 60])
@@ -30,3 +30,19 @@ def test_held_peak_of_pieces_is_that_of_the_whole():
             peak.add(piece)
         assert peak.value == pytest.approx(whole)
     assert sustained(force[:9], 1e-3) == pytest.approx(force[:9].mean())
+
+
+def test_held_peak_of_messages_counts_how_long_each_value_holds():
+    t, force = np.array([0.0, 0.1, 0.11, 0.3, 0.35]), np.array([1.0, 6.0, 1.0, 3.0, 0.0])
+    assert sustained_held(t, force, 0.6) == pytest.approx(3.0), "3 N for 50 ms; 6 N for 10 ms are 2 N over 50"
+    assert sustained_held(t[:3], force[:3], 0.4) == pytest.approx(2.0)
+    assert sustained_held(t, force, 0.35) == pytest.approx(3.0)
+    assert sustained_held(t[:1], force[:1], 1.0) == pytest.approx(1.0)
+    assert sustained_held(np.zeros(0), np.zeros(0), 1.0) == 0.0
+
+
+def test_held_peak_of_regular_messages_is_that_of_samples():
+    rng = np.random.default_rng(2)
+    force = rng.normal(size=500)
+    t = 1e-3 * np.arange(500)
+    assert sustained_held(t, force, 0.5) == pytest.approx(sustained(force, 1e-3))

@@ -10,15 +10,18 @@ pytest.importorskip("statsmodels", reason="statsmodels is not installed (extra e
 NAMES = ("none", "bar", "force")
 
 
-def rows_of(rng, people=12, effect=0.0, tasks=("a",), spread=1.0, scale=1.0):
-    """Trials of people with a random level, two repetitions, and an effect of the third condition."""
+def rows_of(rng, people=12, effect=0.0, tasks=("a",), spread=1.0, scale=1.0, differ=0.0):
+    """Trials of people with a random level, two repetitions, and an effect of the third condition.
+
+    differ: standard deviation of the effect of each condition between people.
+    """
     rows = []
     for who in range(people):
-        level = rng.normal(0.0, 2.0)
+        level, own = rng.normal(0.0, 2.0), differ * rng.normal(size=3)
         for task in tasks:
             for k, condition in enumerate(NAMES):
                 for _ in range(2):
-                    y = scale * (5.0 + level + effect * (k == 2) + rng.normal(0.0, spread))
+                    y = scale * (5.0 + level + own[k] + effect * (k == 2) + rng.normal(0.0, spread))
                     rows.append({"participant": f"P{who}", "task": task, "condition": condition, "y": y})
     return rows
 
@@ -48,6 +51,21 @@ def test_without_an_effect_one_test_in_twenty_finds_one():
     p = [mixed(rows_of(np.random.default_rng([9, k])), "y", NAMES)["force"][1] for k in range(400)]
     low, high = stats.binom.ppf([0.001, 0.999], 400, 0.05)
     assert low <= np.sum(np.array(p) < 0.05) <= high
+
+
+def test_tasks_of_one_participant_are_not_further_participants():
+    """Effects differ between six people; with each task as a unit of its own, 15 to 20 % of such tests find one."""
+    p = [
+        mixed(rows_of(np.random.default_rng([5, k]), 6, tasks=("a", "b", "c", "d"), differ=0.7), "y", NAMES)
+        for k in range(150)
+    ]
+    found = np.array([value for one in p for _, value in one.values()]) < 0.05
+    assert found.mean() < 0.1
+
+
+def test_four_participants_have_no_probability():
+    assert mixed(rows_of(np.random.default_rng(1), 4, effect=5.0), "y", NAMES) == {}
+    assert mixed(rows_of(np.random.default_rng(1), 5, effect=5.0), "y", NAMES)["force"][1] < 0.05
 
 
 def test_effects_name_their_units_and_are_corrected_together():

@@ -36,6 +36,7 @@ def test_both_pairs_palpate_and_have_the_summary_of_one_pair():
     summary = session.run(1.0)
     assert list(summary.pairs) == ["right", "left"]
     assert summary.pairs["right"].peak_force_N > summary.pairs["left"].peak_force_N > 0.2
+    assert 0.0 <= summary.instruments.peak_50ms_N <= summary.instruments.peak_force_N
     alone = palpate.Session(scene.pair("right")).run(0.01)
     assert vars(summary.pairs["right"]).keys() == vars(alone).keys()
 

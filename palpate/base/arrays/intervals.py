@@ -38,13 +38,34 @@ def interval(statistic: Callable[..., float], *samples: Array, axes: tuple[int, 
     value = statistic(*samples)
     if n < LEAST or not np.isfinite(value):
         return float("nan"), float("nan")
-    deviation = float(np.sqrt(sum(_variance(statistic, samples, axis) for axis in axes)))
+    deviation = _deviation(statistic, samples, axes)
     if deviation <= 1e-12 * abs(value):
         return value, value
     if n >= FEW and len(axes) == 1:
         return _bca(statistic, samples)
     reach = float(stdtrit(n - 1, 0.5 + 0.5 * LEVEL)) * deviation
     return value - reach, value + reach
+
+
+def chance(statistic: Callable[..., float], *samples: Array, axes: tuple[int, ...] = (0,)) -> float:
+    """Probability of a statistic at least as far from zero if it is zero: Student's t, of the jackknife's deviation.
+
+    Arguments are those of `interval`; NaN below `LEAST` units.
+    """
+    from scipy.special import stdtr
+
+    n = min(samples[0].shape[axis] for axis in axes)
+    value = statistic(*samples)
+    if n < LEAST or not np.isfinite(value):
+        return float("nan")
+    deviation = _deviation(statistic, samples, axes)
+    if deviation <= 1e-12 * abs(value):
+        return 1.0 if value == 0.0 else 0.0
+    return float(2.0 * stdtr(n - 1, -abs(value) / deviation))
+
+
+def _deviation(statistic: Callable[..., float], samples: tuple[Array, ...], axes: tuple[int, ...]) -> float:
+    return float(np.sqrt(sum(_variance(statistic, samples, axis) for axis in axes)))
 
 
 def _variance(statistic: Callable[..., float], samples: tuple[Array, ...], axis: int) -> float:

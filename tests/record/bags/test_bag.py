@@ -41,6 +41,7 @@ def test_force_without_renewal_is_counted(folder):
     summary = summary_of(Bag.open(folder)).arms["MTMR"]
     assert summary.held_s == pytest.approx(1.995 - 1.6, abs=1e-6)
     assert summary.peak_force_N == pytest.approx(2.0)
+    assert 0.0 < summary.peak_50ms_N <= summary.peak_force_N
 
 
 def test_ticks_have_the_force_in_both_frames(folder):

@@ -12,12 +12,13 @@ from palpate_lab.studies.guidance.work import FEW
 def tables(found: StudyResult) -> list[RenderableType]:
     """Tables, followed by sentences."""
     title = f"means of {found['operators']} simulated operators"
-    means = _table(title, ("task", "condition"), ("path error", "time", "mean force", "peak force", "entries"))
+    means = _table(title, ("task", "condition"), ("path error", "time", "mean force", "peak force", "held 50 ms", "entries"))
     for row in found["rows"]:
         first = row["condition"] == "none"
         means.add_row(
             row["task"] if first else "", row["condition"], f"{row['path_error_mm']:.2f} mm", f"{row['time_s']:.1f} s",
-            f"{row['mean_force_N']:.2f} N", f"{row['peak_force_N']:.2f} N", f"{row['entries']:.2f}",
+            f"{row['mean_force_N']:.2f} N", f"{row['peak_force_N']:.2f} N", f"{row['peak_50ms_N']:.2f} N",
+            f"{row['entries']:.2f}",
         )  # fmt: skip
     return [
         means,

@@ -45,13 +45,14 @@ class Command(Study):
         rows = run(self.routes, self.operators, on_progress=lambda text: say(console, text), conditions=conditions)
         found = summary(rows)
         table = Table(
-            "assistance", "entry [mm s]", "less", "95 %", "deepest [mm]", "path error [mm]", "time [s]", "done"
+            "assistance", "entry [mm s]", "less", "95 %", "p (Holm)", "deepest [mm]", "path error [mm]", "time [s]",
+            "done",
         )
         for row in found.values():
             low, high = row["entry_reduction_95"]
             share, span = f"{100 * row['entry_reduction']:.0f} %", f"{100 * low:.0f} to {100 * high:.0f} %"
             values = (row["deepest_mm"], row["path_error_mm"], row["time_s"])
-            table.add_row(row["words"], f"{row['entry_mm_s']:.3f}", share, span, *(f"{v:.2f}" for v in values),
-                          f"{100 * row['done']:.0f} %")  # fmt: skip
+            table.add_row(row["words"], f"{row['entry_mm_s']:.3f}", share, span, f"{row.get('p_holm', 1.0):.2g}",
+                          *(f"{v:.2f}" for v in values), f"{100 * row['done']:.0f} %")  # fmt: skip
         result = {"seed": SEED, "conditions": found, "trials": rows}
         return Findings(result, lambda folder: draw(folder, rows, found), [table])

@@ -10,7 +10,7 @@ import numpy as np
 
 from palpate import _core, _guidance
 from palpate.base.arrays import Array
-from palpate.base.arrays.intervals import interval
+from palpate.base.arrays.intervals import chance, holm, interval
 from palpate.planning.checker import Checker
 from palpate.simulators.operators import Errand, Operator, Senses, perform, person
 from palpate.simulators.operators.trial import Trial
@@ -84,18 +84,25 @@ def summary(rows: Rows) -> dict[str, Any]:
         means = {key: float(np.mean([row[key] for row in own])) for key in own[0] if key not in _KEYS}
         found[name] = {"words": EVERY[name].words, "trials": len(own), **means}
     for name in names:
-        found[name]["entry_reduction"], found[name]["entry_reduction_95"] = _reduction(rows, name)
+        found[name]["entry_reduction"], found[name]["entry_reduction_95"], found[name]["p"] = _reduction(rows, name)
+    tried = [one for name, one in found.items() if name != "none"]
+    for one, p in zip(tried, holm(np.array([one["p"] for one in tried])), strict=True):
+        one["p_holm"] = float(p)
     return found
 
 
-def _reduction(rows: Rows, name: str) -> tuple[float, list[float]]:
-    """1 - entry / entry without assistance [-], and its interval: routes and operators are both drawn."""
+def _reduction(rows: Rows, name: str) -> tuple[float, list[float], float]:
+    """1 - entry / entry without assistance [-], its interval, and its probability without an effect.
+
+    Routes and operators are both drawn.
+    """
     before, after = _by_route(rows, "none"), _by_route(rows, name)  # each (routes, operators)
 
     def reduction(before: Array, after: Array) -> float:
         return float(1.0 - after.sum() / before.sum()) if before.sum() > 0.0 else float("nan")
 
-    return reduction(before, after), list(interval(reduction, before, after, axes=(0, 1)))
+    bounds, p = (f(reduction, before, after, axes=(0, 1)) for f in (interval, chance))
+    return reduction(before, after), list(bounds), p
 
 
 def _by_route(rows: Rows, condition: str) -> Array:
