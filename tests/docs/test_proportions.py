@@ -12,7 +12,9 @@ WHOLE = {
     "platforms.md": "files of the sources",
 }
 _UNIT = r"(?:m|s|N|Pa|kPa|mm|ms|g|kg|Hz|cm|deg|um|MB|GB|mJ)"
-_COUNT = re.compile(rf"\b(?:\d[\d,]*|[Nn]one|[Nn]o|[Aa]ll) of (?:the |these |all )?(\d[\d,]*)\b(?! {_UNIT}\b)(?![.:/]\d)")
+_COUNT = re.compile(
+    rf"\b(?:\d[\d,]*|[Nn]one|[Nn]o|[Aa]ll) of (?:the |these |all )?(\d[\d,]*)\b(?! {_UNIT}\b)(?![.:/]\d)"
+)
 
 
 def counts_without_interval(text: str) -> list[str]:

@@ -67,7 +67,7 @@ class Load:
     deviation: float  # standard deviation [kg]
     freedom: float  # degrees of freedom of the deviation
     place: tuple[float, float]  # of the load along and across its bar, from the bar's pivot [m]
-    explained: tuple[float, float]  # by the load, of the variance that drift leaves (robust), yaw and pitch
+    explained: tuple[float, float]  # of the variance that drift leaves, in unfitted blocks, yaw and pitch
     hang: Hang
     t: Array  # (k,) [s]
     tared: Array  # (k, 2) torque of yaw and pitch minus the mean tare and its drift [N m]
@@ -129,18 +129,31 @@ def estimate_load(
             break
         place = place + moved
     time = np.arange(len(drift)) * _BLOCKS // len(drift)
-    parts = np.array([whole.only(time != b).fit()[0] for b in range(_BLOCKS)])
+    blocks = [whole.only(time != b).fit() for b in range(_BLOCKS)]
+    parts = np.array([one[0] for one in blocks])
     tares = np.array([replace(whole, tared=[r[0] - one]).fit()[0] for one in r[1:]])
     variance, freedom = _variance(parts, tares)
     fitted, tared = whole.body @ x[:3], whole.without_drift(x)
-    alone = whole.without_drift(np.concatenate([np.zeros(3), whole.fit(without_load=True)]))
-    ratio = np.median(np.abs(tared - fitted), axis=0) / np.median(np.abs(alone), axis=0)
-    explained = (float(1.0 - ratio[0] ** 2), float(1.0 - ratio[1] ** 2))
     t = np.arange(len(loaded))[rows] / loaded.rate
     return Load(
-        float(x[0]), float(np.sqrt(variance)), freedom, (float(place[0]), float(place[1])), explained, hang, t, tared,
-        fitted, tuple(map(float, tares)), _misfit(tared - fitted, r[1:], drift),
+        float(x[0]), float(np.sqrt(variance)), freedom, (float(place[0]), float(place[1])),
+        _explained(whole, blocks, time), hang, t, tared, fitted, tuple(map(float, tares)),
+        _misfit(tared - fitted, r[1:], drift),
     )  # fmt: skip
+
+
+def _explained(whole: _Tared, blocks: list[Array], time: NDArray[np.int64]) -> tuple[float, float]:
+    """Robust share of the variance of yaw and pitch that the load explains in blocks that it was not fitted to.
+
+    Fitted to the same rows, the load's three parameters would explain up to a quarter of recordings without any load.
+    """
+    left, alone = [], []
+    for b, x in enumerate(blocks):
+        rest, own = whole.only(time != b), whole.only(time == b)
+        left.append(own.without_drift(x) - own.body @ x[:3])
+        alone.append(own.without_drift(np.concatenate([np.zeros(3), rest.fit(without_load=True)])))
+    ratio = np.median(np.abs(np.concatenate(left)), axis=0) / np.median(np.abs(np.concatenate(alone)), axis=0)
+    return float(1.0 - ratio[0] ** 2), float(1.0 - ratio[1] ** 2)
 
 
 def _misfit(residual: Array, tares: list[Array], drift: Array) -> float:

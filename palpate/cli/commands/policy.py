@@ -68,7 +68,10 @@ class Command:
         say(console, f"{actions} actions; largest force on the hand {summary.peak_force_N:.2f} N, "
             f"{summary.peak_50ms_N:.2f} N over 50 ms")  # fmt: skip
         say(console, str(summary.record), "record")
-        found = {"actions": actions, "notes": notes, "peak_force_N": summary.peak_force_N,
-                 "peak_50ms_N": summary.peak_50ms_N, "duration_s": self.duration, "record": summary.record, "faults": list(summary.faults)}  # fmt: skip
+        found = {
+            "actions": actions, "notes": notes, "peak_force_N": summary.peak_force_N,
+            "peak_50ms_N": summary.peak_50ms_N, "duration_s": self.duration, "record": summary.record,
+            "faults": list(summary.faults),
+        }  # fmt: skip
         write_json(self.json, found)
         return 0

@@ -44,9 +44,10 @@ def random(found: Result) -> list[str]:
     felt, rms = (n - model[key] for key in ("felt_outside", "rms_outside"))
     return [
         f"Of {n:,} random networks",
-        f"| {model['energy_lowest_mJ']:.2f} mJ; {model['not_passive'] or 'no'} runs below -0.5 (at most {most(model['not_passive'], n)}) |",
-        f"| in {felt} of the runs ({both(felt, n)}), {model['felt_over_true'][1]:.3f} in the median; 99 % of the runs within "
-        f"{model['felt_over_true'][0]:.2f}-{model['felt_over_true'][2]:.2f} |",
+        f"| {model['energy_lowest_mJ']:.2f} mJ; {model['not_passive'] or 'no'} runs below -0.5 "
+        f"(at most {most(model['not_passive'], n)}) |",
+        f"| in {felt} of the runs ({both(felt, n)}), {model['felt_over_true'][1]:.3f} in the median; "
+        f"99 % of the runs within {model['felt_over_true'][0]:.2f}-{model['felt_over_true'][2]:.2f} |",
         f"| in {rms} of the runs ({both(rms, n)}), {model['force_rms_N'][1]:.3f} in the median, "
         f"99.5 % below {model['force_rms_N'][2]:.2f}",
         f"| {model['force_site_largest_N']:.2f} N |",

@@ -127,7 +127,11 @@ def loops(found: Result) -> list[str]:
     counts = found["counts"]
     failed = {kind.removesuffix(": failed"): n for kind, n in counts.items() if kind.endswith(": failed")}
     size = f"In {found['runs']:,} scenes {counts['loops']:,} loops were run"
-    return [size, f"{sum(failed.values()):,} failed", *(f"| `{k}` | {n} of {counts[k]:,} | {both(n, counts[k])} |" for k, n in failed.items())]
+    return [
+        size,
+        f"{sum(failed.values()):,} failed",
+        *(f"| `{k}` | {n} of {counts[k]:,} | {both(n, counts[k])} |" for k, n in failed.items()),
+    ]
 
 
 TIES = [

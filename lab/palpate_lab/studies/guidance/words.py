@@ -12,7 +12,9 @@ from palpate_lab.studies.guidance.work import FEW
 def tables(found: StudyResult) -> list[RenderableType]:
     """Tables, followed by sentences."""
     title = f"means of {found['operators']} simulated operators"
-    means = _table(title, ("task", "condition"), ("path error", "time", "mean force", "peak force", "held 50 ms", "entries"))
+    means = _table(
+        title, ("task", "condition"), ("path error", "time", "mean force", "peak force", "held 50 ms", "entries")
+    )
     for row in found["rows"]:
         first = row["condition"] == "none"
         means.add_row(

@@ -45,7 +45,14 @@ class Command(Study):
         rows = run(self.routes, self.operators, on_progress=lambda text: say(console, text), conditions=conditions)
         found = summary(rows)
         table = Table(
-            "assistance", "entry [mm s]", "less", "95 %", "p (Holm)", "deepest [mm]", "path error [mm]", "time [s]",
+            "assistance",
+            "entry [mm s]",
+            "less",
+            "95 %",
+            "p (Holm)",
+            "deepest [mm]",
+            "path error [mm]",
+            "time [s]",
             "done",
         )
         for row in found.values():

@@ -101,8 +101,8 @@ def _reduction(rows: Rows, name: str) -> tuple[float, list[float], float]:
     def reduction(before: Array, after: Array) -> float:
         return float(1.0 - after.sum() / before.sum()) if before.sum() > 0.0 else float("nan")
 
-    bounds, p = (f(reduction, before, after, axes=(0, 1)) for f in (interval, chance))
-    return reduction(before, after), list(bounds), p
+    bounds = interval(reduction, before, after, axes=(0, 1))
+    return reduction(before, after), list(bounds), chance(reduction, before, after, axes=(0, 1))
 
 
 def _by_route(rows: Rows, condition: str) -> Array:
