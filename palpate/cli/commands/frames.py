@@ -46,8 +46,8 @@ class Command:
         for line in _tree(graph, now):
             say(console, line)
         for found in graph.disagreements():
-            say(console, _compared(found), "disagreement:" if found.probability < 0.01 else "two paths:",
-                "yellow" if found.probability < 0.01 else "")  # fmt: skip
+            say(console, _compared(found), "disagreement:" if found.p_holm < 0.01 else "two paths:",
+                "yellow" if found.p_holm < 0.01 else "")  # fmt: skip
         asked = None if self.of is None else graph.pose(self.of, self.reference)
         if asked is not None:
             say(console, f"{self.of} in {self.reference}, by {' > '.join(asked.path)}: "
@@ -139,4 +139,5 @@ def _disagreement(found: Disagreement) -> dict[str, Any]:
         "frame": found.edge.child, "parent": found.edge.parent, "path": found.path, "source": found.edge.source,
         "distance_m": found.distance_m, "angle_rad": found.angle_rad,
         "mahalanobis": finite_or_none(found.mahalanobis), "probability": found.probability,
+        "p_holm": found.p_holm,
     }  # fmt: skip

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.base.arrays import Array, rigid
+from palpate.base.arrays.intervals import holm
 from palpate.base.errors import FrameError
 from palpate.world.frames.edge import Edge
 
@@ -55,6 +56,8 @@ class Disagreement:
     """size of the displacement in standard deviations; infinite where both paths claim to be exact [-]"""
     probability: float
     """probability of a larger displacement if both covariances are right: chi-squared with 6 degrees of freedom [-]"""
+    p_holm: float
+    """the same, corrected for all second paths of the graph as one family (Holm) [-]"""
 
     @property
     def distance_m(self) -> float:
@@ -194,7 +197,9 @@ class FrameGraph:
 
     def disagreements(self) -> list[Disagreement]:
         """Each second path to a frame, compared with the first, in the order given."""
-        return [self._disagreement(edge) for edge in self._checks]
+        found = [self._disagreement(edge) for edge in self._checks]
+        corrected = holm(np.array([one.probability for one in found]))
+        return [replace(one, p_holm=float(p)) for one, p in zip(found, corrected, strict=True)]
 
     def _disagreement(self, edge: Edge) -> Disagreement:
         from scipy.special import chdtrc
@@ -202,7 +207,8 @@ class FrameGraph:
         first = self.pose(edge.child, edge.parent)
         xi = rigid.displacement(first.X, edge.X)
         d = mahalanobis(xi, first.covariance + edge.covariance)
-        return Disagreement(edge, first.path, xi, d, float(chdtrc(6, d * d)))
+        p = float(chdtrc(6, d * d))
+        return Disagreement(edge, first.path, xi, d, p, p)
 
     def _up(self, name: str) -> list[Edge]:
         """Edges from a frame up to the root."""

@@ -46,5 +46,5 @@ def trial(form: str, rng: np.random.Generator) -> Trial:
     graph.add(Edge("world", "camera", X, C, kind="measured", check=True))
     found = graph.pose("camera")
     error = np.r_[moved[:3, 3] - found.X[:3, 3], log(moved[:3, :3] @ found.X[:3, :3].T)]
-    told = any(one.probability < _SURE for one in graph.disagreements())
+    told = any(one.p_holm < _SURE for one in graph.disagreements())
     return of_ellipsoid(error, found.covariance, told)
