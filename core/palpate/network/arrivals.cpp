@@ -17,7 +17,7 @@ void Arrivals::step(double age, double dt) noexcept {
     waits_ = 0;
     return;
   }
-  if (age < before) peaks_[bin_of(before)] += 1.0f;
+  if (age < before) add(peaks_, before);
   observed_ += dt;
   since_halved_ += dt;
   if (waits_ == kWait) {
@@ -33,9 +33,15 @@ std::size_t Arrivals::bin_of(double age) noexcept {
   return static_cast<std::size_t>(std::min(std::max(0.0, age / kBin), kBins - 1.0));
 }
 
+void Arrivals::add(Histogram& to, double age) noexcept {
+  const std::size_t bin = bin_of(age);
+  to[bin] += 1.0f;
+  top_ = std::max(top_, bin + 1);
+}
+
 // Adds an age to the histogram.
 void Arrivals::count(double age) noexcept {
-  count_[bin_of(age)] += 1.0f;
+  add(count_, age);
   total_ += 1.0;
   if (++ticks_ % kForget == 0) {
     for (float& c : count_) c *= 0.5f;
@@ -56,7 +62,7 @@ void Arrivals::fit_tail() noexcept {
   once_an_hour_ = 0.0;
   if (observed_ < kBefore) return;
   double above = 0.0, sum = 0.0;
-  std::size_t i = kBins;
+  std::size_t i = top_;
   while (i > 0 && above < kTail) {
     --i;
     above += peaks_[i];
@@ -73,6 +79,7 @@ void Arrivals::start_anew() noexcept {
   peaks_.fill(0.0f);
   total_ = observed_ = since_halved_ = once_an_hour_ = 0.0;
   ticks_ = 0;
+  top_ = 0;
   outage_ = false;
 }
 
@@ -90,7 +97,7 @@ void Arrivals::watch(double limit, double dt) noexcept {
   back_ = age_ <= limit ? back_ + dt : 0.0;
   oldest_ = std::max(oldest_, age_);
   outage_ = back_ < kBack;
-  if (!outage_ && lasting_ < kShort) peaks_[bin_of(oldest_)] += 1.0f;
+  if (!outage_ && lasting_ < kShort) add(peaks_, oldest_);
   since_ += dt;
   if (since_ < kSteady) return;
   if (age_ - age_then_ < 0.5 * since_) {  // without packets the age grows as fast as time
@@ -103,7 +110,7 @@ void Arrivals::watch(double limit, double dt) noexcept {
 void Arrivals::refresh() noexcept {
   double beyond = 0.0;
   bool top = true, middle = true;
-  for (std::size_t i = kBins; i-- > 0;) {
+  for (std::size_t i = top_; i-- > 0;) {
     beyond += count_[i];
     const double edge = kBin * static_cast<double>(i + 1);
     if (top && beyond > 1e-3 * total_) {

@@ -59,6 +59,8 @@ class Arrivals {
   static constexpr double kRemember = 300.0;  ///< [s] time after which the counts of excursions are halved
   static constexpr double kShort = 0.3;       ///< [s] shorter outages were bursts
   static constexpr double kBefore = 5.0;      ///< [s] of observation before which the tail does not count
+  using Histogram = std::array<float, kBins>;
+  void add(Histogram& to, double age) noexcept;
   void refresh() noexcept;
   void fit_tail() noexcept;
   void start_anew() noexcept;
@@ -66,7 +68,8 @@ class Arrivals {
   void count(double age) noexcept;
   [[nodiscard]] static std::size_t bin_of(double age) noexcept;
 
-  std::array<float, kBins> count_{}, peaks_{};  ///< ages of all ticks; largest ages of all excursions
+  Histogram count_{}, peaks_{};                 ///< ages of all ticks; largest ages of all excursions
+  std::size_t top_ = 0;                         ///< beyond the last bin of both that has counts
   double observed_ = 0.0, since_halved_ = 0.0;  ///< time in which the excursions were counted, and since a halving [s]
   double once_an_hour_ = 0.0;                   ///< age that an excursion exceeds once an hour [s]
   double total_ = 0.0, age_ = 0.0, oldest_ = 0.0, p50_ = 0.0, p99_ = 0.0, p999_ = 0.0, back_ = 0.0;

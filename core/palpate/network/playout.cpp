@@ -40,8 +40,15 @@ Played Playout::step(double now, double wanted, double dt) noexcept {
     out.late = true;
     return out;
   }
-  std::size_t i = 0;
-  while (i + 1 < size_ && at(i).t > t) ++i;
+  std::size_t i = 0, end = size_ - 1;  // the newest packet that is no newer than t, or the oldest one
+  while (i < end) {
+    const std::size_t middle = (i + end) / 2;
+    if (at(middle).t > t) {
+      i = middle + 1;
+    } else {
+      end = middle;
+    }
+  }
   if (i == 0 || at(i).t > t) {  // nothing is newer than t, or t lies before the buffer
     out.X = at(i).X;
     out.jaw = at(i).jaw;

@@ -13,12 +13,18 @@ namespace palpate::network {
 /// One direction of an emulated link with the datagrams that are under way.
 class Wire {
  public:
-  Wire(const Condition& condition, std::uint64_t seed) : link_(condition, seed) { flights_.reserve(kMost); }
+  Wire(const Condition& condition, std::uint64_t seed) : link_(condition, seed), datagrams_(kMost) {
+    flights_.reserve(kMost);
+    for (std::uint32_t k = kMost; k-- > 0;) free_.push_back(k);
+  }
   /// Sends a datagram at the time t [s]. Returns false if it is lost; so is one beyond the kMost that are under way.
   bool send(double t, const Datagram& d) noexcept {
     const Fate fate = link_.send(t, kBytes);
-    for (int i = 0; i < fate.copies && flights_.size() < kMost; ++i) {
-      flights_.push_back({fate.arrival[static_cast<std::size_t>(i)], ++number_, d});
+    for (int i = 0; i < fate.copies && !free_.empty(); ++i) {
+      const std::uint32_t place = free_.back();
+      free_.pop_back();
+      datagrams_[place] = d;
+      flights_.push_back({fate.arrival[static_cast<std::size_t>(i)], ++number_, place});
       std::push_heap(flights_.begin(), flights_.end());
     }
     return fate.copies > 0;
@@ -28,8 +34,10 @@ class Wire {
   void deliver(double t, Take&& take) noexcept {
     while (!flights_.empty() && flights_.front().arrival <= t) {
       std::pop_heap(flights_.begin(), flights_.end());
-      take(flights_.back().d, flights_.back().arrival);
+      const Flight flight = flights_.back();
       flights_.pop_back();
+      free_.push_back(flight.place);
+      take(datagrams_[flight.place], flight.arrival);
     }
   }
 
@@ -39,14 +47,16 @@ class Wire {
   struct Flight {
     double arrival;
     std::uint64_t number;
-    Datagram d;
+    std::uint32_t place;                              // of its datagram
     bool operator<(const Flight& o) const noexcept {  // the earliest is the largest, on top of the heap
       return arrival != o.arrival ? arrival > o.arrival : number > o.number;
     }
   };
 
   Link link_;
-  std::vector<Flight> flights_;
+  std::vector<Flight> flights_;      ///< a heap
+  std::vector<Datagram> datagrams_;  ///< of the flights
+  std::vector<std::uint32_t> free_;  ///< places there without a flight
   std::uint64_t number_ = 0;
 };
 

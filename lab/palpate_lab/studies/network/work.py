@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import cache
 from typing import cast
 
 import numpy as np
@@ -61,6 +62,11 @@ def palpated(mode: str, link: Network, seed: int) -> float:
     return float(r.palpated) if r.palpated >= 0.0 else math.nan
 
 
+@cache
+def _without_delay(seed: int) -> float:
+    return palpated("model", network("none"), seed)
+
+
 def _condition(point: Point, seed: int) -> dict[str, float]:
     link = network(point["condition"])
     last = max((b + d for b, d in link.to_site.outages), default=0.0)
@@ -68,7 +74,7 @@ def _condition(point: Point, seed: int) -> dict[str, float]:
     r, _ = trial(point["mode"], link, World(), motion, seed)
     told = 1e3 * r.told_site if last else math.nan
     seconds = palpated(point["mode"], link, seed)
-    longer = seconds / palpated("model", network("none"), seed) - 1.0
+    longer = seconds / _without_delay(seed) - 1.0
     return {**figures(r), "outage_told_ms": told, "palpation_s": seconds, "palpation_longer": longer}
 
 
