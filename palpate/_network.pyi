@@ -585,6 +585,13 @@ class EndOptions:
     @radius.setter
     def radius(self, arg: float, /) -> None: ...
 
+    @property
+    def drag(self) -> float:
+        """Damping of the hand in the mode passivity [N s/m]."""
+
+    @drag.setter
+    def drag(self, arg: float, /) -> None: ...
+
 class SiteOptions(EndOptions):
     """Options of the follower's end."""
 
@@ -752,13 +759,14 @@ class LocalModel:
         self,
         p: Annotated[NDArray[numpy.float64], "(3,)"],
         v: Annotated[NDArray[numpy.float64], "(3,)"],
+        F: Annotated[NDArray[numpy.float64], "(3,)"],
         radius: float,
         t: float,
         dt: float,
     ) -> None:
         """
-        Updates for a tool with this radius at p (3,) [m] with velocity v (3,) [m/s], at the time t of the scene, dt
-        after the last one [s].
+        Updates for a tool with this radius at p (3,) [m] with velocity v (3,) [m/s] and contact force F (3,) [N], at
+        the time t of the scene, dt after the last one [s].
         """
 
     def synchronise(self, ahead: float) -> None:
@@ -788,10 +796,8 @@ class Port:
 
     def __init__(self) -> None: ...
 
-    def step(self, F: Annotated[NDArray[numpy.float64], "(3,)"], x: Annotated[NDArray[numpy.float64], "(3,)"]) -> float:
-        """
-        One tick: force (3,) [N], position (3,) [m]; the work that went in [J].
-        """
+    def step(self, F: Annotated[NDArray[numpy.float64], "(3,)"], x: Annotated[NDArray[numpy.float64], "(3,)"]) -> None:
+        """One tick: force (3,) [N], position (3,) [m]."""
 
     @property
     def taken(self) -> float:
@@ -799,7 +805,7 @@ class Port:
 
     @property
     def given(self) -> float:
-        """Energy given [J]."""
+        """Energy given [J]: what was taken less the exact net."""
 
 class Peer:
     """The other end: its clock, the ages of its packets, outages."""

@@ -51,7 +51,8 @@ void bind_options(nb::module_& m) {
       .def_rw("least_sure", &UpdateOptions::least_sure, "Largest relative deviation of a stiffness taken [-]."_doc);
   nb::class_<EndOptions>(m, "EndOptions", "What both ends have alike.")
       .def_rw("mode", &EndOptions::mode, "Mode."_doc)
-      .def_rw("radius", &EndOptions::radius, "Radius of the tool's sphere [m]."_doc);
+      .def_rw("radius", &EndOptions::radius, "Radius of the tool's sphere [m]."_doc)
+      .def_rw("drag", &EndOptions::drag, "Damping of the hand in the mode passivity [N s/m]."_doc);
   nb::class_<SiteOptions, EndOptions>(m, "SiteOptions", "Options of the follower's end.")
       .def(nb::init<>())
       .def_rw("force_cap", &SiteOptions::force_cap, "Largest force on the tissue [N]."_doc)
@@ -98,9 +99,9 @@ void bind_learning(nb::module_& m) {
   nb::class_<LocalModel>(m, "LocalModel", "The objects of a scene with parameters that arrive over the network.")
       .def(nb::init<const UpdateOptions&, scene::Snapshot>(), "options"_a, "scene"_a)
       .def("take", &LocalModel::take, "estimate"_a, "Takes an estimate as the goal of its object.")
-      .def("step", &LocalModel::step, "p"_a, "v"_a, "radius"_a, "t"_a, "dt"_a,
-           "Updates for a tool with this radius at p (3,) [m] with velocity v (3,) [m/s], at the time t of the scene, "
-           "dt after the last one [s].")
+      .def("step", &LocalModel::step, "p"_a, "v"_a, "F"_a, "radius"_a, "t"_a, "dt"_a,
+           "Updates for a tool with this radius at p (3,) [m] with velocity v (3,) [m/s] and contact force F (3,) [N], "
+           "at the time t of the scene, dt after the last one [s].")
       .def("synchronise", &LocalModel::synchronise, "ahead"_a,
            "Moving objects are shown ahead of the time that step() is given, where the loop's clock is not the site's "
            "[s].")
@@ -123,10 +124,9 @@ void bind_peer(nb::module_& m) {
       "A copy of a scene with all objects displaced by shift (3,) [m], and with another stiffness [N/m]; 0: as it is.");
   nb::class_<network::Port>(m, "Port", "Work of a force on a measured position, taken and given apart.")
       .def(nb::init<>())
-      .def("step", &network::Port::step, "F"_a, "x"_a,
-           "One tick: force (3,) [N], position (3,) [m]; the work that went in [J].")
+      .def("step", &network::Port::step, "F"_a, "x"_a, "One tick: force (3,) [N], position (3,) [m].")
       .def_prop_ro("taken", &network::Port::in, "Energy taken, without returns [J].")
-      .def_prop_ro("given", &network::Port::out, "Energy given [J].");
+      .def_prop_ro("given", &network::Port::out, "Energy given [J]: what was taken less the exact net.");
   nb::class_<Peer>(m, "Peer", "The other end: its clock, the ages of its packets, outages.")
       .def(nb::init<>())
       .def("receive", &Peer::receive, "datagram"_a, "now"_a,

@@ -61,6 +61,20 @@ def test_the_passivity_mode_keeps_both_ports_passive():
         assert min(r.energy_hand, r.energy_site) >= -0.5e-3
 
 
+@pytest.mark.parametrize("seed", [6, 8, pytest.param(range(1000), marks=pytest.mark.long)])
+def test_random_runs_of_the_passivity_mode_give_no_energy_away(seed):
+    """Nor do both ports together: a relaxed hand that swings (6), and a tool that touches and leaves often (8)."""
+    for one in np.atleast_1d(seed):
+        r, _ = work.trial("passivity", *work.draw(int(one)), int(one))
+        assert min(r.energy_hand, r.energy_site, r.energy_ports) >= -0.5e-3
+
+
+def test_a_stiff_surface_is_felt_true_although_its_force_is_held_for_a_tick():
+    """The spring's held force gave energy away, which the passivity layer took from the force of each release."""
+    r, _ = work.trial("model", *work.draw(114), 114)
+    assert r.force_rms <= 0.04
+
+
 def test_energies_are_those_of_the_rows():
     """The judge's energies again, by numpy from the rows of the trial: force and motion of the hand per tick."""
     r, rows = work.trial("model", network("fibre"), World(mu=0.0, error=(0.0, 0.0, 0.0)), Motion(slide=0.0), 1)

@@ -40,7 +40,7 @@ class Follower {
   void stop() { thread_.stop(); }
   /// For the thread of the sockets: a packet that arrived at the own time `at` [s]; false if the queue is full.
   bool receive(const Datagram& d, double at) noexcept { return inbox_.push({d, at}); }
-  /// A new operator comes.
+  /// The operator has left, or a new one comes.
   void forget_operator() noexcept { forget_ = true; }
   [[nodiscard]] FollowerState state();
   [[nodiscard]] const loop::RealTimeThread& thread() const noexcept { return thread_; }

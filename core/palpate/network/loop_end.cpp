@@ -60,11 +60,14 @@ void LoopEnd::feel(const loop::LocalTool& tool, double now, double dt) noexcept 
   if (options_.mode != Mode::model) {
     out_.scene = &empty_;
     const Vec3 F = out_.linked ? peer_.newest().F : Vec3(Vec3::Zero());
-    out_.F = options_.mode == Mode::passivity ? port_.affordable(F, v_, peer_.newest().energy_in, dt) : F;
+    out_.F = F;
+    if (options_.mode == Mode::passivity && out_.linked) {
+      out_.F = port_.affordable(F, v_, peer_.newest().energy_in, dt) - options_.drag * v_;
+    }
     return;
   }
   model_.synchronise(peer_.peer_time(now) + peer_.newest().play_delay - tool.t);
-  model_.step(tool.X.p, v_, options_.radius, tool.t, dt);
+  model_.step(tool.X.p, v_, tool.F, options_.radius, tool.t, dt);
   out_.scene = &model_.scene();
 }
 

@@ -27,6 +27,7 @@ LocalModel::LocalModel(const UpdateOptions& options, scene::Snapshot scene) : gi
   for (const scene::Object& object : given_.objects) {
     goals_.push_back(as_given(object));
     updates_.emplace_back(options, goals_.back());
+    rubbing_.emplace_back();
   }
 }
 
@@ -40,23 +41,42 @@ void LocalModel::synchronise(double ahead) noexcept {
   }
 }
 
-void LocalModel::step(const Vec3& p, const Vec3& v, double radius, double t, double dt) noexcept {
+// Energy that friction has dissipated so far: the work of the tool against the force across the normal, less what its
+// spring keeps. It is paid out where it has never been higher, so that no rocking of the spring pays; most: what
+// Coulomb's law allows in this tick.
+double LocalModel::Rubbing::step(const Vec3& across, const Vec3& v, double K, double most, double dt) noexcept {
+  const double kept = across.squaredNorm() / (2.0 * K);
+  total += -across.dot(v) * dt - (kept - kept_before);
+  kept_before = kept;
+  const double paid = std::clamp(total - highest, 0.0, most);
+  highest = std::max(highest, total);
+  return paid;
+}
+
+void LocalModel::step(const Vec3& p, const Vec3& v, const Vec3& F, double radius, double t, double dt) noexcept {
   for (std::size_t i = 0; i < updates_.size(); ++i) {
     scene::Object& object = shown_.objects[i];
     const Pose X_WO = object.pose(t);
     const Vec3 p_O = X_WO.inverse() * p;
     const scene::Nearest c = object.surface->nearest(p_O);
     Held held{radius - signed_distance(c, p_O), X_WO.R * c.normal, 0.0};
+    const ModelEstimate& before = updates_[i].now();
     if (held.depth > 0.0) {
-      const double along = held.normal.dot(v - object.motion.velocity(p, t));
-      held.dissipated = object.material.B.mean() * along * along * dt;
+      const Vec3 relative = v - object.motion.velocity(p, t);
+      const double along = held.normal.dot(relative);
+      const Vec3 across = F - F.dot(held.normal) * held.normal;
+      const double most = before.mu * before.K * held.depth * (relative - along * held.normal).norm() * dt;
+      held.dissipated = before.B * along * along * dt + rubbing_[i].step(across, relative, before.K, most, dt);
+    } else {
+      rubbing_[i] = {};
     }
     const ModelEstimate& now = updates_[i].step(goals_[i], held, dt);
-    const Vec3 before = object.X_WO.p;
+    const Vec3 place = object.X_WO.p;
     object.X_WO.p = given_.objects[i].X_WO.p + now.shift;
-    object.correction = object.X_WO.p - before;
+    object.correction = object.X_WO.p - place;
     object.material.K = given_.objects[i].material.K * (now.K / given_.objects[i].material.K.mean());
-    object.material.B.setConstant(now.B);
+    // A spring whose force is held for a tick gives energy away as a damping of -K dt / 2 would: this takes it back.
+    object.material.B.setConstant(now.B + 0.5 * now.K * dt);
     object.material.mu = object.material.mu_static = now.mu;
   }
 }
@@ -86,6 +106,7 @@ const Vec3& Operator::step(const HandInput& in) noexcept {
   F_ = stability_.step(wanted).F_H_L.f;
   if (options_.mode == Mode::passivity) {
     F_ = port_.affordable(F_, in.v, peer_.newest().energy_in, 1.0 / options_.rate);
+    if (wanted.engaged) F_ -= options_.drag * in.v;
   }
   stability_.rendered({F_, Vec3::Zero()});
   in_ = in;
@@ -101,9 +122,10 @@ void Operator::link() noexcept {
 
 stability::Input Operator::of_model(const HandInput& in) noexcept {
   const double dt = 1.0 / options_.rate, t = peer_.peer_time(in.t) + peer_.newest().play_delay;
-  model_.step(in.p, in.v, options_.radius, t, dt);
+  model_.step(in.p, in.v, F_contact_, options_.radius, t, dt);
   const ContactSet& contacts = contact_.step(model_.scene(), &in.p, t);
   const force::ForceTerms terms = force::step(contacts, {in.v, Vec3::Zero()}, 1.0, 1.0);
+  F_contact_ = terms.F;
   stability::Input out;
   out.commanded.F.f = terms.F;
   out.stiffness = stability::stiffness_along(terms.F, contacts, 1.0);

@@ -35,9 +35,9 @@ class LocalModel {
   LocalModel(const UpdateOptions& options, scene::Snapshot scene);
   /// Takes the newest estimate of one object as its goal.
   void take(const ModelEstimate& estimate) noexcept;
-  /// Updates the parameters for a tool at p with this radius, at the time t of the scene; held: see Held. v: velocity
-  /// of the tool [m/s].
-  void step(const Vec3& p, const Vec3& v, double radius, double t, double dt) noexcept;
+  /// Updates the parameters for a tool at p with this radius, at the time t of the scene [s]. v: velocity of the tool
+  /// [m/s]; F: contact force on it at the last tick [N].
+  void step(const Vec3& p, const Vec3& v, const Vec3& F, double radius, double t, double dt) noexcept;
   /// Moving objects are shown `ahead` of the time that step() is given, where the clock of the loop is not that of the
   /// site [s].
   void synchronise(double ahead) noexcept;
@@ -46,9 +46,15 @@ class LocalModel {
   [[nodiscard]] const std::vector<ModelUpdate>& updates() const noexcept { return updates_; }
 
  private:
+  struct Rubbing {
+    double step(const Vec3& across, const Vec3& v, double K, double most, double dt) noexcept;
+    double total = 0.0, highest = 0.0, kept_before = 0.0;  ///< [J]
+  };
+
   scene::Snapshot given_, shown_;
   std::vector<ModelEstimate> goals_;
   std::vector<ModelUpdate> updates_;
+  std::vector<Rubbing> rubbing_;
 };
 
 /// The operator's end with its own contact and the stage `stability`.
@@ -78,7 +84,7 @@ class Operator {
   contact::Tool contact_;
   stability::Stability stability_;
   HandInput in_;
-  Vec3 F_ = Vec3::Zero();
+  Vec3 F_ = Vec3::Zero(), F_contact_ = Vec3::Zero();
   Port port_;
   bool linked_ = false, free_ = true;
 };

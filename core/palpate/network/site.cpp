@@ -20,6 +20,7 @@ constexpr double kFar = 0.05;           // [m] farther objects are not touched
 constexpr double kClose = 0.01;         // [m] distance within which contacts are computed
 constexpr double kSure = 3.0;           // [standard deviations] by which a surface may be nearer than estimated
 constexpr double kBrake = 2e-3;         // [m] distance beyond that from which the tool approaches slowly
+constexpr double kCreep = 2e-3;         // [m/s] speed near a surface that costs nothing worth counting
 constexpr double kDisagrees = 0.3;      // [N] margin from which the site reports that the model does not fit
 constexpr double kFarthest = 100.0;     // [m] no tool is farther away
 constexpr double kFastest = 100.0;      // [m/s] or faster
@@ -85,16 +86,19 @@ const SiteGoal& Site::step(const SiteInput& in, double dt) noexcept {
   return goal_;
 }
 
-// The account: what the hand has put in since the last tick, less the work of the tool on the tissue.
+// The account: what the hand has put in since the last tick, less the work of the tool on the tissue. Mode passivity
+// leaves out what the tissue has returned, since the hand may have it.
 void Site::book(const SiteInput& in) noexcept {
-  const double work = -port_.step(-0.5 * (in.F + in_.F), in.X.p);
+  const auto spent = [this] { return options_.mode == Mode::passivity ? port_.out() : -port_.net(); };
+  const double before = spent();
+  port_.step(-0.5 * (in.F + in_.F), in.X.p);
+  account_ -= spent() - before;
   if (peer_.known()) {
     const double received = std::max(peer_.newest().energy_in, hand_in_);
     account_ += received - hand_in_;
     hand_in_ = received;
   }
-  const bool returns = options_.mode == Mode::model || work > 0.0;
-  account_ = std::min(account_ - (returns ? work : 0.0), options_.capacity);
+  account_ = std::min(account_, options_.capacity);
 }
 
 // Shows the nearest object and the measured force to its estimator.
@@ -115,7 +119,8 @@ void Site::learn(const SiteInput& in) noexcept {
     const Vec3 n = X_WO.R * c.normal;
     const Vec3 v = object.motion.velocity(in.X.p, in.t);
     touch = {-gap - n.dot(shift), n, in.v - v, in.F};
-    near_ = {gap, kSure * estimators_[i].estimate().sd_shift, n, v};
+    const ModelEstimate now = estimators_[i].estimate();
+    near_ = {gap, kSure * now.sd_shift, n, v, now.K + now.sd_K};
   }
   if (touched < 0) near_ = Near{};
   if (touched < 0) return;
@@ -135,9 +140,16 @@ void Site::learn(const SiteInput& in) noexcept {
 // A step of the goal that comes near to a surface no faster than the account can pay for the tool's kinetic energy.
 Vec3 Site::slowed(const Vec3& step, double dt) const noexcept {
   if (options_.mode == Mode::direct || near_.gap > near_.unsure + kBrake) return step;
-  const double most = std::sqrt(2.0 * std::max(account_, options_.allowance) / options_.mass);
+  const double most = std::max(std::sqrt(2.0 * std::max(account_, 0.0) / options_.mass), kCreep);
   const double towards = -near_.normal.dot(step - near_.v * dt);
   return towards > most * dt ? Vec3(step + (towards - most * dt) * near_.normal) : step;
+}
+
+// Energy that the tool spends on the tissue until it rests at the goal, `left` deeper than now: by the force now, by
+// its growth on the way, and by the speed of the tool.
+double Site::pending(const SiteInput& in, const Vec3& out, double left) const noexcept {
+  const double speed = std::max(-out.dot(in.v - near_.v), 0.0);
+  return (in.F.norm() + 0.5 * near_.K * left) * left + 0.5 * options_.mass * speed * speed;
 }
 
 // The largest part of a step of the goal that force and energy allow.
@@ -146,17 +158,21 @@ Vec3 Site::allowed(const Vec3& step, const SiteInput& in, double dt) noexcept {
   if (F < kMeasurable) return step;
   const Vec3 out = in.F / F;
   Vec3 result = step;
-  const double near = kNear * options_.force_cap, deeper = -out.dot(step);
+  const double near = kNear * options_.force_cap, deeper = -out.dot(step), soft = 0.1 * options_.force_cap;
+  const double left = std::max(-out.dot(goal_.X.p - in.X.p), 0.0), cost = pending(in, out, left);
+  const bool saves = options_.mode != Mode::direct;
   if (deeper > 0.0) {
-    const double pending = std::max(-in.F.dot(goal_.X.p - in.X.p), 0.0), room = account_ - pending;
-    double share = options_.mode == Mode::direct ? 1.0 : std::clamp(room / (F * deeper), 0.0, 1.0);
-    share = std::min(share, std::clamp((near - F) / (0.1 * options_.force_cap), 0.0, 1.0));
+    const double more = (F + near_.K * (left + 0.5 * deeper)) * deeper;
+    double share = saves ? std::clamp((account_ - cost) / more, 0.0, 1.0) : 1.0;
+    share = std::min(share, std::clamp((near - F) / soft, 0.0, 1.0));
     if (share < 1.0) goal_.flags |= kLimited;
     result += (1.0 - share) * deeper * out;
   }
-  const double owed = options_.mode == Mode::model ? std::max(-account_, 0.0) / options_.allowance : 0.0;
+  // Mode passivity counts no returns, so there a retreat only saves what is still pending.
+  const double account = options_.mode == Mode::passivity ? std::max(account_, 0.0) : account_;
+  const double owed = saves ? std::max(cost - account, 0.0) / options_.allowance : 0.0;
   if (F > near || owed > 0.0) {
-    result += out * kRetreat * dt * std::clamp(std::max((F - near) / (0.1 * options_.force_cap), owed), 0.0, 1.0);
+    result += out * kRetreat * dt * std::clamp(std::max((F - near) / soft, owed), 0.0, 1.0);
     goal_.flags |= kLimited;
   }
   return result;

@@ -50,6 +50,7 @@ struct Near {
   double unsure = 0.0;                                   ///< how much nearer it may be [m]
   Vec3 normal = Vec3::Zero();                            ///< outward, in W
   Vec3 v = Vec3::Zero();                                 ///< its velocity [m/s]
+  double K = 0.0;                                        ///< stiffness that it may have [N/m]
 };
 
 /// The goal follows the played motion. In contact, with the measured force F and the step dx of the goal,
@@ -69,7 +70,8 @@ class Site {
   Site& operator=(const Site&) = delete;
   /// A packet that arrived at the own time `now` [s].
   void receive(const Datagram& d, double now) noexcept;
-  /// A new operator comes: clock, motion and energies of the one before are forgotten, what was learnt is kept.
+  /// The operator has left, or a new one comes: clock, motion and energies of the one before are forgotten, what was
+  /// learnt is kept.
   void forget_operator() noexcept;
   /// The tool was moved by others: from the next tick on the goal rests where the tool is measured, until it has
   /// aligned with the operator's motion again.
@@ -89,6 +91,7 @@ class Site {
   void learn(const SiteInput& in) noexcept;
   void follow(const SiteInput& in, double dt) noexcept;
   [[nodiscard]] Vec3 allowed(const Vec3& step, const SiteInput& in, double dt) noexcept;
+  [[nodiscard]] double pending(const SiteInput& in, const Vec3& out, double left) const noexcept;
   [[nodiscard]] Vec3 slowed(const Vec3& step, double dt) const noexcept;
 
   SiteOptions options_;
