@@ -24,7 +24,7 @@ from palpate.ros.background import BackgroundNode
 from palpate.ros.crtk_arm import FIND, refusal
 from palpate.ros.newest import Newest
 from palpate.scene.rig import Rig
-from palpate.session.remote.site import site_options
+from palpate.session.remote.site import PATIENCE, site_options
 
 STALE = 0.1
 """Age from which a measured pose or force is too old [s]."""
@@ -66,7 +66,7 @@ class RosPatient:
         self._packet = _NOTHING
         self._forget, self._stopped = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name="palpate-patient", daemon=True)
-        self._why, self._drives = "", False
+        self._why, self._drives, self._heard = "", False, 0.0  # words, and when an operator was heard last [s]
         self._behind, self._rests_until = "", 0.0  # why the arm rests, and until when [s]
         self._largest, self._ticks, self._missed = 0.0, 0, 0
         self.sent = 0  #: goals
@@ -89,6 +89,7 @@ class RosPatient:
         """The bytes of a datagram that arrived at the own time ``at`` [s]; False unless they are valid."""
         datagram = _network.decode(bytes)
         if datagram is not None:
+            self._heard = at
             self._inbox.append((datagram, at))
         return datagram is not None
 
@@ -97,7 +98,7 @@ class RosPatient:
         return self._packet
 
     def forget_operator(self) -> None:
-        """A new operator comes; the arm rests until it has aligned."""
+        """The operator has left, or a new one comes: no goal is sent until one drives the arm."""
         self._forget.set()
 
     def state(self) -> SimpleNamespace:
@@ -176,6 +177,8 @@ class RosPatient:
         return why or (self._behind if now < self._rests_until else "")
 
     def _step(self, now: float, dt: float) -> None:
+        if self._drives and now - self._heard > PATIENCE:  # whoever has left without a word
+            self._forget.set()
         if self._forget.is_set():
             self._forget.clear()
             self._inbox.clear()

@@ -168,6 +168,22 @@ def test_a_new_operator_of_a_disabled_arm_gets_no_packet_of_the_one_before(opera
     assert _network.decode(patient.packet()).t == 0.0
 
 
+@pytest.mark.parametrize("silent", [False, True])
+def test_an_operator_who_leaves_leaves_no_goals_behind(operator, patient, arm, spin_for, monkeypatch, silent):
+    """Others may then carry the arm: the held pose would pull it back for ever."""
+    monkeypatch.setattr("palpate.ros.patient.PATIENCE", 0.3)
+    operator.until(lambda: patient.sent > 20, "goals")
+    if not silent:
+        patient.forget_operator()
+    spin_for(0.5 if silent else 0.1)
+    sent, arm.p = patient.sent, np.array([0.05, 0.0, 0.0])
+    spin_for(0.3)
+    assert patient.sent == sent
+    arm.goals.clear()
+    operator.until(lambda: arm.goals, "goals again")
+    assert arm.goals[0] < 2e-3
+
+
 def message(stamp=(1, 0), **fields):
     return SimpleNamespace(header=SimpleNamespace(stamp=SimpleNamespace(sec=stamp[0], nanosec=stamp[1])), **fields)
 

@@ -71,7 +71,7 @@ class Patient(Protocol):
         """The bytes of the datagram that leaves next."""
 
     def forget_operator(self) -> None:
-        """A new operator comes."""
+        """The operator has left, or a new one comes."""
 
     def state(self) -> Any:
         """The state after the newest tick, with ``largest``: largest force so far [N]."""
@@ -245,6 +245,8 @@ class FollowerServer:
             with self._changing:
                 if master is not None and self._master is master:
                     self._master = None
+                    for one in self.followers:
+                        one.forget_operator()
                     self._say("the operator has left; the tool holds")
             connection.close()
 

@@ -24,6 +24,7 @@ class Command:
       palpate serve follower remote
       palpate serve follower my.yaml --host 192.168.1.7 --port 7410 --key link.key
       palpate serve follower my.yaml --arm PSM1 --force /PSM1/tissue_cf
+      palpate serve follower two.yaml --arm PSM1 PSM2 --force /PSM1/tissue_cf /PSM2/tissue_cf
 
     The operator's end is `palpate run SCENE --remote HOST:PORT` with the same scene and the same key. Ctrl-C ends it.
     """
@@ -36,11 +37,11 @@ class Command:
     """Address on which it listens: 127.0.0.1 for this machine only."""
     key: Annotated[Path | None, arg(metavar="FILE")] = None
     """The shared key; default: that of `palpate keys`."""
-    arm: str | None = None
-    """Name of an arm over ROS 2 that follows by CRTK's servo_cp, such as PSM1, with the base of the scene's follower; a
-    simulated instrument when left out."""
-    force: Annotated[str | None, arg(metavar="TOPIC")] = None
-    """With --arm: topic of the measured force of the tissue on the tool (WrenchStamped)."""
+    arm: Annotated[tuple[str, ...], arg(metavar="NAME")] = ()
+    """Name of an arm over ROS 2 that follows by CRTK's servo_cp, such as PSM1, with the base of the scene's follower; of
+    each pair one, in the order of the scene. A simulated instrument when left out."""
+    force: Annotated[tuple[str, ...], arg(metavar="TOPIC")] = ()
+    """With --arm: topic of the measured force of the tissue on its tool (WrenchStamped); of each arm one."""
     force_axes: Literal["base", "tip"] = "base"
     """With --arm: axes of that force, of the arm's base (as its measured_cp) or of its tip."""
     network: bool = False
@@ -73,26 +74,36 @@ class Command:
         return 0
 
     def _arms(self, rigs: Mapping[str, Rig], on_change: Callable[[str], None]) -> list[RosPatient]:
-        """The arm over ROS 2; none for simulated instruments."""
+        """The arms over ROS 2, one of each pair; none for simulated instruments."""
         from palpate.base.errors import PalpateError
 
-        if self.arm is None:
-            if self.force is not None:
-                raise PalpateError(f"--force {self.force}: a simulated instrument measures its own force",
+        names = " ".join(self.arm)
+        if not self.arm:
+            if self.force:
+                raise PalpateError(f"--force {' '.join(self.force)}: a simulated instrument measures its own force",
                                    mend="name the arm as well: --arm PSM1")  # fmt: skip
             if self.network or self.force_axes != "base":
                 given = "--network" if self.network else f"--force-axes {self.force_axes}"
                 raise PalpateError(f"{given}: a simulated instrument does not use ROS 2",
                                    mend="name the arm as well: --arm PSM1; --host lets other machines in")  # fmt: skip
             return []
-        if len(rigs) > 1:
-            raise PalpateError(f"--arm {self.arm}: one arm cannot follow the {len(rigs)} pairs of this scene",
-                               mend="leave --arm out, or run one pair as a scene of its own")  # fmt: skip
-        if self.force is None:
-            raise PalpateError(f"--arm {self.arm}: the force of the tissue on its tool is not known",
+        if len(self.arm) != len(rigs) or len(set(self.arm)) != len(self.arm):
+            pairs = " ".join(rigs) if len(rigs) > 1 else "one pair"
+            raise PalpateError(f"--arm {names}: each pair of this scene needs an arm of its own",
+                               why=f"it has {pairs}",
+                               mend="give as many different arms, in this order, or leave --arm out")  # fmt: skip
+        if len(self.force) != len(self.arm):
+            raise PalpateError(f"--arm {names}: the force of the tissue on its tool is not known",
                                why="the site learns the tissue from it, and keeps it below 3 N",
-                               mend="give the topic of a force sensor: --force /NAME/measured_cf")  # fmt: skip
+                               mend="give the topic of a force sensor of each arm: --force /NAME/measured_cf")  # fmt: skip
         from palpate.ros.patient import RosPatient
 
-        (rig,) = rigs.values()
-        return [RosPatient(rig, self.arm, self.force, self.force_axes, self.network, on_change)]
+        made: list[RosPatient] = []
+        try:
+            for rig, name, force in zip(rigs.values(), self.arm, self.force, strict=True):
+                made.append(RosPatient(rig, name, force, self.force_axes, self.network, on_change))
+        except PalpateError:
+            for one in made:
+                one.stop()
+            raise
+        return made
