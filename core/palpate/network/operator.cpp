@@ -150,7 +150,9 @@ Datagram Operator::send() const noexcept {
   d.F = F_;
   d.energy_in = port_.in();
   d.energy_out = port_.out();
-  d.flags = in_.engaged && (linked_ || free_) ? kEngaged : 0u;
+  // A measured force ends where the tool leaves the tissue, so the tool follows before the hand feels it again.
+  const bool follows = linked_ || free_ || options_.mode != Mode::model;
+  d.flags = in_.engaged && follows ? kEngaged : 0u;
   peer_.stamp(d, in_.t);
   return d;
 }
