@@ -3,6 +3,7 @@
 import time
 import warnings
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 pytest.importorskip("cryptography", reason="links need the extra remote")
 
 from palpate import _network
+from palpate.cli.commands.serve.follower import Command
 from palpate.ros.newest import Newest
 from palpate.ros.patient import LAG, RosPatient
 from palpate.scene import Scene
@@ -20,7 +22,7 @@ from palpate.scene.rig import build
 class Arm:
     """An arm in the test's node: it tells pose and force at 100 Hz, and its tool is at once where it is sent."""
 
-    def __init__(self, node):
+    def __init__(self, node, name="FAKE"):
         from crtk_msgs.msg import OperatingState
         from geometry_msgs.msg import PoseStamped, WrenchStamped
         from rclpy.qos import DurabilityPolicy, QoSProfile
@@ -30,10 +32,10 @@ class Arm:
         self.goals = []  # distances of all goals from the tool [m]
         self._node, self._pose, self._wrench, self._state = node, PoseStamped, WrenchStamped, OperatingState
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self._states = node.create_publisher(OperatingState, "/FAKE/operating_state", latched)
-        self._poses = node.create_publisher(PoseStamped, "/FAKE/measured_cp", 1)
-        self._forces = node.create_publisher(WrenchStamped, "/fake/measured_cf", 1)
-        node.create_subscription(PoseStamped, "/FAKE/servo_cp", self._take, 10)
+        self._states = node.create_publisher(OperatingState, f"/{name}/operating_state", latched)
+        self._poses = node.create_publisher(PoseStamped, f"/{name}/measured_cp", 1)
+        self._forces = node.create_publisher(WrenchStamped, f"/{name.lower()}/measured_cf", 1)
+        node.create_subscription(PoseStamped, f"/{name}/servo_cp", self._take, 10)
         node.create_timer(0.01, self._tell)
         self.tell_state("ENABLED")
 
@@ -182,6 +184,22 @@ def test_an_operator_who_leaves_leaves_no_goals_behind(operator, patient, arm, s
     arm.goals.clear()
     operator.until(lambda: arm.goals, "goals again")
     assert arm.goals[0] < 2e-3
+
+
+def test_each_pair_has_an_arm_of_its_own(rig, node, until):
+    arms, topics = [Arm(node, name) for name in ("ONE", "TWO")], ("/one/measured_cf", "/two/measured_cf")
+    command = Command(Path("two.yaml"), arm=("ONE", "TWO"), force=topics)
+    with ThreadPoolExecutor() as pool:
+        made = pool.submit(command._arms, {"left": rig, "right": rig}, lambda line: None)
+        until(made.done, "both arms")
+    patients = made.result()
+    assert [one.arm for one in patients] == ["ONE", "TWO"]
+    for one in patients:
+        one.start()
+    Operator(patients[1], rig, until).until(lambda: len(arms[1].goals) > 20, "goals of the second one")
+    assert not arms[0].goals
+    for one in patients:
+        one.stop()
 
 
 def message(stamp=(1, 0), **fields):

@@ -150,6 +150,7 @@ def test_an_arm_that_is_disabled_gets_no_goal(served, robot, rig, until):
     ("words", "why"),
     [
         (("--arm", "PSM1"), "the force of the tissue on its tool is not known"),
+        (("--arm", "PSM1", "PSM2", "--force", "/a", "/b"), "each pair of this scene needs an arm of its own"),
         (("--force", "/tissue/measured_cf"), "a simulated instrument measures its own force"),
     ],
 )
