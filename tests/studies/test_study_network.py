@@ -129,7 +129,7 @@ def test_an_outage_is_told_in_time_and_the_force_returns():
 
 
 def test_a_tool_that_was_left_in_the_tissue_by_an_outage_follows_again():
-    """It held for ever where only the measured force is felt: the hand waited for it to vanish, and the tool for the hand."""
+    """It held for ever in mode passivity: the hand waited for the force to vanish, and the tool for the hand."""
     r, _ = work.trial("passivity", network("netfi-outage-1"), World(), Motion(presses=7), 1)
     assert r.drift <= 1e-4
 

@@ -38,10 +38,10 @@ class Command:
     key: Annotated[Path | None, arg(metavar="FILE")] = None
     """The shared key; default: that of `palpate keys`."""
     arm: Annotated[tuple[str, ...], arg(metavar="NAME")] = ()
-    """Name of an arm over ROS 2 that follows by CRTK's servo_cp, such as PSM1, with the base of the scene's follower; of
-    each pair one, in the order of the scene. A simulated instrument when left out."""
+    """Name of an arm over ROS 2 that follows by CRTK's servo_cp, such as PSM1, with the base of the scene's follower;
+    one for each pair, in the order of the scene. A simulated instrument when left out."""
     force: Annotated[tuple[str, ...], arg(metavar="TOPIC")] = ()
-    """With --arm: topic of the measured force of the tissue on its tool (WrenchStamped); of each arm one."""
+    """With --arm: topic of the measured force of the tissue on its tool (WrenchStamped); one for each arm."""
     force_axes: Literal["base", "tip"] = "base"
     """With --arm: axes of that force, of the arm's base (as its measured_cp) or of its tip."""
     network: bool = False
@@ -95,7 +95,7 @@ class Command:
         if len(self.force) != len(self.arm):
             raise PalpateError(f"--arm {names}: the force of the tissue on its tool is not known",
                                why="the site learns the tissue from it, and keeps it below 3 N",
-                               mend="give the topic of a force sensor of each arm: --force /NAME/measured_cf")  # fmt: skip
+                               mend="give the topic of each arm's force sensor: --force /NAME/measured_cf")  # fmt: skip
         from palpate.ros.patient import RosPatient
 
         made: list[RosPatient] = []
