@@ -65,7 +65,7 @@ RUNS: dict[str, Run] = {
     "certificate": Run("study certificate --devices 500", ("devices",)),
     "swings": Run("study certificate --swings 500"),
     "passivity": Run("study passivity"),
-    "network": Run("study network --runs 300 --hours 10"),
+    "network": Run("study network --runs 200"),
     "extract": Run("study passivity --extract"),
     "registration": Run("study registration", ("layouts",)),
     "loops": Run("fuzz loops --runs 500 --faults 1000000 --resume runs/loops.jsonl", ("faults",)),
