@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
+from importlib.machinery import ModuleSpec
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -23,6 +26,7 @@ if TYPE_CHECKING:
     from palpate.world import registration as registration
     from palpate.world import shapes as shapes
     from palpate.world import surfaces as surfaces
+    from palpate.world import tissue as tissue
     from palpate.world.clouds import PointCloud as PointCloud
     from palpate.world.mesh import Mesh as Mesh
     from palpate.world.tissue import Tissue as Tissue
@@ -51,6 +55,7 @@ __all__ = [
     "shapes",
     "simulate",
     "surfaces",
+    "tissue",
 ]
 
 _PLACE = {
@@ -74,8 +79,43 @@ _PLACE = {
     "shapes": "palpate.world.shapes",
     "simulate": "palpate.session.batch:simulate",
     "surfaces": "palpate.world.surfaces",
+    "tissue": "palpate.world.tissue",
 }
 """Module of each public name, and after a colon its name there; without a colon the name is the module's own."""
+
+
+class _PublicModules:
+    """Finder of public modules and what is in them: `palpate.contact` is the module `palpate.scene.contact`."""
+
+    @staticmethod
+    def find_spec(name: str, path: object = None, target: object = None) -> ModuleSpec | None:
+        """The spec of a public module; None for every other name."""
+        root, _, inside = name.partition(".")
+        public, _, rest = inside.partition(".")
+        place = _PLACE.get(public, ":")
+        if root != __name__ or ":" in place or place == f"{root}.{public}":
+            return None
+        return ModuleSpec(name, _Alias(f"{place}.{rest}".rstrip(".")))
+
+
+class _Alias:
+    """Loader that returns a module which has another name of its own."""
+
+    def __init__(self, place: str) -> None:
+        self._place = place
+
+    def create_module(self, spec: ModuleSpec) -> ModuleType:
+        """The module; importing sets its spec, which `exec_module` sets back."""
+        module = import_module(self._place)
+        self._spec = module.__spec__
+        return module
+
+    def exec_module(self, module: ModuleType) -> None:
+        """Nothing is executed again."""
+        module.__spec__ = self._spec
+
+
+sys.meta_path.insert(0, _PublicModules)  # first: the path of `palpate.tissue` would load its files a second time
 
 
 def cmake_dir() -> str:

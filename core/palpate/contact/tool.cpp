@@ -104,6 +104,7 @@ const ContactSet& Tool::step(const scene::Snapshot& scene, const Vec3* p_WS, dou
     }
   }
   t_ = t;
+  jump_ = {};
   running_ = true;
   return set_;
 }
@@ -184,12 +185,19 @@ void Tool::keep_energy(Contact& c, const Vec3& p_WS, const scene::Object& object
   const Pose X_WO = object.pose(t);
   const Vec3 x = X_WO.R.transpose() * (p_WS - X_WO.p), F = X_WO.R.transpose() * spring_force(c) / k;
   const double stored = spring_energy(c) / k;
-  if (s.tick + 1 != tick_ || s.surface != object.surface.get()) {
+  const Vec3 jumped = X_WO.R.transpose() * (jump_.v + jump_.w.cross(c.p_TS));
+  const bool begins = s.tick + 1 != tick_ || s.surface != object.surface.get();
+  if (begins && jumped.isZero(0.0)) {
     s.rest.start(stored);
   } else {
+    if (begins) {  // the tool has jumped into the object
+      s.rest.start(0.0);
+      s.x = x - jumped;
+      s.F.setZero();
+    }
     // The force between both positions lies between those at them, unless the surface jumps.
     // A correction of the place does no work against friction, which keeps its anchor.
-    const Vec3 dx = x - s.x;
+    const Vec3 dx = x - s.x - jumped;
     const double kept = (X_WO.R.transpose() * c.lag).dot(corrected(c, object, X_WO));
     const double before = -s.F.dot(dx) - kept, now = -F.dot(dx) - kept;
     const double inexact = kNormalError * F.norm() * dx.norm() + kRounding * stored;

@@ -36,6 +36,9 @@ class Tool {
   /// Finds the contacts at time t [s]. p_WS: centres of the size() spheres in W, the tip T first [m]. If there are more
   /// contacts than a set can hold, the strongest are kept.
   const ContactSet& step(const scene::Snapshot& scene, const Vec3* p_WS, double t) noexcept;
+  /// Part of the tip's motion since the last step that the hand has not made (displacement, rotation vector), in W: the
+  /// next step takes it for a jump, whose work no spring stores.
+  void jump(const Twist& jump) noexcept { jump_ = jump; }
 
   // The following functions apply the function of Method with the same name to all spheres.
   void reset() noexcept;
@@ -91,6 +94,7 @@ class Tool {
   std::array<double, kMaxSpheres> radius_{};
   std::array<Vec3, kMaxSpheres> last_;  ///< p_WS of the previous step [m]
   double t_ = 0.0;
+  Twist jump_;  ///< motion of the tip that the hand has not made (displacement, rotation vector)
   bool running_ = false;
   ContactSet set_;
   Contact spare_;

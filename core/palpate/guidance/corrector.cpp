@@ -10,10 +10,16 @@ namespace palpate::guidance {
 namespace {
 
 constexpr int kRounds = 6;               // rounds of linearisation and solution
+constexpr int kRoundsToSettle = 40;      // the same where rows of a guiding surface are not its gradient
+constexpr double kSettled = 1e-7;        // [m] motion of the solution in the last of these rounds
+constexpr double kSameRow = 1.0 - 1e-6;  // cosine (1.4 mrad): rows that are closer have one direction
 constexpr double kTolerance = 1e-8;      // [m, rad] constraint violation accepted as satisfied
 constexpr double kOvertaken = 1e-6;      // [m] a border that overtakes the goal by more pushes it
 constexpr double kMostCorrection = 0.5;  // [m] a larger correction is rejected
+constexpr double kBeforeTarget = 1e-6;   // [m] distance before a target at which its constraint has a gradient
 constexpr double kJump = 1e-3;           // [m] a border that moves farther in one period has jumped
+
+bool guides_to_surface(const Constraint& c) noexcept { return c.attracts && !c.rotational && c.free.trace() > 1.5; }
 
 }  // namespace
 
@@ -142,6 +148,7 @@ bool Corrector::step(FixtureStates& states, const Input& in) noexcept {
   Qp::Status status = Qp::Status::solved;
   held_ = !iterate(states, in, lasting, X, status);
   if (held_) return false;
+  if (leans(states, in, X)) settle(states, in, lasting, X);
   collect_rows(states);
   // A feasible goal is replaced only by one nearer to the mapped goal, so that it does not move at rest.
   const Vec6 stays = displacement(mapped, X_WT_);
@@ -156,6 +163,56 @@ bool Corrector::step(FixtureStates& states, const Input& in) noexcept {
   }
   X_WT_ = X;
   return status == Qp::Status::solved;
+}
+
+// The pose a little before X on the way from the mapped goal: a target has no gradient at itself.
+Pose Corrector::before(const Pose& X, const Input& in) noexcept {
+  return displaced(X, -kBeforeTarget * displacement(in.goal.X_WT_goal, X).stableNormalized());
+}
+
+// True if an active row of a guiding surface is not its gradient at the solution X, which then lies where cutting
+// planes meet and not at the nearest place. (A line is held by rows of two directions.)
+bool Corrector::leans(const FixtureStates& states, const Input& in, const Pose& X) const noexcept {
+  for (int r = 0; r < qp_.rows(); ++r) {
+    const int i = fixture_of_[to_index(r)];
+    if (i < 0 || !(qp_.multiplier(r) > 0.0) || !guides_to_surface(states[i].constraint)) continue;
+    const Vec6 a = qp_.row(r), b = row(states.evaluate(i, before(X, in), in));
+    if (a.dot(b) < kSameRow * a.norm() * b.norm()) return true;
+  }
+  return false;
+}
+
+// Moves the solution to the nearest place, starting at the last goal, with one row for each border, so that the goal
+// follows the hand by a map that has a derivative. X and rows stay if the rounds settle at no nearer place.
+void Corrector::settle(const FixtureStates& states, const Input& in, int lasting, Pose& X) noexcept {
+  const Qp qp = qp_;
+  const auto fixture_of = fixture_of_;
+  int others = 0;  // lasting rows without those of the attracting fixtures at the mapped goal
+  for (int r = 0; r < lasting; ++r) {
+    const int i = fixture_of_[to_index(r)];
+    if (i >= 0 && states[i].constraint.attracts) continue;
+    fixture_of_[to_index(others)] = i;
+    qp_.move(r, others++);
+  }
+  const double farthest = qp_.y().norm() + kSettled;
+  Pose X_now = X_WT_;
+  for (int round = 0; round < kRoundsToSettle; ++round) {
+    qp_.truncate(others);
+    for (int i = 0; i < states.size(); ++i) {
+      if (!has(states, i)) continue;
+      const Pose at = states[i].constraint.attracts ? before(X_now, in) : X_now;
+      add_row(states, i, states.evaluate(i, at, in), at, in);
+    }
+    if (qp_.solve(Vec6::Zero()) != Qp::Status::solved || !(qp_.y().norm() < kMostCorrection)) break;
+    const double moved = (qp_.y() - displacement(in.goal.X_WT_goal, X_now)).norm();
+    X_now = displaced(in.goal.X_WT_goal, qp_.y());
+    if (moved > kSettled) continue;
+    if (qp_.y().norm() > farthest) break;
+    X = X_now;
+    return;
+  }
+  qp_ = qp;
+  fixture_of_ = fixture_of;
 }
 
 // Removes rows that predicted less room than the constraint has at the solution: the border curves away from such a

@@ -61,6 +61,9 @@ class Corrector {
   double add_lasting_rows(const FixtureStates& states, const Input& in) noexcept;
   bool iterate(const FixtureStates& states, const Input& in, int lasting, Pose& X, Qp::Status& status) noexcept;
   void drop_misleading_rows(const FixtureStates& states, int from) noexcept;
+  static Pose before(const Pose& X, const Input& in) noexcept;
+  [[nodiscard]] bool leans(const FixtureStates& states, const Input& in, const Pose& X) const noexcept;
+  void settle(const FixtureStates& states, const Input& in, int lasting, Pose& X) noexcept;
   void collect_rows(const FixtureStates& states) noexcept;
   void bend(const FixtureStates& states, ActiveRow& row, const Input& in) const noexcept;
 

@@ -58,6 +58,7 @@ const HapticsOutput& Haptics::step(const HapticsInput& in) noexcept {
                      in.controls.clutch, tool.reached, in.t, handle.X_LH.p, at_goal_.f, out_.guided.correction,
                      in.controls.lock_rotation, in.controls.lock_translation, asks_for_pause(in), at_goal_.t});
   if (in.X_WT_planned != nullptr) out_.mapped.X_WT_goal = *in.X_WT_planned;
+  contact_.jump(jump_.made(tool.X_WT));
   mark(Stage::mapping);
   guide(in);
   mark(Stage::guidance);
@@ -150,7 +151,8 @@ void Haptics::take(const guidance::ActiveFixtures& active) noexcept {
 // Lets the fixtures correct the goal and compute their wrench on the tool.
 void Haptics::guide(const HapticsInput& in) noexcept {
   const scene::DeformedScope deformed(*in.scene);
-  out_.R_WT_mapped = out_.mapped.X_WT_goal.R;
+  const Pose X_mapped = out_.mapped.X_WT_goal;
+  out_.R_WT_mapped = X_mapped.R;
   if (guidance_ != nullptr) {
     out_.guided = guidance_->step({in.t, out_.mapped, in.tool, tool_force_, in.handle, in.controls.guidance});
   } else {
@@ -164,6 +166,7 @@ void Haptics::guide(const HapticsInput& in) noexcept {
   } else {
     out_.guided.J_goal.setIdentity();
   }
+  jump_.see(X_mapped, out_.mapped.X_WT_goal, out_.guided.J_goal);
   out_.V_WT = carried(out_.guided.J_goal, out_.mapped.V_WT);
   if (in.J_WT != nullptr) out_.V_WT = carried(*in.J_WT, out_.V_WT);
   mapping_.set_commanded_goal(out_.mapped.X_WT_goal);

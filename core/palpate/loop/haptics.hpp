@@ -8,6 +8,7 @@
 #include "palpate/contact/tool.hpp"
 #include "palpate/force/force.hpp"
 #include "palpate/guidance/interface/stage.hpp"
+#include "palpate/loop/goal_jump.hpp"
 #include "palpate/loop/session_machine.hpp"
 #include "palpate/loop/stage_clock.hpp"
 #include "palpate/loop/tick.hpp"
@@ -156,6 +157,7 @@ class Haptics {
   mapping::Mapping mapping_;
   guidance::Stage* guidance_ = nullptr;     ///< null before the first fixture
   scene::LiveFrame* tool_frame_ = nullptr;  ///< receives the tool's pose before that; may be null
+  GoalJump jump_;
   contact::Tool contact_;
   stability::Stability stability_;
   stability::Ledger ledger_;

@@ -12,7 +12,8 @@ double Saturation::step(const Input& in, double cap) noexcept {
     return 1.0;
   }
   if (!acts_ && wanted == 1.0) return 1.0;
-  if (!acts_) left_ = energy_ = U;
+  const auto left = [U](double s) { return U * (1.0 - (1.0 - s) * (1.0 - s)); };  // S for s = sqrt(E / U)
+  if (!acts_) left_ = left(wanted), energy_ = wanted * wanted * U;
   acts_ = true;
   if (U <= energy_) {  // S = U for every E >= U
     if (wanted == 1.0) {
@@ -21,7 +22,6 @@ double Saturation::step(const Input& in, double cap) noexcept {
     }
     energy_ = U;
   }
-  const auto left = [U](double s) { return U * (1.0 - (1.0 - s) * (1.0 - s)); };  // S for s = sqrt(E / U)
   const double lasting = std::min(std::sqrt(energy_ / U), wanted);
   const double most = left_ + surplus_ + in.work + share_ * in.work_of_motion;
   share_ = most > left(wanted) ? wanted : std::max(1.0 - std::sqrt(std::max(1.0 - most / U, 0.0)), lasting);

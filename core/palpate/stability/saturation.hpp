@@ -13,7 +13,7 @@ namespace palpate::stability {
 /// which holds the force of a spring of any constant stiffness exactly at the cap: E is the energy at which the cap
 /// began to act. Where |s F| would exceed the cap (a lump, damping), E falls. Where it is below the cap, E rises again,
 /// but only as far as the hand has put in more than S. Hence the hand gets back at most what it has put
-/// in since the cap acts, and once the difference between U and S where the force exceeds the cap from the start.
+/// in since the cap acts, and what is stored at the start: S where the force exceeds the cap from there.
 class Saturation {
  public:
   /// What is known at a tick.
