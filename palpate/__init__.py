@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
+from importlib.abc import Loader
 from importlib.machinery import ModuleSpec
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
@@ -98,7 +99,7 @@ class _PublicModules:
         return ModuleSpec(name, _Alias(f"{place}.{rest}".rstrip(".")))
 
 
-class _Alias:
+class _Alias(Loader):
     """Loader that returns a module which has another name of its own."""
 
     def __init__(self, place: str) -> None:

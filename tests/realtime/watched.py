@@ -24,6 +24,7 @@ from palpate import _core, _guidance, _network, _tissue, _verify
 from palpate.arm import Arm
 from palpate.record.ticks import as_ticks
 from palpate.scene import held
+from palpate.scene.contact_method import loaded
 from palpate.scene.guidance import curve
 from palpate.scene.rig import build
 from palpate.scene.scene import Scene
@@ -137,6 +138,7 @@ def press() -> _core.HandPath:
 
 def simulation(method: str, rate: float, scene: _core.Snapshot) -> _core.Simulation:
     """A simulation of both arms above the organ, with three spheres on the shaft."""
+    loaded(method)
     shaft = Arm.psm("lnd").link_names.index("shaft")
     spheres = [_core.ToolSphere(np.array([0.0, 0.0, -0.004 * k]), 0.004, shaft) for k in range(3)]
     return loop_rig.simulation(scene, press(), method=method, rate=rate, contact__spheres=spheres)

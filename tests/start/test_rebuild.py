@@ -40,6 +40,7 @@ def source(tmp_path, monkeypatch):
     source = tmp_path / "core" / "palpate" / "law.cpp"
     source.write_text("old")
     monkeypatch.setattr(rebuild, "_ROOT", tmp_path)
+    monkeypatch.setattr(rebuild, "_loops", 0)  # whatever tests before have left running
     stamp = tmp_path / "build" / f"compiled-{sys.implementation.cache_tag}"
     stamp.touch()
     for path in [*tmp_path.rglob("*"), tmp_path]:

@@ -36,6 +36,8 @@ def test_operators_led_along_a_plan_stay_nearer_to_it(route: Route, tmp_path: Pa
     assert set(rows[0]) == {"route", "condition", "operator"} | measures
     more = json_contract.keys_of("study planning", "Conditions also have:")
     assert set(found["none"]) == measures | more
+    assisted = json_contract.keys_of("study planning", "Conditions with assistance also have:")
+    assert set(found["follow"]) == measures | more | assisted
     (picture,) = draw(tmp_path, rows, found)
     assert picture.stat().st_size > 10_000
 

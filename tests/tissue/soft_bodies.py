@@ -7,6 +7,7 @@ import pytest
 
 import palpate
 from palpate import _tissue
+from palpate.record.ticks import Ticks, as_ticks
 from palpate.world.tissue import TetMesh, save
 from palpate.world.tissue.blocks import block
 
@@ -34,6 +35,11 @@ def soft_cube(folder, text):
     save(TetMesh(nodes - [0.03, 0.03, 0.02], tets), folder / "cube.vtk", unit="m")
     (folder / "soft.yaml").write_text(text)
     return palpate.Scene.load(folder / "soft.yaml")
+
+
+def lockstep(session: palpate.Session, n: int) -> Ticks:
+    """The next `n` ticks of a session."""
+    return as_ticks(np.concatenate(session._advance(n)))
 
 
 def body(

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from brute_force import distance_by_segments_and_planes
-from soft_bodies import soft_cube
+from soft_bodies import lockstep, soft_cube
 
 import palpate
 from palpate.base.errors import SceneError
-from palpate.record.ticks import as_ticks
 
 R = 0.006
 SCENE = """
@@ -29,7 +28,7 @@ def held(folder, guidance="", z=0.0215, contact="", ticks=600):
     """Last tick of a press that is held, and the deformed surface."""
     scene = soft_cube(folder, SCENE % {"guidance": guidance, "z": z, "contact": contact})
     session = palpate.Session(scene)
-    rows = as_ticks(session._advance(ticks))
+    rows = lockstep(session, ticks)
     core = session.rig.surfaces[0].body.core
     return rows, (np.array(session.soft_vertices(0)), core.triangles), (core.vertices, core.triangles)
 

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from soft_bodies import lockstep
 
 import palpate
-from palpate.record.ticks import as_ticks
 from palpate.world.tissue import TetMesh, save
 from palpate.world.tissue.blocks import block
 
@@ -30,7 +30,7 @@ def grasp(folder, friction):
     operator = {"grip": grip, "path": path}
     data = scene.model_dump(mode="json") | {"objects": [fold.model_dump(mode="json")], "operator": operator}
     made = palpate.Scene.model_validate(data).with_file_of(scene)
-    return as_ticks(palpate.Session(made)._advance(1700))
+    return lockstep(palpate.Session(made), 1700)
 
 
 @pytest.fixture(scope="module")

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from soft_bodies import soft_cube
+from soft_bodies import lockstep, soft_cube
 
 import palpate
-from palpate.record.ticks import as_ticks
 
 SCENE = """
 objects:
@@ -25,7 +24,7 @@ operator: {palpate: {approach: 0.3, press: 1.0, force: 0.25}}
 def run(tmp_path):
     """Ticks of 1.6 s of a palpation of a soft cube."""
     scene = soft_cube(tmp_path, SCENE)
-    return lambda: as_ticks(palpate.Session(scene)._advance(1600))
+    return lambda: lockstep(palpate.Session(scene), 1600)
 
 
 def test_press_stores_energy_in_the_tissue_that_the_hand_put_in(run):

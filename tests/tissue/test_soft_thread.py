@@ -6,12 +6,11 @@ import time
 
 import numpy as np
 import pytest
-from soft_bodies import soft_cube
+from soft_bodies import lockstep, soft_cube
 
 import palpate
 from palpate import _core
 from palpate.base.errors import SceneError, SurfaceError
-from palpate.record.ticks import as_ticks
 from palpate.scene.contact import render
 from palpate.world.tissue.body import MOST_IN_CYCLE, PERIOD
 from palpate_lab.verify.bench.tissue import threads as bench
@@ -108,7 +107,7 @@ operator: {{palpate: {{approach: 0.3, press: 1.0, force: 0.25}}}}
 
 def test_session_with_a_thread_has_the_energies_of_the_cycle(tmp_path):
     ticks = {
-        name: as_ticks(palpate.Session(soft_cube(tmp_path, SCENE.format(thread=name)))._advance(1400))
+        name: lockstep(palpate.Session(soft_cube(tmp_path, SCENE.format(thread=name))), 1400)
         for name in ("cycle", "own")
     }
     potential = {name: t["tissue_potential"] for name, t in ticks.items()}

@@ -7,10 +7,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from soft_bodies import soft_cube
+from soft_bodies import lockstep, soft_cube
 
 import palpate
-from palpate.record.ticks import as_ticks
 from palpate.viewer.staging import stage_of
 
 SCENE = """
@@ -39,7 +38,7 @@ def test_surface_at_rest_is_that_of_the_stage_and_dents_where_the_tool_presses(s
     assert cube.soft
     assert not stage_of(session.rig).objects[0].soft
     assert np.array_equal(session.soft_vertices(1), cube.vertices)
-    ticks = as_ticks(session._advance(1200))
+    ticks = lockstep(session, 1200)
     assert ticks["contacts"][-1] > 0
     moved = session.soft_vertices(1) - cube.vertices
     lowest = int(moved[:, 2].argmin())

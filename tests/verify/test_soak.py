@@ -34,7 +34,10 @@ def test_method_without_memory_pops_through(tmp_path, capsys):
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
-    [({"passes": 0}, "passes must be at least 1, got 0"), ({"passes": 1, "method": "magic"}, "no method 'magic'")],
+    [
+        ({"passes": 0}, "passes must be at least 1, got 0"),
+        ({"passes": 1, "method": "magic"}, "no contact method 'magic'"),
+    ],
 )
 def test_invalid_arguments_are_reported(arguments, message):
     with pytest.raises(ValueError, match=message):

@@ -251,7 +251,7 @@ def _dense(rows: list[dict[str, Any]], canvas: Canvas) -> Figure:
     return figure
 
 
-_ALG = ("core/palpate/contact/paper_alg1.hpp", "palpate/scene/contact/algorithm1.py")
+_ALG = ("core/palpate/collision/paper_alg1.hpp", "palpate/scene/contact/algorithm1.py")
 
 ITEMS = (
     Item("fig5", "Collision with meshes", "Section 3, Fig 5 A, B",
