@@ -29,7 +29,7 @@ from typing import IO
 ROOT = Path(__file__).resolve().parents[1]
 FAILED, NOTHING = 1, 5  # exit codes of pytest after failed tests, and where no test was selected
 ENDLESS = 124  # our exit code of a part that did not end
-LIMIT = 1800.0  # [s] a part that takes longer is ended
+LIMIT = 3600.0  # [s] a part that takes longer is ended
 KEPT = ROOT / "tools" / "processor_times.json"  # [s] of each folder of tests, when they were last kept
 ROWS = 10  # number of folders that the end lists
 #: Number of tests in real time that run at once. A simulated robot and its client are several processes, some with

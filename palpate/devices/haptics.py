@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import weakref
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -72,6 +73,7 @@ class Haptics:
         """Record, controls, fixtures and newest state; also for `palpate.viewer.LiveViewer`."""
         self._fault = _core.DeviceFault.none
         self._summary: Summary | None = None
+        self._dropped = weakref.finalize(self, self.session.close)  # an object that nobody closes records no longer
         self.session.start()
 
     def step(
@@ -136,6 +138,7 @@ class Haptics:
     def close(self) -> Summary:
         """Close the record and return the summary of the run. Command zero force to your device before."""
         if self._summary is None:
+            self._dropped.detach()
             self._summary = self.session.close()
         return self._summary
 

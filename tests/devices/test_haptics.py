@@ -1,5 +1,8 @@
 """palpate.Haptics against closed forms, against a session, and under bad input at every rate."""
 
+import gc
+import threading
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -46,6 +49,17 @@ def press(haptics, depth, rate=1000.0, speed=0.05, t=0.0, rest=0.1):
         t += 1.0 / rate
         felt.append(haptics.step(t, pose(z=z)))
     return np.array(felt), t
+
+
+def test_an_object_that_nobody_closes_ends_its_threads_and_completes_its_record(tmp_path):
+    before = set(threading.enumerate())
+    haptics = palpate.Haptics(scene(), record=tmp_path)
+    felt, _ = press(haptics, 0.002)
+    del haptics
+    gc.collect()
+    assert set(threading.enumerate()) <= before
+    (path,) = tmp_path.rglob("*.mcap")
+    assert len(Record.open(path)) == len(felt)
 
 
 @pytest.mark.parametrize("rate", [500.0, 1000.0, 4000.0])
