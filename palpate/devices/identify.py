@@ -13,6 +13,7 @@ from palpate.base.errors import DeviceError
 LONGEST = 0.06
 """Longest delay that is searched [s]."""
 _SLOW = 0.15  # share of the peak velocity below which the sign of the velocity is not trusted
+_NOISY = [0, 1, 3]  # columns of the fit that contain the position: mass, damping and stiffness
 _LOCAL = 9  # readings of a local cubic, whose residual shows steps that lie on no grid
 
 
@@ -144,6 +145,8 @@ def fit_axis(t: Array, x: Array, F: Array, width: float = 0.05, error: float = 0
             mend="look for a queue between write() and the motors; check the sign of the force",
         )
     target = (1.0 - part) * b[periods] + part * b[periods + 1]
+    if error > 0.0:
+        found = _unattenuated(A, target, error**2 * len(sign) * shapes @ shapes.T)
     rest = A @ found - target
     J = np.column_stack([A, (b[periods] - b[periods + 1]) / dt])
     push = np.r_[0, np.cumsum((np.diff(sign) != 0) | (np.diff(centres) > 2 * half))]
@@ -177,10 +180,22 @@ def _best_delay(A: Array, b: Array, shapes: Array) -> tuple[int, float, Array]:
     part = np.clip(part, 0.0, 1.0)
     targets = b[:-1] + part[:, None] * np.diff(b, axis=0)
     found = np.linalg.solve(R, (targets @ Q).T).T
-    noise = np.square(found[:, [0, 1, 3]] @ shapes).sum(axis=1)
+    noise = np.square(found[:, _NOISY] @ shapes).sum(axis=1)
     cost = np.square(rest[:-1] + part[:, None] * change).sum(axis=1) / noise
     best = int(np.argmin(cost))
     return best, float(part[best]), found[best]
+
+
+def _unattenuated(A: Array, b: Array, noise: Array) -> Array:
+    """Least squares with noise in the columns of mass, damping and stiffness, whose sums of squares `noise` (3, 3) are.
+
+    Plain least squares takes the noise for motion, so mass and damping come out too small (errors in variables;
+    Fuller, Measurement Error Models, 1987).
+    """
+    size = np.linalg.norm(A, axis=0)
+    H = A.T @ A
+    H[np.ix_(_NOISY, _NOISY)] -= noise
+    return np.asarray(np.linalg.solve(H / np.outer(size, size), A.T @ b / size) / size)
 
 
 def _jackknife(J: Array, rest: Array, group: Array) -> tuple[Array, int]:
