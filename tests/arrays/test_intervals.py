@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.special import ndtri
 from scipy.stats import binomtest, t, ttest_1samp, ttest_rel
 
 from palpate.base.arrays.intervals import LEAST, chance, holm, interval, paired, proportion
@@ -36,6 +37,15 @@ def test_interval_of_a_mean_is_students_and_needs_five_units():
     assert interval(np.mean, x) == pytest.approx(known)
     assert np.isnan(interval(np.mean, x[: LEAST - 1])).all()
     assert interval(np.mean, np.full(7, 0.4)) == pytest.approx((0.4, 0.4))
+
+
+def test_interval_of_twenty_normal_units_is_as_wide_as_students():
+    """Normal percentiles of the bootstrap's draws are narrower by 8 to 11 %, and hold the truth in 92.5 %."""
+    n = 20
+    x = ndtri((np.arange(n) + 0.5) / n)
+    low, high = interval(lambda v: float(v.mean()), x)
+    reach = t.ppf(0.975, n - 1) * x.std(ddof=1) / np.sqrt(n)
+    assert 0.95 < 0.5 * (high - low) / reach < 1.05
 
 
 def test_routes_and_operators_are_both_drawn():

@@ -76,11 +76,18 @@ def _variance(statistic: Callable[..., float], samples: tuple[Array, ...], axis:
 
 
 def _bca(statistic: Callable[..., float], samples: tuple[Array, ...]) -> tuple[float, float]:
+    """BCa at a level that makes the interval of normal units Student's (Hesterberg, American Statistician 69, 2015).
+
+    The draws have (n - 1)/n of the variance, and normal percentiles: with 20 units, intervals 9 % narrower.
+    """
+    from scipy.special import ndtr, stdtrit
     from scipy.stats import bootstrap
 
+    n = len(samples[0])
+    level = 1.0 - 2.0 * float(ndtr(-np.sqrt(n / (n - 1)) * stdtrit(n - 1, 0.5 + 0.5 * LEVEL)))
     found = bootstrap(
-        (np.arange(len(samples[0])),), lambda rows: statistic(*(x[rows] for x in samples)), n_resamples=_DRAWS,
-        vectorized=False, confidence_level=LEVEL, method="BCa", rng=np.random.default_rng(0),
+        (np.arange(n),), lambda rows: statistic(*(x[rows] for x in samples)), n_resamples=_DRAWS,
+        vectorized=False, confidence_level=level, method="BCa", rng=np.random.default_rng(0),
     ).confidence_interval  # fmt: skip
     return float(found.low), float(found.high)
 
