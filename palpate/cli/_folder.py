@@ -135,7 +135,8 @@ def dispatch(group: ModuleType, prog: str, description: str, args: Sequence[str]
     if hasattr(module, "Command"):
         from palpate.cli._numbers import check_numbers
 
-        command = tyro.cli(_with_typing_unions(module.Command), prog=prog, args=args[1:], config=config)
+        made = _with_typing_unions(module.Command)
+        command = tyro.cli(made, prog=prog, args=_joined(args[1:], _of_many(made)), config=config)
         check_numbers(command)
         return int(command())
     if hasattr(module, "prepare"):
@@ -162,6 +163,35 @@ def _with_typing_unions(command: type[Any]) -> type[Any]:
     hints = get_type_hints(command, include_extras=True)
     command.__annotations__ = {name: _typing_union(hint) for name, hint in hints.items()}
     return command
+
+
+def _of_many(command: type[Any]) -> set[str]:
+    """The options of a command that take any number of words: `--signals A B`; not those that are appended."""
+    from tyro.conf import UseAppendAction
+
+    (append,) = get_args(UseAppendAction[int])[1:]
+    found = set()
+    for name, hint in command.__annotations__.items():
+        plain = hint.__origin__ if get_origin(hint) is Annotated else hint
+        if get_origin(plain) is tuple and Ellipsis in get_args(plain) and append not in get_args(hint):
+            found.add(f"--{name.replace('_', '-')}")
+    return found
+
+
+def _joined(args: Sequence[str], of_many: set[str]) -> list[str]:
+    """The arguments, an option of many words once: `--signals A --signals B` is `--signals A B`, not only B."""
+    out: list[str] = []
+    words: dict[str, list[str]] = {}
+    into = out
+    for arg in args:
+        name, equals, value = arg.partition("=")
+        if name in of_many:
+            into = words.setdefault(name, [])
+            into += [value] if equals else []
+        else:
+            into = out if arg.startswith("--") else into
+            into.append(arg)
+    return out + [word for name, given in words.items() for word in (name, *given)]
 
 
 def _typing_union(hint: Any) -> Any:

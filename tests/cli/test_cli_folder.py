@@ -8,7 +8,7 @@ from typing import Annotated, Union, get_args, get_origin
 import pytest
 
 import palpate.cli
-from palpate.cli._folder import _typing_union, entries
+from palpate.cli._folder import _joined, _of_many, _typing_union, _with_typing_unions, entries
 
 
 def test_files_are_commands_and_folders_are_groups_or_commands_in_parts(tmp_path, monkeypatch):
@@ -57,6 +57,22 @@ def test_annotated_unions_become_those_of_typing_although_typing_caches_them():
     made = _typing_union(hint)
     assert get_origin(get_args(made)[0]) is Union
     assert get_args(made)[1] == "a description"
+
+
+def test_an_option_of_many_words_that_is_repeated_keeps_all_of_them():
+    from palpate.cli.commands.export.records import Command
+
+    args = ["run.mcap", "--signals", "A", "B", "--to", "csv", "--signals", "C", "--signals=D"]
+    assert "--signals" in _of_many(_with_typing_unions(Command))
+    assert _joined(args, {"--signals"}) == ["run.mcap", "--to", "csv", "--signals", "A", "B", "C", "D"]
+
+
+def test_a_leader_or_a_fault_that_is_repeated_is_not_the_last_one_alone(capsys):
+    drivers = ["--leader", "right=simulated", "--leader", "left=simulated:free"]
+    assert palpate.cli.main(["run", *drivers, "wall"]) == 2
+    assert "--leader is given 2 times, and the scene has one hand" in capsys.readouterr().err
+    assert palpate.cli.main(["device", "stand-in", "haply", "--fault", "sleap", "--fault", "hang"]) == 2
+    assert "there is no fault 'sleap'" in capsys.readouterr().err
 
 
 def test_listing_imports_no_command():

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-from tyro.conf import Positional, arg
+from tyro.conf import Positional, UseAppendAction, arg
 
 from palpate.base.errors import PalpateError
 from palpate.cli.commands._pedals import pedals
@@ -47,7 +47,7 @@ class Command:
     """Scene file (YAML), or the name of a shipped scene (palpate scenes lists them)."""
     trust: bool = False
     """Let the driver that the scene names run, although it is not installed: code beside the scene file."""
-    leader: None | Annotated[list[str], arg(metavar="[PAIR=]DRIVER")] = None  # noqa: RUF036 - tyro then needs no typeguard
+    leader: Annotated[UseAppendAction[tuple[str, ...]], arg(metavar="[PAIR=]DRIVER")] = ()
     """Feel the scene on this device instead of its leader: a name of `palpate device list`, e.g. haply. In a scene with
     several pairs once for each hand, e.g. --leader right=haply:id=04C3 --leader left=haply:id=04C4."""
     headless: bool = False
@@ -130,7 +130,6 @@ class Command:
         Raises:
             PalpateError: a pair is missing or unknown, or there is no such driver.
         """
-        assert self.leader is not None
         if not scene.pairs:
             if len(self.leader) > 1:
                 what = f"--leader is given {len(self.leader)} times, and the scene has one hand"

@@ -6,7 +6,7 @@ import time
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
-from tyro.conf import Positional, arg
+from tyro.conf import Positional, UseAppendAction, arg
 
 from palpate.base.errors import DeviceError
 from palpate.cli.terminal.output import console_for, say
@@ -46,7 +46,7 @@ class Command:
     """A device for the left hand."""
     idle_after: Annotated[float, arg(metavar="SECONDS")] = 0.02
     """Time without a message after which the motors are idle [s]."""
-    fault: Annotated[list[str], arg(metavar="NAME[:DEVICE][=VALUE][@SECONDS[+SECONDS]]")] | None = None
+    fault: Annotated[UseAppendAction[tuple[str, ...]], arg(metavar="NAME[:DEVICE][=VALUE][@SECONDS[+SECONDS]]")] = ()
     """What goes wrong, from a time on and for a time, of one device or of all: late, slow, hang, disconnect,
     malformed, sleep, battery, ebrake, stall, unplug, uncalibrated, duplicate."""
 
@@ -66,7 +66,7 @@ class Command:
             handedness="left" if self.left else "right",
             held=not self.free,
             idle_after=self.idle_after,
-            faults=tuple(map(Fault.parse, self.fault or ())),
+            faults=tuple(map(Fault.parse, self.fault)),
         )
         if self.no_grip:
             options.grip = None
