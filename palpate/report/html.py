@@ -216,12 +216,15 @@ def _facts(s: Summary) -> str:
     return f'<div class="facts">{"".join(f"<div class=fact><b>{v}</b><span>{k}</span></div>" for v, k in facts)}</div>'
 
 
+def fault_notes(record: Record, pair: str = "") -> list[str]:
+    """What the page says of a record that is not whole, and of each fault; with the name of its pair."""
+    of = f"<b>{escape(pair)}:</b> " if pair else ""
+    notes = [f'<div class="note bad"><p>{of}{escape(record.note)}</p></div>'] if record.note else []
+    return notes + [f'<div class="note bad"><p><b>Fault.</b> {of}{escape(fault)}</p></div>' for fault in record.faults]
+
+
 def _notes(run: Run, slow: SlowMotion) -> list[str]:
-    notes = []
-    if run.record.note:
-        notes.append(f'<div class="note bad"><p>{escape(run.record.note)}</p></div>')
-    for fault in run.record.faults:
-        notes.append(f'<div class="note bad"><p><b>Fault.</b> {escape(fault)}</p></div>')
+    notes = fault_notes(run.record)
     why = (
         "The controller (Eq 13) assumes slow motion: it renders the force and compensates the arm's weight, but not "
         "the arm's inertia and Coriolis forces, which the hand feels. The cycle estimates them from its own model. "

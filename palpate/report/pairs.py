@@ -11,7 +11,7 @@ import numpy as np
 
 from palpate.base.errors import MissingExtraError, RecordError, SceneError
 from palpate.record.reader import Record
-from palpate.report.html import page_of, section, write_report
+from palpate.report.html import fault_notes, page_of, section, write_report
 from palpate.report.page import write
 from palpate.report.rates import WORDS, rates_of, table
 from palpate.report.run import Run
@@ -88,6 +88,7 @@ def _text(folder: Path, runs: dict[str, Run]) -> str:
     image = picture(partial(_story, runs), alt=f"Force on each hand. {_STORY}")
     parts = [
         f"<header><h1>{escape(title)}</h1><p>{len(runs)} pairs; the report of each: {links}</p></header>",
+        *(note for name, run in runs.items() for note in fault_notes(run.record, name)),
         section("What the hands felt", _STORY, image),
         section("Numbers", "The summary of each pair.", _numbers(runs)),
         section("Meetings", _MEETING, _meetings(runs)),

@@ -44,6 +44,23 @@ def test_the_page_shows_every_pair_and_links_its_report(folder):
     assert f"{1e3 * summary.instruments.closest_m:.1f} mm" in words
 
 
+def test_the_page_and_the_command_name_the_faults_of_each_pair(folder, tmp_path, monkeypatch, capsys):
+    from palpate.cli import main
+    from palpate.record.reader import Record
+
+    _, path = folder
+    copy = tmp_path / "run"
+    shutil.copytree(path, copy)
+    stalled = property(lambda record: ["a motor stalled"] if record.path.parent.name == "left" else [])
+    monkeypatch.setattr(Record, "faults", stalled)
+    assert main(["report", str(copy)]) == 0
+    out, err = capsys.readouterr()
+    assert (out + err).count("fault: a motor stalled") == 1
+    page = _Text()
+    page.feed((copy / "report.html").read_text(encoding="utf-8"))
+    assert "Fault. left: a motor stalled" in " ".join(" ".join(page.words).split())
+
+
 def test_a_folder_of_one_record_is_no_run_of_pairs(folder, tmp_path):
     _, path = folder
     assert pair_records(path / "left") == {}

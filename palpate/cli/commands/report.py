@@ -63,6 +63,7 @@ class Command:
         page = report_of(run, self.out)
         summary = replace(summary_of(record, run.digest.totals), report=str(page))
         console.print(summary_table(summary))
+        _say_faults(record, console)
         say(console, f"report: {page}")
         write_json(self.json, summary)
 
@@ -74,9 +75,11 @@ class Command:
         page = write_pairs_report(self.record, self.out)
         summaries = {}
         for name, path in pair_records(self.record).items():
-            summaries[name] = replace(summary_of(Record.open(path)), report=str(path.with_name("report.html")))
+            record = Record.open(path)
+            summaries[name] = replace(summary_of(record), report=str(path.with_name("report.html")))
             say(console, name, "pair", "bold")
             console.print(summary_table(summaries[name]))
+            _say_faults(record, console)
         say(console, f"report: {page}")
         write_json(self.json, {"pairs": summaries, "record": str(self.record), "report": str(page)})
 
@@ -90,3 +93,8 @@ class Command:
             say(console, note)
         say(console, f"report: {page}")
         write_json(self.json, replace(summary_of(bag), report=str(page)))
+
+
+def _say_faults(record: Record, console: Console) -> None:
+    for fault in record.faults:
+        say(console, fault, "fault:", "red")
