@@ -30,6 +30,12 @@ class Connection:
         many there were.
         """
 
+    def pace(self, text: str, rate: float, n: int) -> tuple[int, int, int]:
+        """
+        Sends a text `n` times at a rate [Hz], from a thread like that of a driver, and takes each answer one period
+        later. Returns the texts sent, the ticks missed, and the answers that were not there after a period.
+        """
+
 class Device(palpate._core.Driver):
     """A Haply device: a driver for the thread of the core."""
 
@@ -70,6 +76,10 @@ class Device(palpate._core.Driver):
     @property
     def exchanges(self) -> int:
         """Number of answers of the service so far."""
+
+    @property
+    def late(self) -> int:
+        """Number of answers that were not there when the next tick began."""
 
 class Reader:
     """Reads the messages of the service, as the driver does in its cycle."""

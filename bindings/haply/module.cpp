@@ -9,11 +9,13 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstdint>
 #include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <tuple>
 
 #include "palpate/haply/device.hpp"
@@ -65,6 +67,23 @@ std::size_t time_trips(Times& out, const Go& go) {
   return out.shape(0);
 }
 
+/// Ticks, missed ticks and late answers of a thread in real time that takes an answer and sends a text in each tick.
+std::tuple<std::uint64_t, std::uint64_t, std::uint64_t> pace(WebSocket& self, const std::string& text, double rate,
+                                                             std::uint64_t n) {
+  loop::RealTimeThread thread({.allow_affinity = false});
+  std::uint64_t sent = 0, late = 0;
+  thread.start(rate, [&](const loop::Wake&) {
+    if (sent > 0 && self.receive(0) != WebSocket::Got::message) {
+      ++late;
+      if (self.receive(Device::kGone) != WebSocket::Got::message) return false;
+    }
+    return sent < n && self.send(text) && ++sent > 0;
+  });
+  while (thread.running()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  thread.stop();
+  return {sent, thread.punctuality().missed.load(), late};
+}
+
 void bind_connection(nb::module_& m) {
   nb::class_<WebSocket>(m, "Connection", "The client's end of a WebSocket, after the handshake.")
       .def(nb::init<int>(), "socket"_a, "Takes over the file descriptor of a connected socket.")
@@ -85,7 +104,11 @@ void bind_connection(nb::module_& m) {
           },
           "text"_a, "out"_a, nb::call_guard<nb::gil_scoped_release>(),
           "Sends a text and waits for the answer, as often as `out` (n,) is long; writes the times [s] to it. Returns "
-          "how many there were.");
+          "how many there were.")
+      .def("pace", &pace, "text"_a, "rate"_a, "n"_a, nb::call_guard<nb::gil_scoped_release>(),
+           "Sends a text `n` times at a rate [Hz], from a thread like that of a driver, and takes each answer one "
+           "period later. Returns the texts sent, the ticks missed, and the answers that were not there after a "
+           "period.");
 }
 
 void bind_device(nb::module_& m) {
@@ -136,11 +159,19 @@ void bind_device(nb::module_& m) {
           "round_trips",
           [](Device& self, Times out) {
             loop::DeviceState state;
-            return time_trips(out, [&] { return self.write({}) && self.read(state) != loop::Reading::failed; });
+            return time_trips(out, [&] {
+              const std::uint64_t before = self.exchanges();
+              if (!self.write({})) return false;
+              while (self.exchanges() == before) {  // a read that is weary of waiting returns at once
+                if (self.read(state) == loop::Reading::failed) return false;
+              }
+              return true;
+            });
           },
           "out"_a, nb::call_guard<nb::gil_scoped_release>(),
           "Commands zero force and reads the answer, as often as `out` (n,) is long; writes the times [s] to it.")
-      .def_prop_ro("exchanges", &Device::exchanges, "Number of answers of the service so far.");
+      .def_prop_ro("exchanges", &Device::exchanges, "Number of answers of the service so far.")
+      .def_prop_ro("late", &Device::late, "Number of answers that were not there when the next tick began.");
 }
 
 /// Position, velocity, quaternion, and the flags of an answer; None if it is not accepted.

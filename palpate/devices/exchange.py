@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from palpate.base.arrays import Array
+from palpate import _core
 from palpate.base.errors import DeviceError
 from palpate.devices.haply.driver import Haply
 from palpate.devices.haply.service import Address, websocket
 from palpate.devices.session import DrivenSession
 from palpate.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from palpate import _haply
+    from palpate.devices.haply.wire import Connection, Port
 
 TRIPS = 2000
 """Number of round trips that are timed, of each kind."""
@@ -29,18 +36,26 @@ class Exchange:
     rate_Hz: float  # of the session
     ticks: int
     missed: int  # ticks of the session that came a period late or more
+    late: int  # answers of the service that were not there after a period: the tick waited for them
     lateness_p99_us: float
+    echo_ticks: int  # of the bare client at the same rate for the same time
+    echo_missed: int
+    echo_late: int
 
     def in_words(self) -> str:
-        """The figures in two sentences."""
+        """The figures in one sentence."""
         trips = f"round trip p50 {self.trip_p50_us:.0f} us, p99 {self.trip_p99_us:.0f} us"
         echo = f"a bare echo {self.echo_p50_us:.0f} and {self.echo_p99_us:.0f} us"
-        ticks = f"at {self.rate_Hz:g} Hz {self.missed} of {self.ticks} ticks were missed"
-        return f"{trips}; {echo}; {ticks}, lateness p99 {self.lateness_p99_us:.0f} us"
+        late = f"{self.late} answers were not there after a period"
+        ticks = f"at {self.rate_Hz:g} Hz {self.missed} of {self.ticks} ticks were missed, {late}"
+        beside = (
+            f"of a bare echo at that rate {self.echo_missed} of {self.echo_ticks} were missed, {self.echo_late} late"
+        )
+        return f"{trips}; {echo}; {ticks}, lateness p99 {self.lateness_p99_us:.0f} us; {beside}"
 
 
 def measure_exchange(name: str, seconds: float) -> Exchange:
-    """Time round trips, and then run a session with a plane for a time [s].
+    """Time round trips, run a session with a plane for a time [s], and a bare echo at the same rate for as long.
 
     Args:
         name: the driver with its options, such as ``haply:rate=2000``.
@@ -49,12 +64,13 @@ def measure_exchange(name: str, seconds: float) -> Exchange:
     Raises:
         DeviceError: it is no Haply, or the service or the device is missing.
     """
+    from palpate import _haply
+
     head, _, argument = name.partition(":")
     if head != "haply":
         raise DeviceError(f"{name} exchanges no messages", mend="--exchange is for the driver haply")
     out = np.zeros(TRIPS)
     made = Haply(argument).native().round_trips(out)
-    trips, echo = out[:made], _echo()
     if made < TRIPS:
         raise DeviceError(f"the service answered {made} of {TRIPS} messages", mend="see palpate device list")
     objects = [{"name": "plane", "plane": {}, "stiffness": 400.0}]
@@ -63,24 +79,33 @@ def measure_exchange(name: str, seconds: float) -> Exchange:
     scene = {"objects": objects, "arms": {"leader": {"driver": name}}, "operator": {"path": path}}
     session = DrivenSession(Scene.model_validate(scene))
     summary, timing = session.run(seconds), session.timing
-    p50, p99, echo50, echo99 = (1e6 * float(np.percentile(x, q)) for x in (trips, echo) for q in (50, 99))
+    assert isinstance(session.driver, _haply.Device)
+    with echo_server() as port:
+        echo = np.zeros(TRIPS)
+        echo = echo[: _to(port).round_trips(_TEXT, echo)]
+        paced = _to(port).pace(_TEXT, session.rate, max(1, round(seconds * session.rate)))
+    trips = [1e6 * float(np.percentile(x, q)) for x in (out, echo) for q in (50, 99)]
     late = float(timing["lateness_us"]["p99"])
-    return Exchange(p50, p99, echo50, echo99, session.rate, summary.ticks, summary.missed_ticks, late)
+    return Exchange(*trips, session.rate, summary.ticks, summary.missed_ticks, session.driver.late, late, *paced)
 
 
-def _echo() -> Array:
-    """Round trips of a bare client with a server that sends each text back [s]."""
-    from palpate.devices.haply.wire import Connection, Port
+def _to(port: Port) -> _haply.Connection:
+    return websocket(Address("127.0.0.1", port.number))
+
+
+@contextmanager
+def echo_server() -> Iterator[Port]:
+    """A bare server that sends each text back, on a free port, with the priority that the stand-in has."""
+    from palpate.devices.haply.wire import Port
 
     def echo(connection: Connection) -> None:
+        _core.schedule(True)
         while connection.open:
             for text in connection.messages():
                 connection.send(text)
 
     port = Port("127.0.0.1", 0, lambda method, path, body: (404, None), echo)
     try:
-        out = np.zeros(TRIPS)
-        made = websocket(Address("127.0.0.1", port.number)).round_trips(_TEXT, out)
-        return out[:made]
+        yield port
     finally:
         port.close()

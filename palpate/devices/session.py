@@ -111,6 +111,12 @@ class DrivenSession(DeviceSession):
             require_writable(Path(out))
         super().__init__(leader_of(scene, driver).loop(None), out)
 
+    @property
+    def driver(self) -> Driver | _core.Driver:
+        """The driver of the device."""
+        assert isinstance(self._loop, DrivenLoop | NativeLoop)
+        return self._loop.driver
+
     def run(self, duration: float | None = None, on_progress: Callable[[State], None] | None = None) -> Summary:
         """Render the scene for a time, or until its task is done, the driver fails, Ctrl-C or SIGTERM.
 

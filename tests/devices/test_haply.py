@@ -471,5 +471,12 @@ def test_exchange_is_timed_beside_a_bare_echo(service, tmp_path, capsys):
     assert found["ticks"] > 50
     assert 0 <= found["missed"] <= 250
     assert found["rate_Hz"] == 500.0
+    assert found["echo_ticks"] == 250
+    assert 0 <= found["echo_missed"] <= 5000
+    assert found["late"] < found["ticks"]
+    service.fail("late", 0.004)
+    assert main(["device", "bench", name, "--exchange", "0.5", "--json", str(file)]) == 0
+    found = json.loads(file.read_text())
+    assert found["late"] > 0.9 * found["ticks"], "two periods late: each tick has waited for its answer"
     assert main(["device", "bench", "simulated", "--exchange", "1"]) == 2
     assert "--exchange is for the driver haply" in capsys.readouterr().err

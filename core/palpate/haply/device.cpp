@@ -70,7 +70,7 @@ Reading Device::read(loop::DeviceState& state) noexcept {
 Reading Device::take_answer(loop::DeviceState& state) noexcept {
   const std::int64_t end = loop::now_ns() + (waiting_ ? 0 : kSilent);
   while (unanswered_ > 0) {
-    switch (service_->receive(std::max<std::int64_t>(0, end - loop::now_ns()))) {
+    switch (receive_answer(end)) {
       case WebSocket::Got::message:
         exchanges_.fetch_add(1, std::memory_order_relaxed);
         unanswered_.fetch_sub(1);
@@ -99,6 +99,14 @@ Reading Device::take_answer(loop::DeviceState& state) noexcept {
       note(malformed);
   }
   return loop::now_ns() - valid_ > kGone ? fail(never) : Reading::missing;
+}
+
+// The next answer, waited for until a time [ns]; counts the first answer that was not there yet.
+WebSocket::Got Device::receive_answer(std::int64_t end) noexcept {
+  const WebSocket::Got there = service_->receive(0);
+  if (there != WebSocket::Got::nothing || waiting_) return there;
+  late_.fetch_add(1, std::memory_order_relaxed);
+  return service_->receive(std::max<std::int64_t>(0, end - loop::now_ns()));
 }
 
 // The state of the device, or that there is no force although there is a state.

@@ -43,6 +43,8 @@ class Device final : public loop::Driver {
 
   /// Number of answers so far.
   [[nodiscard]] std::uint64_t exchanges() const noexcept { return exchanges_.load(std::memory_order_relaxed); }
+  /// Number of reads that found no answer to the message before, and waited for it.
+  [[nodiscard]] std::uint64_t late() const noexcept { return late_.load(std::memory_order_relaxed); }
 
  private:
   /// What has happened, in the order of the words in device.cpp.
@@ -64,6 +66,7 @@ class Device final : public loop::Driver {
 
   void take_events() noexcept;
   loop::Reading take_answer(loop::DeviceState& state) noexcept;
+  WebSocket::Got receive_answer(std::int64_t end) noexcept;
   loop::Reading judge(const Measured& found, loop::DeviceState& state) noexcept;
   loop::Reading fail(Failure why) noexcept;
   void note(Notice what) noexcept { noted_.fetch_or(1u << what, std::memory_order_relaxed); }
@@ -77,7 +80,7 @@ class Device final : public loop::Driver {
   std::atomic<bool> zero_{true};    ///< the last force that was sent is zero
   std::atomic<unsigned> noted_{0};  ///< bits of Notice
   std::atomic<int> failure_{none};
-  std::atomic<std::uint64_t> exchanges_{0};
+  std::atomic<std::uint64_t> exchanges_{0}, late_{0};
   bool waiting_ = false;                         ///< an answer is late: read() does not wait for it any more
   bool locked_ = false, dropped_ = false;        ///< the emergency brake is on; an event drops the force of this tick
   std::int64_t valid_;                           ///< time of the last valid state [ns]
