@@ -32,7 +32,8 @@ def libraries() -> list[Library]:
 
 
 def _search(driver: str, file: str, product: str, variable: str) -> Library:
-    paths = [Path(folder) for folder in os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep) if folder]
+    given = [Path(folder) for folder in os.environ.get("LD_LIBRARY_PATH", "").split(os.pathsep) if folder]
+    paths = [path for path in given if "site-packages" not in path.parts]  # wheels carry no SDK of a vendor
     sdk = os.environ.get(variable)
     if sdk:
         paths += [Path(sdk), Path(sdk) / "lib"]

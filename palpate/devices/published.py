@@ -24,14 +24,19 @@ class Published:
 
 
 _QUOTED = "as commonly quoted, the sheet was not seen"
+_CHAI = "CHAI3D 3.2.0 (github.com/chai3d/chai3d, src/devices)"
 _FALCON = (
     "Novint's table in the wiki of H3DAPI (github.com/SenseGraphics/h3dapi/wiki/Novint_Falcon): over 400 dpi, 8.9 N"
 )
+_TOUCH = f"SensAble, 3D Systems: Touch, before PHANTOM Omni; force by {_CHAI}, the rest {_QUOTED}"
+_TOUCH_X = f"SensAble, 3D Systems: Touch X, before PHANTOM Desktop; force by {_CHAI}, the rest {_QUOTED}"
+_OMEGA = f"Force Dimension: omega.3, omega.6 and omega.7; force by {_CHAI}, steps {_QUOTED}"
+_SIGMA = f"Force Dimension: sigma.7; {_QUOTED}; {_CHAI} has 12 N"
 TABLE = (
-    Published("touch", f"SensAble, 3D Systems: Touch, before PHANTOM Omni; {_QUOTED}", 3.3, 55e-6, 0.045, 0.26),
-    Published("touch-x", f"SensAble, 3D Systems: Touch X, before PHANTOM Desktop; {_QUOTED}", 7.9, 23e-6, 0.045, 0.06),
-    Published("omega.3", f"Force Dimension: omega.3, omega.6 and omega.7; {_QUOTED}", 12.0, 10e-6),
-    Published("sigma.7", f"Force Dimension: sigma.7; {_QUOTED}", 20.0, 1.5e-6),
+    Published("touch", _TOUCH, 3.3, 55e-6, 0.045, 0.26),
+    Published("touch-x", _TOUCH_X, 7.9, 23e-6, 0.045, 0.06),
+    Published("omega.3", _OMEGA, 12.0, 10e-6),
+    Published("sigma.7", _SIGMA, 20.0, 1.5e-6),
     Published("falcon", _FALCON, 8.9, 63.5e-6),
     Published("inverse3", "docs.haply.co/inverseSDK: a safe sphere of 0.1 m, no other figure"),
     Published("minverse", "docs.haply.co/inverseSDK: a safe sphere of 0.04 m, no other figure"),

@@ -58,7 +58,7 @@ def test_the_guide_asks_for_each_step_and_writes_model_and_page(terminal, tmp_pa
     assert yaml.safe_load((tmp_path / "device.yaml").read_text())["kind"] == "device"
     page = (tmp_path / "device.html").read_text()
     assert {"As published?", "Driver", "Force"} <= set(re.findall(r"<h2>([^<]+)</h2>", page))
-    assert "Force Dimension: omega.3, omega.6 and omega.7; as commonly quoted, the sheet was not seen" in page
+    assert "steps as commonly quoted, the sheet was not seen" in page
 
 
 def test_a_device_without_a_force_gets_its_page_and_is_told_why_there_is_no_model(terminal, tmp_path, capsys):

@@ -24,7 +24,9 @@ def test_a_library_is_found_in_the_folders_of_the_environment(tmp_path, monkeypa
 
 def test_the_list_of_devices_names_library_and_places(capsys, monkeypatch, tmp_path):
     monkeypatch.setattr(module, "FOLDERS", ())
-    monkeypatch.setenv("LD_LIBRARY_PATH", str(tmp_path))
+    wheel = tmp_path / "site-packages" / "ros.libs"
+    wheel.mkdir(parents=True)
+    monkeypatch.setenv("LD_LIBRARY_PATH", f"{wheel}:{tmp_path}")
     assert main(["device", "list", "--json", "-"]) == 0
     out, err = capsys.readouterr()
     rows = {row["driver"]: row for row in json.loads(out)["libraries"]}
