@@ -144,6 +144,7 @@ RUNS: dict[str, Run] = {
     "tissue_loops": Run("bench tissue --only realtime"),  # on an idle machine
     "theories": Run("bench tissue --only theories"),
     "soak_tissue": Run("soak tissue --pokes 1000"),
+    "soak_haply": Run("soak haply --repeats 10"),
     "ros": Run("bench ros --duration 60 --sim"),  # on an idle machine
     "ros_discovery": Run("bench ros --discovery"),  # on an idle machine
     "ros_faults": Run("bench ros --faults"),

@@ -169,11 +169,17 @@ class StandIn:
 
     # -- what a script or a test does ----------------------------------------------------------------------------------
 
-    def fail(self, name: str, value: float = 0.02, seconds: float = float("inf"), device: str = "") -> None:
-        """Let a fault of `FAULTS` begin now, of one device or, with an empty id, of all."""
+    def fail(self, name: str, value: float = 0.02, seconds: float = float("inf"), device: str = "") -> float:
+        """Let a fault of `FAULTS` begin now, of one device or, with an empty id, of all.
+
+        Returns:
+            When it began, on the monotonic clock [s].
+        """
         with self._lock:
-            self._faults[name] = Fault(name, value, time.monotonic() - self._began, seconds, device)
-        self._script_step()
+            begin = time.monotonic()
+            self._faults[name] = Fault(name, value, begin - self._began, seconds, device)
+            self._script_step()  # under the lock: the thread of the script, which may be late, does not take it over
+        return begin
 
     def mend(self, name: str) -> None:
         """End a fault."""

@@ -60,6 +60,25 @@ def growing(found: Result) -> list[str]:
     return rows
 
 
+def silences(found: Result) -> list[str]:
+    """The rows of the page on Haply: times until zero, at the motors only while the service takes messages."""
+    assert all(one["named"] == one["cases"] for one in found["faults"])
+    rows, words = [], {
+        "hang": "hangs", "late": "answers 20 ms late, and a message acts when it arrives", "malformed": "nonsense",
+        "slow": "takes 20 ms for each message, one after the other", "ebrake": "emergency brake",
+        "uncalibrated": "not calibrated", "unplug": "unplugged", "disconnect": "connection broken",
+    }  # fmt: skip
+    for one in found["faults"]:
+        name = words.get(one["fault"], one["fault"])
+        times = [f"{one[f'rendered_{key}_ms']:.1f}" for key in ("p50", "max")]
+        if one["motors_p50_ms"] is not None:
+            motors = [f"{one[f'motors_{key}_ms']:.1f}" for key in ("p50", "max")]
+            rows.append(f"| {name} | {', '.join(times)} | {', '.join(motors)} | {one['bound_ms']:.1f} |")
+        else:
+            rows.append(f"| {name} | {', '.join(times)} |")
+    return rows
+
+
 def grid(found: Result) -> list[str]:
     x, y, z = found["nodes"]
     near, box = (tuple(found[f"error_{where}_{what}_m"] for what in ("p99", "max")) for where in ("near", "box"))
@@ -74,6 +93,7 @@ TIES = [
     Tie("ros2-network.md", "ros", (latency,)),
     Tie("ros2-network.md", "ros_discovery", (discovery,)),
     Tie("ros2-real-arm.md", "ros_faults", (freed,)),
+    Tie("haply.md", "soak_haply", (silences,)),
     Tie("viewer.md", "viewer", (pictures,)),
     Tie("growth.md", "growth", (growing,)),
     Tie("guidance.md", "grid", (grid,)),

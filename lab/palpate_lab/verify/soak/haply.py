@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 
+from palpate import _core
 from palpate.base.errors import DeviceError
 from palpate.devices import DrivenSession
 from palpate.scene import Scene
@@ -209,9 +210,10 @@ def _serve(pipe: Connection) -> None:
     from palpate.devices.haply.stand_in import Options, StandIn
 
     with StandIn(0, Options(idle_after=_IDLE)) as service:
+        _core.schedule(True)  # this thread lets faults begin: other programs do not delay them
         pipe.send(service.port)
         act: dict[str, Callable[[Any], float]] = {
-            "fail": lambda fault: _fail(service, fault),
+            "fail": service.fail,
             "silent": lambda asked: _silent(service, *asked),
         }
         while True:
@@ -220,13 +222,6 @@ def _serve(pipe: Connection) -> None:
             except EOFError:
                 return
             pipe.send(act[name](value))
-
-
-def _fail(service: Any, fault: str) -> float:
-    """Let a fault begin; the time on the monotonic clock [s]."""
-    begin = time.monotonic()
-    service.fail(fault)
-    return begin
 
 
 def _silent(service: Any, begin: float, passes: bool) -> float:
