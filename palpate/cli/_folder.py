@@ -172,7 +172,7 @@ def _of_many(command: type[Any]) -> set[str]:
     (append,) = get_args(UseAppendAction[int])[1:]
     found = set()
     for name, hint in command.__annotations__.items():
-        plain = hint.__origin__ if get_origin(hint) is Annotated else hint
+        plain: Any = hint.__origin__ if hasattr(hint, "__metadata__") else hint  # without Annotated
         if get_origin(plain) is tuple and Ellipsis in get_args(plain) and append not in get_args(hint):
             found.add(f"--{name.replace('_', '-')}")
     return found

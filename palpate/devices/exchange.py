@@ -84,9 +84,10 @@ def measure_exchange(name: str, seconds: float) -> Exchange:
         echo = np.zeros(TRIPS)
         echo = echo[: _to(port).round_trips(_TEXT, echo)]
         paced = _to(port).pace(_TEXT, session.rate, max(1, round(seconds * session.rate)))
-    trips = [1e6 * float(np.percentile(x, q)) for x in (out, echo) for q in (50, 99)]
+    p50, p99, echo50, echo99 = (1e6 * float(np.percentile(x, q)) for x in (out, echo) for q in (50, 99))
     late = float(timing["lateness_us"]["p99"])
-    return Exchange(*trips, session.rate, summary.ticks, summary.missed_ticks, session.driver.late, late, *paced)
+    missed = summary.missed_ticks
+    return Exchange(p50, p99, echo50, echo99, session.rate, summary.ticks, missed, session.driver.late, late, *paced)
 
 
 def _to(port: Port) -> _haply.Connection:
