@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import time
 import gc
+import time
 from dataclasses import dataclass
 from typing import Annotated, Literal
 
