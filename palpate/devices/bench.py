@@ -117,7 +117,10 @@ class Bench:
             if f is not None and abs(f.stiffness) > max(f.student * f.deviations.stiffness, 1.0):
                 found.append(f"{axis.axis}: a restoring force of {f.stiffness:.3g} N/m acts on the handle")
             if axis.uneven:
-                found.append(f"{axis.axis}: the steps lie on no grid, as those of encoders in joints; effective step")
+                found.append(
+                    f"{axis.axis}: the steps lie on no grid, as those of encoders in joints, and are no noise: the "
+                    "stated step is an effective one, and the intervals are too narrow"
+                )
         return tuple(found)
 
 
