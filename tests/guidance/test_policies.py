@@ -58,10 +58,11 @@ def test_soft_fixtures_add_and_a_hard_one_dominates():
 
 
 def test_lower_priority_never_pulls_against_a_higher_one():
+    """A thousandth of the force is left, so that the goal which the wall leaves is determined."""
     high = fixture(plane(), name="wall", law_={"K": 400.0}, priority=1)
     low = fixture(placed(_guidance.PointGeometry(), pose([0.01, 0, -0.01])), "guide", name="goal", law_={"K": 100.0})
     F = Stage(high, low).settle(point_at_height(-0.002))["F_T_W"][:3]
-    np.testing.assert_allclose(F, [1.0, 0, 0.8], atol=1e-9)
+    np.testing.assert_allclose(F, [1.0, 0, 0.8], atol=2e-3)
 
 
 def test_optimise_finds_the_deviation_for_all_walls_at_once():

@@ -1,10 +1,11 @@
 """Fixtures of lower priority never push against higher ones, in acute wedges too; damping of an admittance master."""
 
+from itertools import pairwise
+
 import numpy as np
 from fixtures import DT, Stage, fixture, placed, plane, pose
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.optimize import nnls
 from scipy.spatial.transform import Rotation
 
 from palpate import _guidance
@@ -19,22 +20,52 @@ def walls(normals, depths, p, **policy):
     return made
 
 
+LEFT, RAMP = 1e-3, 2e-4  # part of a wrench that is left [-], and depth below a border in which it fades [m]
+
+
 @settings(max_examples=60, deadline=None)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 6), st.floats(1e-3, 1.0))
-def test_guide_force_in_a_wedge_is_projected_on_the_walls_free_directions(seed, m, spread):
-    """Reference: nonnegative least squares of scipy; `spread` sets how acute the wedges are."""
+def test_a_guide_in_a_wedge_acts_where_the_walls_leave_the_goal(seed, m, spread):
+    """Reference: least squares of numpy; `spread` sets how acute the wedges are. No wall is pushed by more than 2 %."""
     rng = np.random.default_rng(seed)
     normals = rng.choice([-1.0, 1.0], (m, 1)) * np.array([0.0, 0.0, 1.0]) + spread * rng.normal(size=(m, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     p, goal = rng.normal(size=3) * 0.01, rng.normal(size=3) * 0.01
     pull = fixture(placed(_guidance.PointGeometry(), pose(goal)), "guide", name="goal", law_={"K": 300.0, "B": 0.0})
-    stage = Stage(*walls(normals, rng.uniform(0.0005, 0.002, m), p, priority=1), pull)
+    depths = rng.uniform(0.0005, 0.002, m)
+    stage = Stage(*walls(normals, depths, p, priority=1), pull)
     stage.settle(p, 250)
     F = stage.core.wrench(m)[:3]
-    guide_force = 300.0 * (goal - p)
-    multipliers = nnls(normals.T, -guide_force)[0]
-    np.testing.assert_allclose(F, guide_force + normals.T @ multipliers, atol=1e-6)
-    assert (normals @ F).min() > -1e-7
+    rows = np.concatenate([np.eye(3), normals / np.sqrt(LEFT)])
+    y = p + np.linalg.lstsq(rows, np.r_[np.zeros(3), (depths - RAMP / 2) / np.sqrt(LEFT)])[0]
+    J = np.linalg.inv(rows.T @ rows)  # of the same least squares
+    np.testing.assert_allclose(F, J @ (300.0 * (goal - y)), atol=1e-6)
+    assert np.abs(normals @ F).max() < 2e-2 * np.linalg.norm(300.0 * (goal - y)) + 1e-9
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.sampled_from(["planes", "tubes"]))
+def test_a_loop_over_two_soft_fixtures_of_different_priority_gives_nothing(seed, shape):
+    """Slopes, or tubes to which both are drawn: random closed loops at rest, energy by the trapezoidal rule."""
+    rng = np.random.default_rng(seed)
+    made = []
+    for i in range(2):
+        R = Rotation.from_rotvec(0.7 * rng.normal(size=3)).as_matrix()
+        at = 0.002 * rng.normal(size=3)
+        law = {"law_": {"K": float(rng.uniform(100, 500)), "B": 0.0}, "priority": i, "name": str(i)}
+        if shape == "planes":
+            made.append(fixture(plane(pose(at, R)), **law))
+        else:
+            line = _guidance.LineGeometry(at, at + 0.1 * R[:, 2], True)
+            made.append(fixture(placed(line), "guide", role_={"margin": 0.001}, **law))
+    stage = Stage(*made)
+    corners = 0.003 * rng.normal(size=(4, 3))
+    corners = np.concatenate([corners, corners[:1]])
+    way = np.concatenate([a + np.linspace(0, 1, 400)[:, None] * (b - a) for a, b in pairwise(corners)])
+    stage.settle(way[0], 300)
+    F = np.array([stage.settle(p, 3)["F_T_W"][:3] for p in way])
+    work = -np.cumsum((0.5 * (F[1:] + F[:-1]) * np.diff(way, axis=0)).sum(axis=1))
+    assert abs(work[-1]) < 2e-3 * (work.max() - work.min()) + 1e-7
 
 
 def test_acute_wedge_of_hard_walls_is_kept():

@@ -43,27 +43,25 @@ double target(const Fixture& f, FixtureState& now, bool has_place, const Input& 
 
 }  // namespace
 
-unsigned Authority::step(FixtureStates& states, const Input& in) const noexcept {
-  unsigned status = kOk;
-  for (int i = 0; i < states.size(); ++i) {
-    const Fixture& f = states.fixture(i);
-    FixtureState& now = states[i];
-    now.rise = 0.0;
-    if (!f.on && !now.active()) continue;
-    now.constraint = states.evaluate(i, in.goal.X_WT_goal, in);
-    const bool has_place = placed(f);
-    if (f.on && !has_place) status |= kFrameLost;
-    const double wanted = target(f, now, has_place, in);
-    const bool jumped =
-        std::any_of(f.frames.begin(), f.frames.end(), [](const auto& frame) { return frame->jumped(); });
-    const bool appears = now.authority == 0.0 && wanted > 0.0;
-    now.needs_slack |= jumped || appears;
-    now.edited |= jumped || (appears && !follows_distance(f.policy));  // a hand that comes back is no edit
-    const double before = now.authority;
-    now.authority = std::clamp(wanted, before - dt_ / f.policy.fall, before + dt_ / f.policy.rise);
-    now.rise = std::max(now.authority - before, 0.0);
-  }
-  return status;
+unsigned Authority::step(FixtureStates& states, int i, const Input& in) const noexcept {
+  const Fixture& f = states.fixture(i);
+  FixtureState& now = states[i];
+  now.rise = 0.0;
+  now.falls = false;
+  if (!f.on && !now.active()) return kOk;
+  now.constraint = states.evaluate(i, in.goal.X_WT_goal, in);
+  now.policy_gap = now.constraint.gap;
+  const bool has_place = placed(f);
+  const double wanted = target(f, now, has_place, in);
+  const bool jumped = std::any_of(f.frames.begin(), f.frames.end(), [](const auto& frame) { return frame->jumped(); });
+  const bool appears = now.authority == 0.0 && wanted > 0.0;
+  now.needs_slack |= jumped || appears;
+  now.edited |= jumped || (appears && !follows_distance(f.policy));  // a hand that comes back is no edit
+  const double before = now.authority;
+  now.authority = std::clamp(wanted, before - dt_ / f.policy.fall, before + dt_ / f.policy.rise);
+  now.rise = std::max(now.authority - before, 0.0);
+  now.falls = now.authority < before;
+  return f.on && !has_place ? kFrameLost : kOk;
 }
 
 }  // namespace palpate::guidance

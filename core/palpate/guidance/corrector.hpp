@@ -7,6 +7,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "palpate/guidance/correction_map.hpp"
 #include "palpate/guidance/fixture_state.hpp"
@@ -26,6 +27,8 @@ class Corrector {
   Corrector(Member member, const Options& options, double dt, FollowerLimits* follower = nullptr)
       : member_(member), follower_(follower), return_speed_(options.return_speed), dt_(dt) {}
 
+  /// Selects, among the fixtures that are members, those of one priority.
+  void choose(int priority) noexcept { priority_ = priority; }
   /// True if an active fixture is a member.
   [[nodiscard]] bool needed(const FixtureStates& states) const noexcept;
   /// One tick: finds the nearest allowed goal, starting at the previous one. Returns false if constraints contradict
@@ -49,7 +52,8 @@ class Corrector {
 
  private:
   [[nodiscard]] bool has(const FixtureStates& states, int i) const noexcept {
-    return states[i].active() && member_(states.fixture(i));
+    const Fixture& f = states.fixture(i);
+    return states[i].active() && member_(f) && (!priority_ || *priority_ == f.policy.priority);
   }
   void evaluate(const FixtureStates& states, const Pose& X_WT, const Input& in) noexcept;
   void update_slack(FixtureStates& states, int i, const Input& in) const noexcept;
@@ -69,6 +73,7 @@ class Corrector {
 
   Member member_;
   FollowerLimits* follower_;
+  std::optional<int> priority_;
   double return_speed_, dt_;
   Pose X_WT_;
   Qp qp_;

@@ -80,6 +80,9 @@ struct Fixture {
   double timeout = std::numeric_limits<double>::infinity();  ///< timeout: with an older pose the authority is zero [s]
 };
 
+/// True for a soft fixture whose violation a program finds together with others (Law::solves_jointly).
+[[nodiscard]] inline bool has_joint_law(const Fixture& f) noexcept { return !f.policy.hard && f.law->solves_jointly(); }
+
 /// Distance from the fixture's geometry within which its constraint is exact; farther away a lower bound of the
 /// distance suffices, because the constraint is inactive there [m].
 [[nodiscard]] double exact_within(const Fixture& fixture) noexcept;

@@ -14,9 +14,29 @@ bool finite(const Constraint& c) noexcept {
          std::isfinite(c.gap_rate_of_fixture) && c.free.allFinite();
 }
 
+constexpr double kFarGap = 1e3;  // [m, rad] for a gap that is infinite
+
 }  // namespace
 
 double FixtureState::allowed() const noexcept { return std::max(slack, (1.0 - authority) * constraint.violation()); }
+
+double factor(const Ramp& ramp, double measured) noexcept {
+  return std::clamp((measured - ramp.from) / (ramp.to - ramp.from), 0.0, 1.0);
+}
+
+double factor_by_distance(const Policy& policy, double gap) noexcept {
+  double product = 1.0;
+  for (const Ramp& ramp : policy.ramps) {
+    if (ramp.by == Ramp::By::distance) product *= factor(ramp, std::min(std::abs(gap), kFarGap));
+  }
+  return product;
+}
+
+double FixtureStates::authority_at(int i, double gap) const noexcept {
+  const FixtureState& now = (*this)[i];
+  const double here = factor_by_distance(fixture(i).policy, now.policy_gap);
+  return here > 0.0 ? now.authority / here * factor_by_distance(fixture(i).policy, gap) : now.authority;
+}
 
 void FixtureStates::take(const FixtureList& fixtures) noexcept {
   const int before = size();

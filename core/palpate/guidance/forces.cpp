@@ -1,9 +1,9 @@
 #include "palpate/guidance/forces.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 
+#include "palpate/guidance/authority.hpp"
 #include "palpate/guidance/law/profile.hpp"
 #include "palpate/types/index.hpp"
 #include "palpate/types/virtual_work.hpp"
@@ -14,22 +14,8 @@ namespace {
 constexpr double kLagForce = 3.0;  // [N] largest force towards a goal that a speed limit delays
 constexpr double kMoves = 5e-6;    // [m] motion of the hand in one period that explains any change of the map
 
-bool none(const Wrench& F) noexcept { return F.f == Vec3::Zero() && F.t == Vec3::Zero(); }
-
-bool comes_before(const Policy& a, const Policy& b) noexcept {
-  return a.hard != b.hard ? a.hard : a.priority > b.priority;
-}
-
 bool finite(const ConstraintForce& force) noexcept {
   return force.F.f.allFinite() && force.F.t.allFinite() && force.B.allFinite() && force.F_of_B.f.allFinite();
-}
-
-/// True if the energy that a rising authority stores is credited. What the hand can trigger by its motion earns
-/// nothing, because it could be repeated: a ramp by distance or force, an engagement by distance.
-bool earns_credit(const Policy& policy) noexcept {
-  return !policy.hard && std::isinf(policy.engage) &&
-         std::none_of(policy.ramps.begin(), policy.ramps.end(),
-                      [](const Ramp& ramp) { return ramp.by == Ramp::By::distance || ramp.by == Ramp::By::force; });
 }
 
 /// Sets gap and gradient of a corrected fixture from its share of the correction. The goal moves only the fraction
@@ -76,20 +62,25 @@ void add_preload(FixtureState& now, const Law& law) noexcept {
   now.force.U = std::isfinite(most) ? std::min(sum, most * e) : sum;
 }
 
-/// Sets the force of fixture i by its law, before its authority scales it.
-void apply_law(FixtureStates& states, int i, const FollowerLimits& follower, const Goals& goals) noexcept {
+/// Scales the force of fixture i by its authority, and adds its energy.
+void take_authority(FixtureStates& states, int i, FixtureEnergy& energy) noexcept {
   FixtureState& now = states[i];
-  const Fixture& f = states.fixture(i);
-  const Twist& V_WT = (now.corrects ? goals.mapped : goals.corrected).goal.V_WT;
-  now.force = f.law->force(now.constraint, V_WT);
-  add_preload(now, *f.law);
+  energy.potential += now.force.U;
+  if (earns_credit(states.fixture(i).policy)) energy.credit += now.rise * now.force.U;
+  scale(now.force, now.authority);
+  energy.present += now.force.U;
+}
+
+/// Sets the force of fixture i by its law, before its authority scales it.
+void apply_law(FixtureStates& states, int i, const Twist& V_WT) noexcept {
+  FixtureState& now = states[i];
+  const Law& law = *states.fixture(i).law;
+  now.force = law.force(now.constraint, V_WT);
+  add_preload(now, law);
   const double speed = V_WT.v.norm();
   if (speed > now.constraint.speed_limit) {
-    now.force.F.f -= f.law->damping() * (1.0 - now.constraint.speed_limit / speed) * V_WT.v;
-    const double pulls = std::min(f.law->stiffness() * follower.lag(), kLagForce);
-    if (f.policy.hard) now.force.F.f += pulls * follower.lag_direction();
+    now.force.F.f -= law.damping() * (1.0 - now.constraint.speed_limit / speed) * V_WT.v;
   }
-  if (!finite(now.force)) now.force = ConstraintForce{};
 }
 
 /// Bound of the 2-norm of J: 1 for the identity.
@@ -103,11 +94,6 @@ void approach(const Vec3& goal, double step, Vec3& now) noexcept {
   const double far = change.norm();
   now = far > step ? Vec3(now + step / far * change) : goal;
 }
-
-/// Largest change of a force [N] and a moment [N m] in one period.
-struct Change {
-  double f = 0.0, t = 0.0;
-};
 
 /// The change of a fixture's wrench in one period that the motions of hand and fixture explain.
 Change explained(const Fixture& fixture, const FixtureState& now, const Input& in, const ToolGoal& before,
@@ -129,60 +115,41 @@ Change explained(const Fixture& fixture, const FixtureState& now, const Input& i
 
 }  // namespace
 
-FixtureEnergy apply_laws(FixtureStates& states, const Corrector& hard, const Corrector& joint,
-                         const FollowerLimits& follower, const Goals& goals) noexcept {
-  FixtureEnergy energy;
-  Wrench soft;  // sum of the soft fixtures' wrenches on the tool, which a hard one may take over
-  for (int k = 0; k < 2 * states.size(); ++k) {
-    const int i = k % states.size();
-    FixtureState& now = states[i];
-    const Fixture& f = states.fixture(i);
-    const bool is_hard = f.policy.hard;
-    if (is_hard != (k >= states.size())) continue;  // first the soft ones
-    now.force = ConstraintForce{};
-    if (!now.active() || !is_hard) now.corrects = false, now.preload = 0.0;
-    if (!now.active()) continue;
-    if ((is_hard || f.law->solves_jointly()) && std::isfinite(now.constraint.gap)) {
-      take_share(now, (is_hard ? hard : joint).map().share(i));
-      if (is_hard) take_preload(now, carried_back(goals.J_before, goals.mapped.tool_force.F_T_W + soft));
-    }
-    apply_law(states, i, follower, goals);
-    energy.potential += now.force.U;
-    if (earns_credit(f.policy)) energy.credit += now.rise * now.force.U;
-    scale(now.force, now.authority);
-    energy.present += now.force.U;
-    if (!is_hard) soft = soft + now.force.F;
-  }
-  return energy;
+void apply_soft_law(FixtureStates& states, int i, const Corrector& joint, const Twist& V_WT,
+                    FixtureEnergy& energy) noexcept {
+  FixtureState& now = states[i];
+  now.force = ConstraintForce{};
+  now.corrects = false, now.preload = 0.0;
+  if (!now.active()) return;
+  const bool is_joint = states.fixture(i).law->solves_jointly() && std::isfinite(now.constraint.gap);
+  if (is_joint) take_share(now, joint.map().share(i));
+  apply_law(states, i, V_WT);
+  if (!finite(now.force)) now.force = ConstraintForce{};
+  take_authority(states, i, energy);
 }
 
-void Priorities::apply(FixtureStates& states, bool renders_damping) noexcept {
-  std::array<bool, kMaxFixtures> pushes{};
+void apply_hard_laws(FixtureStates& states, const Corrector& hard, const FollowerLimits& follower, const Goals& goals,
+                     const Wrench& soft, FixtureEnergy& energy) noexcept {
   for (int i = 0; i < states.size(); ++i) {
-    pushes[to_index(i)] = states[i].active() && !states[i].corrects && !none(states[i].force.F);
-  }
-  for (int i = 0; i < states.size(); ++i) {
-    if (!pushes[to_index(i)]) continue;
-    Wrench& F = states[i].force.F;
-    const Vec3 F_B = renders_damping ? states[i].force.F_of_B.f : Vec3(Vec3::Zero());
-    Vec6 y;
-    y << F.f - F_B, F.t / kLength;
-    bool against = false;
-    qp_.clear();
-    for (int j = 0; j < states.size(); ++j) {
-      const bool first = comes_before(states.fixture(j).policy, states.fixture(i).policy);
-      if (!pushes[to_index(j)] || !first) continue;
-      // A violation over which the damping of fixture j still rises (profile.hpp) counts in proportion.
-      const Constraint& c = states[j].constraint;
-      const Vec6 a = row(c).stableNormalized();
-      const double share = std::min(c.violation() / (c.rotational ? kDampingRampRotational : kDampingRamp), 1.0);
-      const double opposes = std::min(a.dot(y), 0.0);
-      against |= share * opposes < 0.0;
-      qp_.add(a, (1.0 - share) * opposes);
+    FixtureState& now = states[i];
+    const Fixture& f = states.fixture(i);
+    if (!f.policy.hard) continue;
+    now.force = ConstraintForce{};
+    if (!now.active()) {
+      now.corrects = false, now.preload = 0.0;
+      continue;
     }
-    if (!against) continue;
-    const bool found = qp_.solve(y) != Qp::Status::stopped;
-    F = found ? Wrench{F_B + qp_.y().head<3>(), kLength * qp_.y().tail<3>()} : Wrench{F_B, Vec3::Zero()};
+    if (std::isfinite(now.constraint.gap)) {
+      take_share(now, hard.map().share(i));
+      take_preload(now, carried_back(goals.J_before, goals.mapped.tool_force.F_T_W + soft));
+    }
+    const Twist& V_WT = (now.corrects ? goals.mapped : goals.corrected).goal.V_WT;
+    apply_law(states, i, V_WT);
+    if (V_WT.v.norm() > now.constraint.speed_limit) {
+      now.force.F.f += std::min(f.law->stiffness() * follower.lag(), kLagForce) * follower.lag_direction();
+    }
+    if (!finite(now.force)) now.force = ConstraintForce{};
+    take_authority(states, i, energy);
   }
 }
 
@@ -209,7 +176,8 @@ const DampedWrench& Blend::step(const FixtureStates& states, const Input& in, co
     if (!now.active()) continue;
     const Change change = explained(states.fixture(i), now, in, before, dt_);
     const double by = now.corrects ? 1.0 : gain * gain;
-    f += by * change.f;
+    f += by * change.f + now.turned.f * std::min(moved / kDampingRamp, 1.0);
+    t += now.turned.t * std::min(moved / kDampingRamp, 1.0);
     // A speed limit has no gradient; only its damping changes with the motion.
     if (std::isfinite(now.constraint.speed_limit)) f += states.fixture(i).law->damping() * dv;
     t += by * change.t;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 
 #include "palpate/types/status.hpp"
 #include "palpate/types/virtual_work.hpp"
@@ -11,6 +12,7 @@ namespace palpate::guidance {
 namespace {
 
 constexpr double kMomentLength = 0.02;  // [m] length that makes a moment comparable to a force
+constexpr double kMostFelt = 3.0;       // largest wrench on the tool, relative to that at the goal left to a fixture
 
 Options checked(Options options) {
   check(options);
@@ -19,7 +21,7 @@ Options checked(Options options) {
 
 bool corrects_goal(const Fixture& f) noexcept { return f.policy.hard; }
 
-bool has_joint_law(const Fixture& f) noexcept { return !f.policy.hard && f.law->solves_jointly(); }
+double size_of(const Wrench& F) noexcept { return std::hypot(F.f.norm(), F.t.norm() / kLength); }
 
 bool same(const Pose& a, const Pose& b) noexcept { return a.p == b.p && a.R == b.R; }
 
@@ -45,7 +47,10 @@ const Output& Guidance::step(const Input& in) noexcept {
   }
   states_.begin(in);
   follower_.observe(in.tool.X_WT.p, before_.X_WT_goal);
-  out_.status = authority_.step(states_, in);
+  out_.status = kOk;
+  for (int i = 0; i < states_.size(); ++i) {
+    if (states_.fixture(i).policy.hard) out_.status |= authority_.step(states_, i, in);
+  }
   correct(in);
   act(in);
   report(in);
@@ -80,19 +85,14 @@ void Guidance::act(const Input& in) noexcept {
   at_tool.goal.V_WT = carried(out_.J_goal, in.goal.V_WT);
   if (!same(out_.X_WT_goal, in.goal.X_WT_goal)) {
     for (int i = 0; i < states_.size(); ++i) {
-      const bool at_hand = states_.fixture(i).policy.hard && hard_.map().share(i).size > 0.0;
-      if (states_[i].active() && !at_hand) states_[i].constraint = states_.evaluate(i, out_.X_WT_goal, in);
+      const bool at_hand = hard_.map().share(i).size > 0.0;
+      if (states_.fixture(i).policy.hard && states_[i].active() && !at_hand)
+        states_[i].constraint = states_.evaluate(i, out_.X_WT_goal, in);
     }
   }
-  const bool joint = joint_.needed(states_);
-  if (joint) {
-    if (!joint_started_) joint_.start_at(out_.X_WT_goal);
-    joint_.step(states_, at_tool);
-    joint_.linearise(states_, at_tool, false);
-  }
-  joint_started_ = joint;
-  out_.energy = apply_laws(states_, hard_, joint_, follower_, {in, at_tool, J_before_});
-  priorities_.apply(states_, in.handle.renders_damping);
+  out_.energy = {};
+  const Wrench soft = act_softly(at_tool);
+  apply_hard_laws(states_, hard_, follower_, {in, at_tool, J_before_}, soft, out_.energy);
   kept_.step(states_, out_.X_WT_goal);
   out_.on_tool = blend_.step(states_, in, before_, out_.J_goal);
   for (int i = 0; i < states_.size(); ++i) {  // every wrench is reported as the hand feels it
@@ -101,10 +101,89 @@ void Guidance::act(const Input& in) noexcept {
   }
 }
 
-// True if a fixture that does not correct the goal may exert a wrench on the tool.
+// Lets the soft fixtures act in the order of their priority, each at the goal that the higher ones leave. Returns the
+// sum of their wrenches at the corrected goal.
+Wrench Guidance::act_softly(const Input& at_tool) noexcept {
+  Wrench sum;
+  priorities_.begin(at_tool.goal.X_WT_goal);
+  const auto next = [this](const int* above) -> const int* {  // the highest priority below `above`
+    const int* found = nullptr;
+    for (int i = 0; i < states_.size(); ++i) {
+      const Policy& policy = states_.fixture(i).policy;
+      if (policy.hard || (above != nullptr && policy.priority >= *above)) continue;
+      if (found == nullptr || policy.priority > *found) found = &policy.priority;
+    }
+    return found;
+  };
+  for (const int* now = next(nullptr); now != nullptr;) {
+    Input at = at_tool;
+    at.goal.X_WT_goal = priorities_.X_WT();
+    at.goal.V_WT = carried(priorities_.jacobian(), at_tool.goal.V_WT);
+    act_at(*now, at);
+    const int* after = next(now);
+    for (int i = 0; i < states_.size(); ++i) {
+      const Policy& policy = states_.fixture(i).policy;
+      if (policy.hard || policy.priority != *now) continue;
+      sum = sum + states_[i].force.F;
+      if (after != nullptr && states_[i].active()) priorities_.add(states_, i, at_tool);
+    }
+    priorities_.solve();
+    now = after;
+  }
+  return sum;
+}
+
+// Lets the soft fixtures of one priority act at the goal that the higher ones leave. Their wrenches are then those at
+// the corrected goal.
+void Guidance::act_at(int priority, const Input& at) noexcept {
+  const auto acts = [&](int i) {
+    return !states_.fixture(i).policy.hard && states_.fixture(i).policy.priority == priority;
+  };
+  int first = -1;
+  for (int i = 0; i < states_.size(); ++i) {
+    if (!acts(i)) continue;
+    if (first < 0) first = i;
+    out_.status |= authority_.step(states_, i, at);
+  }
+  joint_.choose(priority);
+  std::optional<Pose>& X_joint = joint_X_WT_[to_index(first)];
+  if (joint_.needed(states_)) {
+    joint_.start_at(X_joint.value_or(at.goal.X_WT_goal));
+    joint_.step(states_, at);
+    joint_.linearise(states_, at, false);
+    X_joint = joint_.X_WT();
+  } else {
+    X_joint.reset();
+  }
+  const Mat6& J = priorities_.jacobian();
+  const Mat3 J_p = J.topLeftCorner<3, 3>();
+  for (int i = 0; i < states_.size(); ++i) {
+    if (!acts(i)) continue;
+    apply_soft_law(states_, i, joint_, at.goal.V_WT, out_.energy);
+    FixtureState& now = states_[i];
+    ConstraintForce& force = now.force;
+    now.turned = {};
+    now.F_left = force.F;
+    now.power_above = 0.0;
+    now.edited |= priorities_.edited();
+    if (!priorities_.moves()) continue;
+    now.turned = {force.F.f.norm(), force.F.t.norm()};
+    now.power_above = -force.F.f.dot(priorities_.drift().v) - force.F.t.dot(priorities_.drift().w);
+    // Where walls nearly contradict each other, their goal moves much farther than the hand. That is treated as a jump,
+    // of which the hand feels no more than kMostFelt times the wrench.
+    const double size = size_of(force.F), carried = size_of(carried_back(J, force.F));
+    const double by = carried > kMostFelt * size ? kMostFelt * size / carried : 1.0;
+    const Mat6 J_felt = by * J;
+    force.F = carried_back(J_felt, force.F);
+    force.F_of_B = carried_back(J_felt, force.F_of_B);
+    force.B = by * by * J_p.transpose() * force.B * J_p;
+  }
+}
+
+// True if a soft fixture may exert a wrench on the tool.
 bool Guidance::soft_acts() const noexcept {
   for (int i = 0; i < states_.size(); ++i) {
-    if (states_[i].active() && !states_.fixture(i).policy.hard) return true;
+    if ((states_.fixture(i).on || states_[i].active()) && !states_.fixture(i).policy.hard) return true;
   }
   return false;
 }

@@ -1,11 +1,15 @@
 // Stage `guidance`: the fixtures correct the tool's goal and exert a wrench on the tool.
 //
 //   mapped goal -> hard fixtures: corrector -> corrected goal, and each one's share of the correction
-//   corrected goal -> every other fixture: query -> role -> authority -> law -> priorities
-//   wrenches at the corrected goal, carried back by the transposed Jacobian, and of the shares -> blend -> wrench
+//   corrected goal -> soft fixtures, in the order of priority: goal that the higher ones leave -> query -> role ->
+//   authority -> law
+//   wrenches at these goals, carried back by the transposed Jacobians, and of the shares -> blend -> wrench
 //
 // Both goals follow the hand without lag, so that the lag of the follower is outside the force loop of a fixture.
 #pragma once
+
+#include <array>
+#include <optional>
 
 #include "palpate/guidance/authority.hpp"
 #include "palpate/guidance/corrector.hpp"
@@ -14,6 +18,7 @@
 #include "palpate/guidance/forces.hpp"
 #include "palpate/guidance/interface/stage.hpp"
 #include "palpate/guidance/kept_energy.hpp"
+#include "palpate/guidance/priorities.hpp"
 
 namespace palpate::guidance {
 
@@ -34,6 +39,8 @@ class Guidance final : public Stage {
  private:
   void correct(const Input& in) noexcept;
   void act(const Input& in) noexcept;
+  Wrench act_softly(const Input& at_tool) noexcept;
+  void act_at(int priority, const Input& at) noexcept;
   [[nodiscard]] bool soft_acts() const noexcept;
   void report(const Input& in) noexcept;
 
@@ -45,9 +52,11 @@ class Guidance final : public Stage {
   Priorities priorities_;
   KeptEnergy kept_;
   Blend blend_;
-  ToolGoal before_;                   ///< mapped goal of the previous tick
-  Mat6 J_before_ = Mat6::Identity();  ///< J_goal of the previous tick
-  bool started_ = false, joint_started_ = false;
+  ToolGoal before_;                                           ///< mapped goal of the previous tick
+  Mat6 J_before_ = Mat6::Identity();                          ///< J_goal of the previous tick
+  std::array<std::optional<Pose>, kMaxFixtures> joint_X_WT_;  ///< solutions of the joint law, one for each priority, by
+                                                              ///< its first fixture; empty: it does not act
+  bool started_ = false;
   Output out_;
 };
 

@@ -18,21 +18,22 @@ constexpr double kInexactMotion = 0.1;  // of the energy by the motion of a fixt
 
 double work(const Wrench& F, const Twist& moved) noexcept { return -F.f.dot(moved.v) - F.t.dot(moved.w); }
 
-/// Energy that the motion of a fixture stores in a period, by its force along the gradient at an authority of one [J].
-double energy_of_motion(const FixtureState& now, const Wrench& F, double dt) noexcept {
+/// Energy that the motion of a fixture, and of those above it, stores in a period [J].
+double energy_of_motion(const FixtureState& now, double dt) noexcept {
   const Wrench& J = now.constraint.gradient;
   const double size = J.f.squaredNorm() + J.t.squaredNorm() / (kLength * kLength);
-  const double along = F.f.dot(J.f) + F.t.dot(J.t) / (kLength * kLength);
-  return size > 0.0 ? -along / size * now.constraint.gap_rate_of_fixture * dt : 0.0;
+  const double along = now.F_left.f.dot(J.f) + now.F_left.t.dot(J.t) / (kLength * kLength);
+  const double own = size > 0.0 ? -along / size * now.constraint.gap_rate_of_fixture : 0.0;
+  return (own + now.power_above) * dt;
 }
 
-/// Factor of the authority by the ramps that follow the distance, at a gap [m, rad].
-double factor_by_distance(const Policy& policy, double gap) noexcept {
-  double product = 1.0;
-  for (const Ramp& ramp : policy.ramps) {
-    if (ramp.by == Ramp::By::distance) product *= factor(ramp, std::abs(gap));
+/// True if fixture i, with a joint law, is the first such one of its priority in the list.
+bool first_of_priority(const FixtureStates& states, int i) noexcept {
+  for (int j = 0; j < i; ++j) {
+    const Fixture& other = states.fixture(j);
+    if (has_joint_law(other) && other.policy.priority == states.fixture(i).policy.priority) return false;
   }
-  return product;
+  return true;
 }
 
 /// Energy whose gradient is the fixture's force times its factor by distance: the sum of the changes of the law's own
@@ -59,7 +60,7 @@ double present_energy(const Fixture& fixture, const FixtureState& now) noexcept 
   return U + (now.authority - wanted) / now.authority * now.force.U;
 }
 
-/// True if the authority of fixture i follows the distance, and a soft fixture of higher priority may cut its force:
+/// True if the authority of fixture i follows the distance, and a soft fixture of higher priority may move its goal:
 /// its energy then includes the ramp.
 bool is_cut_on_a_ramp(const FixtureStates& states, int i) noexcept {
   const Policy& own = states.fixture(i).policy;
@@ -80,8 +81,10 @@ void KeptEnergy::step(FixtureStates& states, const Pose& X_WT) noexcept {
   for (int i = 0; i < states.size(); ++i) {
     Account& account = account_[to_index(i)];
     const Fixture& fixture = states.fixture(i);
-    if (fixture.policy.hard || fixture.law->solves_jointly()) {
+    if (fixture.policy.hard) {
       account.key = 0;
+    } else if (fixture.law->solves_jointly()) {
+      if (first_of_priority(states, i)) step_joint(states, i, moved);
     } else if (states[i].active()) {
       scale(states[i].force, share(account, stored(fixture, states[i], is_cut_on_a_ramp(states, i)), moved));
     } else if (account.key != states[i].key || !is_cut_on_a_ramp(states, i) ||
@@ -91,13 +94,14 @@ void KeptEnergy::step(FixtureStates& states, const Pose& X_WT) noexcept {
       account.F = {};
     }
   }
-  step_joint(states, moved);
 }
 
-// Lets the fixtures with a joint law keep the energy of their common correction, which follows their authorities.
-void KeptEnergy::step_joint(FixtureStates& states, const Twist& moved) noexcept {
+// Lets the fixtures with a joint law that have the priority of fixture `first` keep the energy of their common
+// correction, which follows their authorities.
+void KeptEnergy::step_joint(FixtureStates& states, int first, const Twist& moved) noexcept {
   const auto is_joint = [&](int i) {
-    return states[i].active() && !states.fixture(i).policy.hard && states.fixture(i).law->solves_jointly();
+    return states[i].active() && has_joint_law(states.fixture(i)) &&
+           states.fixture(i).policy.priority == states.fixture(first).policy.priority;
   };
   Stored all;
   all.inexact = kInexactJoint;
@@ -107,13 +111,13 @@ void KeptEnergy::step_joint(FixtureStates& states, const Twist& moved) noexcept 
     const bool by_time = now.rise > 0.0 && !follows_distance(states.fixture(i).policy);
     all.U += now.force.U;
     all.F = all.F + now.force.F;
-    all.motion += energy_of_motion(now, now.force.F, dt_);
+    all.motion += energy_of_motion(now, dt_);
     all.key += now.key;
     all.edited |= now.edited || by_time;
     all.slack += now.slack;
     now.edited = false;
   }
-  const double by = share(joint_, all, moved);
+  const double by = share(account_[to_index(first)], all, moved);
   for (int i = 0; by < 1.0 && i < states.size(); ++i) {
     if (is_joint(i)) scale(states[i].force, by);
   }
@@ -124,7 +128,7 @@ KeptEnergy::Stored KeptEnergy::stored(const Fixture& fixture, FixtureState& now,
   Stored out;
   out.F = {one * now.force.F.f, one * now.force.F.t};
   out.U = ramped ? present_energy(fixture, now) : one * now.force.U;
-  out.motion = energy_of_motion(now, out.F, dt_);
+  out.motion = one * energy_of_motion(now, dt_);
   out.key = now.key;
   out.inexact = kInexact;
   out.edited = now.edited;

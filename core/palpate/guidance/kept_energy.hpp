@@ -8,10 +8,10 @@
 
 namespace palpate::guidance {
 
-/// A soft fixture is the gradient of its energy but for two cases: priorities take away the part of its force that
-/// opposes a higher fixture, and the nearest place of its geometry may jump. Motion then changes the energy without
-/// work. The rest of its spring is displaced by that (types/spring_rest.hpp), so that no loop of the hand gains energy.
-/// Fixtures with a joint law have one common correction, and so one account.
+/// A soft fixture is the gradient of its energy, but the nearest place of its geometry, or of those of higher priority,
+/// may jump. Motion then changes the energy without work. The rest of its spring is displaced by that
+/// (types/spring_rest.hpp), so that no loop of the hand gains energy. Fixtures with a joint law have one common
+/// correction for each priority, and so one account.
 class KeptEnergy {
  public:
   /// dt: period of the cycle [s].
@@ -41,12 +41,11 @@ class KeptEnergy {
   };
   static double share(Account& account, const Stored& now, const Twist& moved) noexcept;
   [[nodiscard]] Stored stored(const Fixture& fixture, FixtureState& now, bool ramped) const noexcept;
-  void step_joint(FixtureStates& states, const Twist& moved) noexcept;
+  void step_joint(FixtureStates& states, int first, const Twist& moved) noexcept;
 
   double dt_;
   Pose X_WT_;
-  std::array<Account, kMaxFixtures> account_{};
-  Account joint_;
+  std::array<Account, kMaxFixtures> account_{};  ///< a joint law has that of the first fixture of its priority
 };
 
 }  // namespace palpate::guidance

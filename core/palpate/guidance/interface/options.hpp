@@ -70,7 +70,7 @@ struct Ramp {
 struct Policy {
   bool hard = false;  ///< corrects the tool's goal as well: with authority 1 the tool never violates the constraint
   double authority = 1.0;  ///< 0-1, multiplied by the ramps
-  int priority = 0;        ///< a fixture never pushes against one of higher priority; hard fixtures come first
+  int priority = 0;        ///< a fixture acts where those of higher priority leave the goal; hard fixtures come first
   double engage = std::numeric_limits<double>::infinity();   ///< the fixture engages when |gap| is below [m, rad]
   double release = std::numeric_limits<double>::infinity();  ///< and releases when |gap| is above [m, rad]
   double rise = 0.2;  ///< shortest time in which the authority rises from 0 to 1 [s]

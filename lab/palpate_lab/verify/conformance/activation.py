@@ -23,7 +23,7 @@ from palpate_lab.verify.conformance.combinations import (
 )
 from palpate_lab.verify.conformance.laws import K_TURN, LAWS, MOST, K
 from palpate_lab.verify.conformance.probes import Probe, moved_to_gap, probe_at, probes
-from palpate_lab.verify.conformance.roles import ROLES
+from palpate_lab.verify.conformance.roles import ROLES, TOUCHED
 from palpate_lab.verify.conformance.specimens import SPECIMENS
 
 PRESSED, TWISTED = 0.002, 0.3
@@ -31,6 +31,8 @@ PRESSED, TWISTED = 0.002, 0.3
 ROUGH = 0.03
 """Relative error of a force that is carried back where an admittance lets the goal follow late, and where the gap of a
 remote centre depends on the rotation: the map is then exact to first order of the correction."""
+RAMP, _LENGTH = 2e-4, 0.05
+"""Violation over which a fixture of higher priority begins to rule, and length that makes 1 rad a displacement [m]."""
 SMALL_MOVE, SMALL_TURN = 2e-5, 2e-4
 """Steps of the differences that judge how a corrected goal moves with the mapped one [m, rad]."""
 
@@ -179,14 +181,56 @@ def _probe_at_gap(c: Combination, probe: Probe, gap: float, signs: tuple[float, 
 
 def _soft(c: Combination, probe: Probe) -> str:
     """The wrenches of two soft fixtures add."""
-    return _pair(c, probe, 0, 0, 0.0, 0.0)
+    return _pair(c, probe, 0, 0)
 
 
 def _priority(c: Combination, probe: Probe) -> str:
-    """A fixture never acts against one of higher priority. A speed limit constrains no pose, so both wrenches add."""
+    """A fixture acts at the goal that those of higher priority leave. A speed limit leaves every goal as it is."""
     if ROLES[c.role].speed:
-        return _pair(c, probe, 1, 0, 0.0, 0.0)
-    return _pair(c, probe, 1, 0, 1.0, 0.0) or _pair(c, probe, 0, 1, 0.0, 1.0)
+        return _pair(c, probe, 1, 0)
+    own = fixture(c, policy=replace(POLICIES[c.policy], priority=0))
+    first = _ranked(c, probe, fixture(c), _opponent(c, probe, 0))
+    return first or _ranked(c, probe, _opponent(c, probe, 1), own)
+
+
+def _ranked(c: Combination, probe: Probe, high: _guidance.Fixture, low: _guidance.Fixture) -> str:
+    """Compare two fixtures with the first alone, and the second alone at the goal that the first leaves."""
+    n = settle(c)
+    X, J = _goal_left(c, high, probe.X), _jacobian(lambda X: _goal_left(c, high, X), probe.X)
+    f1 = Bench(c, high, quick=True).run(constant_probe(probe, n)).F[-1]
+    f2 = J.T @ Bench(c, low, quick=True).run(constant_pose(X, n, J @ probe.V)).F[-1]
+    f12 = Bench(c, high, low, quick=True).run(constant_probe(probe, n)).F[-1]
+    f1, f2, f12 = (F * WEIGHTS for F in (f1, f2, f12))
+    if np.linalg.norm(f12 - f1 - f2) > 2e-3 * float(np.linalg.norm(f1) + np.linalg.norm(f2)) + 1e-6:
+        total, first, second = (np.round(F, 4) for F in (f12, f1, f2))
+        return f"priorities: {total}, expected the sum of {first} and {second}"
+    return ""
+
+
+def _goal_left(c: Combination, high: _guidance.Fixture, X: Array) -> Array:
+    """The pose (4, 4) that a fixture leaves to those of lower priority at X: on its border, less half of RAMP."""
+
+    def moved(x: Array) -> Array:
+        Y = X.copy()
+        Y[:3, 3] += x[:3]
+        Y[:3, :3] = Rotation.from_rotvec(x[3:] / _LENGTH).as_matrix() @ X[:3, :3]
+        return Y
+
+    def gap(x: Array) -> float:
+        Y = moved(x)
+        pressed = np.array([0.0, 0.0, TOUCHED * max(-Y[2, 3], 0.0)]) if ROLES[c.role].touches else np.zeros(3)
+        return float(high.evaluate(Y, F_T_W=pressed, stiffness=TOUCHED)["gap"])
+
+    steps = 1e-6 * np.eye(6)
+    slope = np.array([(gap(h) - gap(-h)) / 2e-6 for h in steps])
+    if ROLES[c.role].turns:
+        slope[:3] = 0.0
+    size = float(np.linalg.norm(slope))
+    if not size > 0.0 or gap(np.zeros(6)) >= 0.0:
+        return X
+    violation = -gap(np.zeros(6)) / size
+    by = 0.5 * violation**2 / RAMP if violation < RAMP else violation - 0.5 * RAMP
+    return moved(by * slope / size)
 
 
 def _hard(c: Combination, probe: Probe) -> str:
@@ -214,42 +258,41 @@ def _hard(c: Combination, probe: Probe) -> str:
 
 
 def _goal_jacobian(c: Combination, probe: Probe, n: int) -> Array:
-    """(6, 6) derivative of the corrected goal with respect to the mapped goal, by central differences, in W."""
+    """(6, 6) derivative of the corrected goal with respect to the mapped goal, in W."""
+    return _jacobian(
+        lambda X: np.asarray(Bench(c, fixture(c), quick=True).run(constant_pose(X, n, probe.V)).X[-1]), probe.X
+    )
 
-    def goal(k: int, by: float) -> Array:
-        X = probe.X.copy()
+
+def _jacobian(goal: Callable[[Array], Array], at: Array) -> Array:
+    """(6, 6) derivative of a pose with respect to the pose `at` (4, 4), by central differences, in W."""
+
+    def displaced(k: int, by: float) -> Array:
+        X = at.copy()
         if k < 3:
             X[k, 3] += by
         else:
             X[:3, :3] = Rotation.from_rotvec(by * np.eye(3)[k - 3]).as_matrix() @ X[:3, :3]
-        return np.asarray(Bench(c, fixture(c), quick=True).run(constant_pose(X, n, probe.V)).X[-1])
+        return goal(X)
 
     J = np.empty((6, 6))
     for k in range(6):
         h = SMALL_MOVE if k < 3 else SMALL_TURN
-        more, less = goal(k, h), goal(k, -h)
+        more, less = displaced(k, h), displaced(k, -h)
         J[:3, k] = (more[:3, 3] - less[:3, 3]) / (2.0 * h)
         J[3:, k] = Rotation.from_matrix(more[:3, :3] @ less[:3, :3].T).as_rotvec() / (2.0 * h)
     return J
 
 
-def _pair(c: Combination, probe: Probe, mine: int, others: int, first: float, second: float) -> str:
-    """Check the sum with an opposing fixture.
-
-    first, second: fraction of the opposing component that is removed from the other fixture's force [-].
-    """
+def _pair(c: Combination, probe: Probe, mine: int, others: int) -> str:
+    """Check that the wrenches of the fixture and of an opposing one add."""
     n = settle(c)
     own, against = fixture(c, policy=replace(POLICIES[c.policy], priority=mine)), _opponent(c, probe, others)
     sets = ((own,), (against,), (own, against))
-    F1, F2, both = (Bench(c, *fixtures, quick=True).run(constant_probe(probe, n)) for fixtures in sets)
-    f1, f2, f12 = (F.F[-1] * WEIGHTS * (np.arange(6) > 2 if ROLES[c.role].turns else 1.0) for F in (F1, F2, both))
-    a, b = _unit(f1), _unit(f2)
-    # A fixture loses the component of its force that opposes the other fixture.
-    expected = f1 - second * min(float(f1 @ b), 0.0) * b + f2 - first * min(float(f2 @ a), 0.0) * a
-    off = float(np.linalg.norm(f12 - expected))
-    if off > 2e-3 * float(np.linalg.norm(f1) + np.linalg.norm(f2)) + 1e-6:
-        total, first_F, second_F, reference = (np.round(f, 4) for f in (f12, f1, f2, expected))
-        return f"priorities {mine} and {others}: {total} from {first_F} and {second_F}, expected {reference}"
+    f1, f2, f12 = (Bench(c, *fixtures, quick=True).run(constant_probe(probe, n)).F[-1] * WEIGHTS for fixtures in sets)
+    if float(np.linalg.norm(f12 - f1 - f2)) > 2e-3 * float(np.linalg.norm(f1) + np.linalg.norm(f2)) + 1e-6:
+        total, first, second = (np.round(f, 4) for f in (f12, f1, f2))
+        return f"priorities {mine} and {others}: {total}, expected the sum of {first} and {second}"
     return ""
 
 
