@@ -47,7 +47,7 @@ class Command:
     """Scene file (YAML), or the name of a shipped scene (palpate scenes lists them)."""
     trust: bool = False
     """Let the driver that the scene names run, although it is not installed: code beside the scene file."""
-    leader: Annotated[UseAppendAction[tuple[str, ...]], arg(metavar="[PAIR=]DRIVER")] = ()
+    leader: Annotated[UseAppendAction[tuple], arg(metavar="[PAIR=]DRIVER")] = ()  # type: ignore[type-arg] # tyro then needs no typeguard
     """Feel the scene on this device instead of its leader: a name of `palpate device list`, e.g. haply. In a scene with
     several pairs once for each hand, e.g. --leader right=haply:id=04C3 --leader left=haply:id=04C4."""
     headless: bool = False
