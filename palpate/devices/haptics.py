@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 import weakref
 from pathlib import Path
 from types import TracebackType
@@ -73,7 +74,7 @@ class Haptics:
         """Record, controls, fixtures and newest state; also for `palpate.viewer.LiveViewer`."""
         self._fault = _core.DeviceFault.none
         self._summary: Summary | None = None
-        self._dropped = weakref.finalize(self, self.session.close)  # an object that nobody closes records no longer
+        self._dropped = weakref.finalize(self, _close_dropped, self.session)
         self.session.start()
 
     def step(
@@ -166,3 +167,14 @@ class Haptics:
         self._loop.cycle.report_failure(self._loop.wrench)
         self._fault = _core.DeviceFault.driver_failed
         return DeviceError(f"Haptics.step: {what}", why=why, mend="see help(palpate.Haptics.step)")
+
+
+def _close_dropped(session: DeviceSession) -> None:
+    """Close the session of an object that nobody has closed: it records no longer, and its record is complete.
+
+    Objects can be collected in any thread, also in one that reads the ticks of this session and would wait for itself.
+    """
+    if threading.main_thread().is_alive():
+        threading.Thread(target=session.close, name="palpate-close").start()
+    else:  # at the end of the program, where no thread can begin
+        session.close()

@@ -2,6 +2,7 @@
 
 import gc
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -51,15 +52,29 @@ def press(haptics, depth, rate=1000.0, speed=0.05, t=0.0, rest=0.1):
     return np.array(felt), t
 
 
-def test_an_object_that_nobody_closes_ends_its_threads_and_completes_its_record(tmp_path):
+@pytest.mark.parametrize("reader", [False, True])
+def test_an_object_that_nobody_closes_ends_its_threads_and_completes_its_record(tmp_path, reader, request):
+    """Also where the thread that reads its ticks collects it, in the middle of reading."""
     before = set(threading.enumerate())
     haptics = palpate.Haptics(scene(), record=tmp_path)
     felt, _ = press(haptics, 0.002)
+    if reader:
+        haptics.itself = haptics  # only a collection ends this circle
+        gc.disable()
+        request.addfinalizer(gc.enable)
+        session, take = haptics.session, haptics.session._take
+        session._take = lambda *args, **options: (take(*args, **options), gc.collect())
+        haptics.step(10.0, pose())
+    steps = len(felt) + reader
     del haptics
-    gc.collect()
-    assert set(threading.enumerate()) <= before
+    if not reader:
+        gc.collect()
+    end = time.monotonic() + 10.0
+    while not set(threading.enumerate()) <= before:
+        assert time.monotonic() < end, f"still running: {set(threading.enumerate()) - before}"
+        time.sleep(0.01)
     (path,) = tmp_path.rglob("*.mcap")
-    assert len(Record.open(path)) == len(felt)
+    assert len(Record.open(path)) == steps
 
 
 @pytest.mark.parametrize("rate", [500.0, 1000.0, 4000.0])
