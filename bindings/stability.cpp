@@ -49,11 +49,13 @@ void passivity_field(Class& c, const char* name, double stability::PassivityOpti
 }
 
 void bind_stability_options(nb::module_& m) {
-  nb::class_<CertainFriction> friction(m, "CertainFriction", "Certified lower bounds of a device's joint friction.");
+  nb::class_<CertainFriction> friction(m, "CertainFriction", "Certified lower bounds of a device's friction.");
   friction.def(nb::init<>());
   joint_field(friction, "coulomb", &CertainFriction::coulomb, "Coulomb friction (n,) [N m, N].");
   joint_field(friction, "viscous", &CertainFriction::viscous, "Viscous friction (n,) [N m s/rad, N s/m].");
   joint_field(friction, "quantum", &CertainFriction::quantum, "Resolution of the joint positions (n,) [rad, m].");
+  friction.def_rw("at_handle", &CertainFriction::at_handle,
+                  "True: the entries (3,) belong to the position of the handle in L, not to joints."_doc);
 
   nb::class_<Options> options(m, "StabilityOptions",
                               "Options of the stage `stability`, which limits what the hand receives.");

@@ -1430,7 +1430,7 @@ def force(
     """
 
 class CertainFriction:
-    """Certified lower bounds of a device's joint friction."""
+    """Certified lower bounds of a device's friction."""
 
     def __init__(self) -> None: ...
 
@@ -1454,6 +1454,15 @@ class CertainFriction:
 
     @quantum.setter
     def quantum(self, arg: Annotated[NDArray[numpy.float64], "(:,)"], /) -> None: ...
+
+    @property
+    def at_handle(self) -> bool:
+        """
+        True: the entries (3,) belong to the position of the handle in L, not to joints.
+        """
+
+    @at_handle.setter
+    def at_handle(self, arg: bool, /) -> None: ...
 
 class StabilityOptions:
     """Options of the stage `stability`, which limits what the hand receives."""

@@ -69,7 +69,7 @@ class DrivenLoop(DeviceLoop):
     def __init__(self, scene: Scene, driver: Driver, name: str, rig: Rig | None = None) -> None:
         self.facts = known = facts(driver, name)
         scene = driven_scene(scene, known) if rig is None else rig.scene
-        super().__init__(scene, known.resolution, known.mass, known.workspace, delay=known.delay, rig=rig)
+        super().__init__(scene, known.at_handle, known.workspace, rig=rig)
         self.driver = driver
         if isinstance(driver, Driver):
             driver.force_cap = self.rig.scene.stability.force_cap

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from palpate.base.arrays import Array
 from palpate.base.errors import DeviceError
-from palpate.devices.loop import MASS
+from palpate.devices.handle import MASS, AtHandle
 
 MOST_RATE = 1000.0
 """Largest rate of a driver in Python [Hz]; a driver in C (a shared object) may be faster."""
@@ -59,6 +59,10 @@ class Driver:
     """Moving mass at the handle; `palpate device bench` measures it [kg]."""
     delay: float | None = None
     """Time from a measurement to the force on the hand, which `palpate device bench` measures; None: unknown [s]."""
+    friction: float = 0.0
+    """Dry friction that certainly resists the handle, at the lower end of what `palpate device bench` measures [N]."""
+    damping: float = 0.0
+    """Viscous friction, likewise; both need `resolution` [N s/m]."""
 
     own_buttons: tuple[str, ...] = ()
     """Names of the device's own buttons, in the order of bits 8, 9, ... of `Reading.buttons`: topics on ROS 2."""
@@ -100,6 +104,17 @@ class Facts(NamedTuple):
     mass: float  # [kg]
     gripper_max: float = 0.0  # [N m]; 0: its gripper has no motor
     delay: float | None = None  # [s]; None: unknown
+    friction: float = 0.0  # [N]
+    damping: float = 0.0  # [N s/m]
+
+    @property
+    def at_handle(self) -> AtHandle:
+        """What the passivity layer may assume.
+
+        Raises:
+            DeviceError: friction or damping without resolution.
+        """
+        return AtHandle(self.resolution, self.mass, self.delay, self.friction, self.damping)
 
 
 def facts(driver: object, name: str) -> Facts:
@@ -127,6 +142,8 @@ def facts(driver: object, name: str) -> Facts:
         _number(driver, name, "mass", 0.001, 100.0, "kg", MASS),
         _gripper_max(driver, name),
         None if getattr(driver, "delay", None) is None else _number(driver, name, "delay", 0.0, 1.0, "s"),
+        _number(driver, name, "friction", 0.0, 100.0, "N", 0.0),
+        _number(driver, name, "damping", 0.0, 1000.0, "N s/m", 0.0),
     )
 
 

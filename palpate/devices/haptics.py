@@ -15,6 +15,7 @@ import numpy.typing as npt
 from palpate import _core
 from palpate.base.arrays import Array
 from palpate.base.errors import DeviceError
+from palpate.devices.handle import AtHandle
 from palpate.devices.loop import DeviceLoop, conditions, device_scene, explain
 from palpate.devices.session import DeviceSession
 from palpate.scene.scene import Scene
@@ -48,10 +49,14 @@ class Haptics:
         delay: time from a measurement to the force on the hand, as ``palpate device bench`` measures it [s]. When left
             out, the scene's ``loop_delay`` or ``stability.known_delay`` holds; without them every force is paid for any
             delay of up to 3 ms.
+        resolution: largest step of the measured position, or six times its noise if that is larger [m].
+        friction: dry friction that certainly resists the handle, at the lower end of what ``palpate device bench``
+            measures [N]. It pays for energy that sampling creates, so that the passivity layer takes less force.
+        damping: viscous friction, likewise [N s/m].
 
     Raises:
         SceneError, MeshError: the scene cannot run. OutputError: `record` cannot be written. PalpateError: `rate` or
-            `force_cap` is out of range.
+            `force_cap` is out of range. DeviceError: `friction` or `damping` is given without `resolution`.
     """
 
     def __init__(
@@ -63,13 +68,17 @@ class Haptics:
         clouds: Clouds | None = None,
         moment_max: float | None = None,
         delay: float | None = None,
+        resolution: float = 0.0,
+        friction: float = 0.0,
+        damping: float = 0.0,
     ) -> None:
         if not isinstance(scene, (Scene, str, os.PathLike)):
             what = f"palpate.Haptics takes a scene, or the path of a scene file. Got: {type(scene).__name__}"
             raise DeviceError(what, mend="make a scene of a dictionary: palpate.Scene.model_validate(values)")
         loaded = scene if isinstance(scene, Scene) else Scene.load(Path(scene))
         given = device_scene(loaded, "loop", rate, force_cap, moment_max)
-        self._loop = DeviceLoop(given, delay=delay, replays=True)
+        known = AtHandle(resolution, delay=delay, friction=friction, damping=damping)
+        self._loop = DeviceLoop(given, known, replays=True)
         self.session = DeviceSession(self._loop, record, clouds)
         """Record, controls, fixtures and newest state; also for `palpate.viewer.LiveViewer`."""
         self._fault = _core.DeviceFault.none

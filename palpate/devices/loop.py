@@ -9,6 +9,7 @@ import numpy as np
 from palpate import _core
 from palpate.base.arrays import Array
 from palpate.base.errors import PalpateError, SceneError
+from palpate.devices.handle import UNKNOWN, AtHandle
 from palpate.record.ticks import STATUS, Timing
 from palpate.scene import held
 from palpate.scene.port import Port, apply
@@ -22,8 +23,6 @@ STALE_AFTER = 0.02
 """Largest time between two steps without a fault [s]."""
 RELEASE = 0.015
 """Time of the ramp to zero force after a fault [s]."""
-MASS = 0.2
-"""Moving mass of a device that does not state its own [kg]."""
 DELAY_DOUBT = 0.003
 """Longest delay that the passivity layer expects of a device whose delay nobody states [s]."""
 MOST_SCALE = 5.0
@@ -112,19 +111,15 @@ def device_scene(
     return scene.model_copy(update={"arms": arms, "stability": stability, "rates": rates})
 
 
-def device_port(scene: Scene, resolution: float = 0.0, mass: float = MASS, delay: float | None = None) -> Port:
-    """What the passivity layer assumes of the device: no friction, and a doubt of the delay that nobody states.
+def device_port(scene: Scene, known: AtHandle = UNKNOWN) -> Port:
+    """What the passivity layer assumes of the device: stated friction, and a doubt of a delay that nobody states.
 
-    Args:
-        scene: a scene from `device_scene`; its ``loop_delay`` counts as stated.
-        resolution: resolution of the measured position, 0: exact [m].
-        mass: moving mass of the device at its handle [kg].
-        delay: time from the measurement to the force on the hand; None: not stated [s].
+    The scene's ``loop_delay`` counts as stated, and ``friction_share: 0`` counts no friction.
     """
-    stated = scene.loop_delay if delay is None and "loop_delay" in scene.model_fields_set else delay
-    if stated is None:
-        return Port(0.0, DELAY_DOUBT, mass, resolution)
-    return Port(stated, 0.0, mass, resolution)
+    stated = scene.loop_delay if known.delay is None and "loop_delay" in scene.model_fields_set else known.delay
+    friction = known.certain_friction() if scene.stability.friction_share > 0.0 else _core.CertainFriction()
+    doubt = DELAY_DOUBT if stated is None else 0.0
+    return Port(stated or 0.0, doubt, known.mass, known.resolution, friction)
 
 
 def device_options(rig: Rig, port: Port) -> _core.CrtkOptions:
@@ -184,11 +179,9 @@ class DeviceLoop:
 
     Args:
         scene: a scene from `device_scene`.
-        resolution: resolution of the measured position, 0: exact [m].
-        mass: moving mass of the device at its handle [kg].
+        known: what is known of the device at its handle.
         workspace: lengths of the device's workspace along the axes of its base [m]; None: those of the scene.
         replays: whether its owner may step it faster than real time: it then waits for the threads of soft bodies.
-        delay: time from the measurement to the force on the hand; None: not stated [s].
         rig: the rig of the scene, from `mapped_rig`, if it is built already.
 
     Raises:
@@ -198,18 +191,16 @@ class DeviceLoop:
     def __init__(
         self,
         scene: Scene,
-        resolution: float = 0.0,
-        mass: float = MASS,
+        known: AtHandle = UNKNOWN,
         workspace: tuple[float, float, float] | None = None,
         replays: bool = False,
-        delay: float | None = None,
         rig: Rig | None = None,
     ) -> None:
         own = rig is None  # with others, the session joins the tools of all
         self.rig = rig = mapped_rig(scene, workspace) if rig is None else rig
         if replays:
             wait_for_bodies(rig.snapshot)
-        options = device_options(rig, device_port(scene, resolution, mass, delay))
+        options = device_options(rig, device_port(scene, known))
         self.cycle = _core.DeviceCycle(options, rig.arms.follower, rig.snapshot)
         self.cycle.set_fixtures(rig.fixtures)
         self.world = held.join({"": rig}, [self.cycle]) if own else None  #: the rigid bodies of the scene

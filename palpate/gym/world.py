@@ -13,6 +13,7 @@ from palpate import _core
 from palpate.base.arrays import Array
 from palpate.base.arrays.checks import positive
 from palpate.base.errors import PalpateError, SceneError
+from palpate.devices.handle import AtHandle
 from palpate.devices.loop import device_options, device_port, device_scene
 from palpate.scene import held
 from palpate.scene.overrides import override
@@ -143,7 +144,7 @@ def cycle_at(rig: Rig, X_WT: Array | None = None) -> tuple[_core.DeviceCycle, Ar
     if X_WT is not None:
         q, _ = arms.follower.ik_nearest(np.linalg.inv(arms.X_WB) @ X_WT, arms.q_follower0, restarts=0)
         arms = replace(arms, q_follower0=q)
-    options = device_options(replace(rig, arms=arms), device_port(rig.scene, delay=0.0))
+    options = device_options(replace(rig, arms=arms), device_port(rig.scene, AtHandle(delay=0.0)))
     cycle = _core.DeviceCycle(options, arms.follower, rig.snapshot)
     cycle.set_fixtures(rig.fixtures)
     return cycle, np.asarray(arms.X_WB @ arms.follower.fk(arms.q_follower0))

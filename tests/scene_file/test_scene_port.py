@@ -8,6 +8,7 @@ import pytest
 from palpate import _core
 from palpate.arm.hands import PRESETS
 from palpate.base.errors import SceneError
+from palpate.devices.handle import AtHandle
 from palpate.devices.loop import DELAY_DOUBT, device_options, device_port, device_scene
 from palpate.scene import Scene
 from palpate.scene.port import Port, apply
@@ -36,7 +37,7 @@ def test_a_law_that_hides_friction_leaves_none_to_count():
 
 def device(text="", **stated):
     scene = device_scene(Scene.parse(LINES + text), "loop")
-    return device_options(build(scene), device_port(scene, **stated)).stability
+    return device_options(build(scene), device_port(scene, AtHandle(**stated))).stability
 
 
 @pytest.mark.parametrize(

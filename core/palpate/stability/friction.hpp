@@ -5,11 +5,12 @@
 
 namespace palpate::stability {
 
-/// The certified part of the device's friction, per joint.
+/// The certified part of the device's friction, per joint or, of a device without joints, per axis of its base L.
 struct CertainFriction {
   JointVector coulomb;  ///< Coulomb friction Fc [N m, N]
   JointVector viscous;  ///< viscous friction Fv [N m s/rad, N s/m]
   JointVector quantum;  ///< resolution of the joint's position [rad, m]
+  bool at_handle = false;  ///< the entries belong to the position of the handle in L instead of joints
 };
 
 /// A lower bound of the heat of every motion that explains the measured positions. Each true position lies within half
@@ -29,6 +30,8 @@ class Dissipation {
   double step(const JointVector& q) noexcept { return step(q, dt_); }
   /// The same after the measured period dt [s].
   double step(const JointVector& q, double dt) noexcept;
+  /// True if `step` expects the position of the handle in L [m] instead of joint positions.
+  [[nodiscard]] bool at_handle() const noexcept { return friction_.at_handle; }
 
  private:
   CertainFriction friction_;

@@ -64,7 +64,7 @@ void PassivityController::observe(const Pose& X_LH, const Twist& V_LH, const Joi
                                   double dt) noexcept {
   // The next period is assumed to be no longer than the longest recent one.
   hold_ = std::max({dt_, std::min(dt, kLongest * dt_), hold_ - (hold_ - dt_) * std::min(dt / kForget, 1.0)});
-  const double dissipated = dissipation_.step(q, dt);
+  const double dissipated = dissipation_.at_handle() ? dissipation_.step(X_LH.p, dt) : dissipation_.step(q, dt);
   for (Observer& one : observers_) one.step(X_LH, V_LH, dissipated, dt);
   if (mode_ == Passivity::observer) limit_to(potential, X_LH, dt);
   if (mode_ == Passivity::tank) limit(capacity_);
