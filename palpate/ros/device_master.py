@@ -2,27 +2,35 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections import deque
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from palpate.base.arrays import Array
-from palpate.base.arrays.peaks import SustainedPeak
+from palpate import _core
+from palpate.base import stop_signals, switching
+from palpate.base.arrays import Array, so3
+from palpate.base.arrays.peaks import WINDOW, sustained_held
 from palpate.devices.buttons import OWN, own_names
 from palpate.devices.driver import Driver, Facts, Reading, as_reading, facts, limited
 from palpate.ros import topic
 from palpate.ros.background import BackgroundNode
+from palpate.ros.latched import LatchedSubscription
 
 STALE = 0.03
 """Age of a force after which the device gets none [s]."""
 STALL = 0.012
 """Time without a completed round after which a second thread writes zero force [s]."""
 _WINDOW = 0.01  # time over which the velocity is measured, where the driver has none [s]
+_SWITCH = 0.0005  # longest wait for the interpreter while another thread of Python computes [s]
+_PIECE = 1000  # rounds whose forces are counted at once
+_STATES = {"enable": "ENABLED", "resume": "ENABLED", "disable": "DISABLED", "pause": "PAUSED"}
+_KNOWN = (*_STATES, "home", "unhome")  # a device is calibrated by its own program: it is always homed
 
 
 @dataclass
@@ -65,12 +73,12 @@ class DeviceMaster(BackgroundNode):
         from geometry_msgs.msg import PoseStamped, TwistStamped, WrenchStamped
         from rclpy.qos import DurabilityPolicy, QoSProfile
         from sensor_msgs.msg import JointState, Joy
-        from std_msgs.msg import Bool
+        from std_msgs.msg import Bool, Empty
 
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         state = topic.message_type("crtk_msgs/OperatingState")
         make = self.node.create_publisher
-        self._cp = make(PoseStamped, f"/{name}/measured_cp", 10)
+        self._cp, self._setpoint = (make(PoseStamped, f"/{name}/{cp}", 10) for cp in ("measured_cp", "setpoint_cp"))
         self._cv = make(TwistStamped, f"/{name}/measured_cv", 10)
         self._grip = make(JointState, f"/{name}/gripper/measured_js", 10)
         self._buttons = make(Joy, f"/{name}/buttons", latched)
@@ -79,29 +87,43 @@ class DeviceMaster(BackgroundNode):
         self._pose.header.frame_id = self._twist.header.frame_id = f"{name}_base"
         self._jaw.name = ["gripper"]
         self._made_state = state
+        self._told = "DISABLED"
         self._own = [make(Joy, f"/{name}/{button}", latched) for button in own_names(driver, known.name)]
         self._driver, self._known, self._name = driver, known, name
         self._force, self._absolute, self._pressed = Force(), False, -1
-        self._recent: deque[tuple[float, Array]] = deque(maxlen=max(2, round(_WINDOW * known.rate)))
-        self._entered, self._running = np.inf, True
-        self._held = SustainedPeak(1.0 / known.rate)
+        self._recent: deque[tuple[float, Array]] = deque()  # poses with their times [s]
+        self._entered, self._running, self._enabled = np.inf, True, True
+        self._sizes: list[tuple[float, float]] = []  # times [s] and sizes of the newest forces [N]
         self.outcome = Outcome(name, 0.0, 0, 0, 0, 0, 0, 0.0, 0.0)
         subscribe = self.node.create_subscription
         subscribe(WrenchStamped, f"/{name}/servo_cf", lambda m: self._take(m, False), 1)
         subscribe(WrenchStamped, f"/{name}/body/servo_cf", lambda m: self._take(m, not self._absolute), 1)
-        subscribe(Bool, f"/{name}/body/set_cf_orientation_absolute", self._set_absolute, latched)
+        subscribe(Empty, f"/{name}/hold", self._let_go, 1)
+        subscribe(Empty, f"/{name}/free", self._let_go, 1)
+        both = partial(LatchedSubscription, self.node)
+        self._latching = (
+            both(Bool, f"/{name}/body/set_cf_orientation_absolute", self._set_absolute),
+            both(topic.message_type("crtk_msgs/StringStamped"), f"/{name}/state_command", self._command),
+        )
         self.spin()
 
     def run(self, seconds: float | None = None) -> Outcome:
-        """Open the device and serve it until a time has passed, it fails, or an exception such as Ctrl-C; then zero."""
-        out, period = self.outcome, 1.0 / self._known.rate
+        """Open the device and serve it until a time has passed, it fails, or Ctrl-C; then zero force."""
         self._driver.open()
         watch = threading.Thread(target=self._watch, daemon=True)
+        interrupted = threading.Event()
+        with stop_signals.deferred(interrupted):
+            return self._serve(seconds, watch, interrupted)
+
+    def _serve(self, seconds: float | None, watch: threading.Thread, interrupted: threading.Event) -> Outcome:
+        out, period = self.outcome, 1.0 / self._known.rate
         begin = due = time.monotonic()
+        withdraw = switching.ask(_SWITCH)
         try:
             self._tell("ENABLED")
             watch.start()
-            while seconds is None or time.monotonic() - begin < seconds:
+            _core.schedule(True)  # as the threads of all drivers: other programs delay its poses and forces less
+            while not interrupted.is_set() and (seconds is None or time.monotonic() - begin < seconds):
                 self._round()
                 due = max(due + period, time.monotonic() - 0.1)
                 time.sleep(max(0.0, due - time.monotonic()))
@@ -109,7 +131,8 @@ class DeviceMaster(BackgroundNode):
             out.fault = f"{type(error).__name__}: {error}"
         finally:
             self._running = False
-            out.peak_50ms_N = self._held.value
+            withdraw()
+            self._count_forces()
             self._write(np.zeros(6))
             out.rate_Hz = out.rounds / max(1e-9, time.monotonic() - begin)
             self._tell("FAULT" if out.fault else "DISABLED")
@@ -124,13 +147,22 @@ class DeviceMaster(BackgroundNode):
         measured = bool(np.isfinite(X).all())  # a driver without a measurement now gives NaN: no pose, no force
         if measured:
             self._publish(reading, X, now)
-        wrench = self._due(X[:3, :3], now) if measured else np.zeros(6)
-        size = float(np.linalg.norm(wrench[:3]))
-        self._held.add(np.array([size]))
-        self.outcome.peak_force_N = max(self.outcome.peak_force_N, size)
+        wrench = self._due(X[:3, :3], now) if measured and self._enabled else np.zeros(6)
+        self._sizes.append((now, math.hypot(*wrench[:3].tolist())))
+        if len(self._sizes) >= _PIECE:
+            self._count_forces()
         self._driver.write(wrench)
         self._entered = np.inf
         self.outcome.rounds += 1
+
+    def _count_forces(self) -> None:
+        """Count the newest forces into the peaks; those of the last 50 ms stay for the next ones."""
+        if not self._sizes:
+            return
+        t, F = np.array(self._sizes).T
+        self.outcome.peak_force_N = max(self.outcome.peak_force_N, float(F.max()))
+        self.outcome.peak_50ms_N = max(self.outcome.peak_50ms_N, sustained_held(t, F, float(t[-1])))
+        self._sizes = [one for one in self._sizes if one[0] >= t[-1] - WINDOW]
 
     def _due(self, R: Array, now: float) -> Array:
         """The wrench of the network in base axes, within the caps of the device; zero if it is stale."""
@@ -147,12 +179,13 @@ class DeviceMaster(BackgroundNode):
         stamp = self.node.get_clock().now().to_msg()
         p, q = self._pose.pose.position, self._pose.pose.orientation
         p.x, p.y, p.z = X[:3, 3].tolist()
-        q.x, q.y, q.z, q.w = Rotation.from_matrix(X[:3, :3]).as_quat().tolist()
+        q.w, q.x, q.y, q.z = so3.quaternion(X[:3, :3])
         V = self._velocity(X, now) if reading.V is None else np.asarray(reading.V, dtype=np.float64)
         v, w = self._twist.twist.linear, self._twist.twist.angular
         v.x, v.y, v.z, w.x, w.y, w.z = V.tolist()
         self._jaw.position = [float(reading.gripper)]
-        for message, publisher in ((self._pose, self._cp), (self._twist, self._cv), (self._jaw, self._grip)):
+        sent = ((self._pose, self._cp), (self._pose, self._setpoint), (self._twist, self._cv), (self._jaw, self._grip))
+        for message, publisher in sent:
             message.header.stamp = stamp
             publisher.publish(message)
         self._press(int(reading.buttons), stamp)
@@ -173,10 +206,14 @@ class DeviceMaster(BackgroundNode):
     def _velocity(self, X: Array, now: float) -> Array:
         """Velocity (6,) from the poses of the last 10 ms [m/s, rad/s]."""
         self._recent.append((now, X.copy()))
+        while len(self._recent) > 2 and now - self._recent[0][0] > _WINDOW:
+            self._recent.popleft()
         then, old = self._recent[0]
         if now <= then:
             return np.zeros(6)
-        turn = Rotation.from_matrix(X[:3, :3] @ old[:3, :3].T).as_rotvec()
+        w, *axis = so3.quaternion(X[:3, :3] @ old[:3, :3].T)
+        sine = math.hypot(*axis)
+        turn = np.multiply(2.0 * math.atan2(sine, w) / sine if sine > 1e-12 else 2.0, axis)
         return np.concatenate([X[:3, 3] - old[:3, 3], turn]) / (now - then)
 
     def _take(self, message: Any, body: bool) -> None:
@@ -192,10 +229,23 @@ class DeviceMaster(BackgroundNode):
     def _set_absolute(self, message: Any) -> None:
         self._absolute = bool(message.data)
 
+    def _let_go(self, _: Any) -> None:
+        """CRTK's hold and free: a device with forces alone cannot hold a position, so both end the force."""
+        self._force = Force()
+
+    def _command(self, message: Any) -> None:
+        """CRTK's state_command; the state is published after each, since clients wait for it."""
+        if message.string not in _KNOWN or not self._running:
+            return
+        state = _STATES.get(message.string, self._told)
+        self._enabled, self._force = state == "ENABLED", Force()
+        self._tell(state)
+
     def _tell(self, state: str) -> None:
         message = self._made_state()
         message.header.stamp = self.node.get_clock().now().to_msg()
         message.state, message.is_homed = state, True
+        self._told = state
         self._state.publish(message)
 
     def _watch(self) -> None:

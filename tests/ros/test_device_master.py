@@ -143,16 +143,21 @@ def test_a_force_comes_in_its_frame_within_the_cap_and_goes_stale(master, name, 
     assert made.outcome.stale >= 1
 
 
-def test_moments_are_capped_and_absolute_axes_are_those_of_the_base(master):
+@pytest.mark.parametrize("latches", [True, False])
+def test_moments_are_capped_and_absolute_axes_are_those_of_the_base(master, latches):
+    """CRTK's Python clients latch the flag, and may send it before they are found; a dVRK and Palpate's node do not."""
+    from rclpy.qos import DurabilityPolicy, QoSProfile
     from std_msgs.msg import Bool
 
     driver, _, client = master
-    from rclpy.qos import DurabilityPolicy, QoSProfile
-
-    latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-    publisher = client.create_publisher(Bool, "/OMEGA/body/set_cf_orientation_absolute", latched)
+    durability = DurabilityPolicy.TRANSIENT_LOCAL if latches else DurabilityPolicy.VOLATILE
+    flag = "/OMEGA/body/set_cf_orientation_absolute"
+    publisher = client.create_publisher(Bool, flag, QoSProfile(depth=1, durability=durability))
+    end = time.monotonic() + 10.0
+    while not latches and not publisher.get_subscription_count() and time.monotonic() < end:
+        time.sleep(0.02)
     publisher.publish(Bool(data=True))
-    time.sleep(1.0)
+    time.sleep(1.5)
     push(client, "/OMEGA/body/servo_cf", (0.0, 0.0, 1.0), 0.4, (0.0, 3.0, 0.0))
     felt = [F for _, F in driver.written if F.any()][-1]
     assert felt == pytest.approx([0.0, 0.0, 1.0, 0.0, 0.1, 0.0])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import numpy.typing as npt
 
@@ -67,6 +69,20 @@ def quaternions(R: Array, canonical: bool = False) -> Array:
     q = np.take_along_axis(rows, largest, axis=-2)[..., 0, :]
     q = q / np.linalg.norm(q, axis=-1, keepdims=True)
     return np.asarray(np.where(q[..., :1] < 0.0, -q, q) if canonical else q)
+
+
+def quaternion(R: Array) -> tuple[float, float, float, float]:
+    """The unit quaternion of one rotation (3, 3) with w >= 0, in plain numbers: for loops in Python, where it takes a
+    tenth of the time of `quaternions`.
+    """
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = R.tolist()
+    rows = (
+        (1 + xx + yy + zz, zy - yz, xz - zx, yx - xy), (zy - yz, 1 + xx - yy - zz, xy + yx, xz + zx),
+        (xz - zx, xy + yx, 1 - xx + yy - zz, yz + zy), (yx - xy, xz + zx, yz + zy, 1 - xx - yy + zz),
+    )  # fmt: skip
+    w, x, y, z = max(enumerate(rows), key=lambda one: one[1][one[0]])[1]
+    size = math.copysign(math.sqrt(w * w + x * x + y * y + z * z), w if w else 1.0)
+    return w / size, x / size, y / size, z / size
 
 
 def pose(p: npt.ArrayLike, wxyz: npt.ArrayLike) -> Array:

@@ -57,7 +57,7 @@ class Haply(Driver):
 
     def __init__(self, argument: str = "") -> None:
         self.options = HaplySection.from_text(argument)
-        self.force_max = self.options.force_max
+        self.force_max, self.rate = self.options.force_max, min(self.options.rate, MOST_RATE)
         self.found: Found | None = None
         self._device: _haply.Device | None = None
         self._X = np.eye(4)

@@ -21,9 +21,9 @@ class Command:
       palpate ros device simulated --arm MTML --duration 10
       palpate ros device my_device:Omega --arm MTMR --network
 
-    Topics: measured_cp, measured_cv, gripper/measured_js, buttons and operating_state out; servo_cf, body/servo_cf and
-    body/set_cf_orientation_absolute in; each button also by its name in CRTK, such as A, B and C of a Haply.
-    Forces are capped at those of the driver, and zero 30 ms after the last one.
+    Topics: measured_cp, setpoint_cp, measured_cv, gripper/measured_js, buttons and operating_state out; servo_cf,
+    body/servo_cf, body/set_cf_orientation_absolute, state_command, hold and free in; each button also by its name in
+    CRTK, such as A, B and C of a Haply. Forces are capped at those of the driver, and zero 30 ms after the last one.
     """
 
     name: Positional[str]
@@ -49,8 +49,9 @@ class Command:
         driver = open_python_driver(self.name, Path())
         say(console, f"{self.name} is /{self.arm}; Ctrl-C ends it")
         done = serve(self.name, driver, self.arm, self.network, self.duration)
-        say(console, f"{done.rounds:,} rounds at {done.rate_Hz:.0f} Hz, {done.forces:,} forces, at most "
-            f"{done.peak_force_N:.3g} N, {done.peak_50ms_N:.3g} N over 50 ms; {done.stale} went stale")  # fmt: skip
+        rounds = f"{done.rounds:,} rounds at {done.rate_Hz:.0f} of {driver.rate:.0f} Hz"
+        peaks = f"at most {done.peak_force_N:.3g} N, {done.peak_50ms_N:.3g} N over 50 ms"
+        say(console, f"{rounds}, {done.forces:,} forces, {peaks}; {done.stale} went stale")
         if done.fault:
             say(console, f"{done.fault}; the force was set to zero", "fault:", "red")
         write_json(self.json, done)
