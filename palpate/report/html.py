@@ -190,10 +190,8 @@ def _stiffness_words(run: Run) -> str:
 def _timing_words(run: Run, summary: Summary) -> str:
     scheduler = (run.record.timing or {}).get("scheduler")
     how = f" Scheduling: {escape(str(scheduler))}." if scheduler else ""
-    return (
-        f"Real-time run at {run.record.rate:g} Hz: {summary.missed_ticks} of {summary.ticks} ticks were missed. Both "
-        f"axes are logarithmic.{how}"
-    )
+    missed = f"{summary.missed_ticks} of {summary.missed_ticks + summary.ticks} ticks were missed"
+    return f"Real-time run at {run.record.rate:g} Hz: {missed}. Both axes are logarithmic.{how}"
 
 
 def _head(run: Run) -> str:

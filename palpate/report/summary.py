@@ -85,7 +85,9 @@ def rows(summary: Summary) -> list[tuple[str, str, str]]:
     if s.instrument:
         lines.append(("instrument", s.instrument, "model of the follower with its instrument"))
     if s.realtime:
-        lines.append(("missed ticks", f"{s.missed_ticks} of {s.ticks}", "cycles that started a whole period late"))
+        lines.append(
+            ("missed ticks", f"{s.missed_ticks} of {s.missed_ticks + s.ticks}", "periods in which no cycle began")
+        )
     elif s.realtime_factor > 0:
         lines.append(("speed", f"{s.realtime_factor:.1f} x", "simulated time over the time it took (lockstep)"))
     return lines

@@ -24,7 +24,7 @@ _TOGETHER = 100  # ticks that are counted at once: counting one takes as long as
 class Summary:
     """Results of a run. The names contain the units; docs/json.md describes every field."""
 
-    duration_s: float  # simulated time
+    duration_s: float  # simulated time; on a device by its clock, missed ticks included
     ticks: int
     realtime: bool  # false: lockstep
     realtime_factor: float  # simulated time per real time; 0 if unknown
@@ -68,6 +68,7 @@ class Totals:
         dict.fromkeys(  # each once
             [
                 *(
+                    "t",
                     "F_H_L",
                     "contacts",
                     "F_touch_W",
@@ -89,6 +90,7 @@ class Totals:
         self._dt = 1.0 / rate
         self._withheld, self._lags = Withheld(self._dt), Lags()
         self._held = SustainedPeak(self._dt)
+        self._first, self._last = np.inf, -np.inf  # times of the first and of the newest tick [s]
         self._ticks = self._touching = self._capped = self._passivity = self._fast = 0
         self._peak = self._sum = self._depth = self._energy = self._lowest = self._lent = self._speed = 0.0
         self._cycle_us = Samples()
@@ -118,6 +120,7 @@ class Totals:
         for some in np.split(np.where(touching, force, 0.0), range(-self._ticks % _TOGETHER, len(ticks), _TOGETHER)):
             self._sum += float(some.sum())  # by hundreds of the run: the result does not depend on the blocks
         self._ticks += len(ticks)
+        self._first, self._last = min(self._first, float(ticks["t"][0])), float(ticks["t"][-1])
         self._touching += int(touching.sum())
         status = ticks["status"].astype(np.int64)
         self._capped += int(((status & _CAPPED) != 0).sum())
@@ -152,7 +155,7 @@ class Totals:
         rank = np.array([0.5, 0.99, 0.999]) * (len(us) - 1)  # np.percentile would import numpy.ma
         p50, p99, p999 = np.interp(rank, np.arange(len(us)), np.sort(us)).tolist()
         summary = Summary(
-            duration_s=round(self._ticks * self._dt, 9),
+            duration_s=round(max(self._ticks * self._dt, self._last - self._first + self._dt), 9),
             ticks=self._ticks,
             realtime=False,
             realtime_factor=0.0,

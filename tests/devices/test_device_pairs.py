@@ -90,6 +90,27 @@ def test_two_drivers_press_one_organ_each_at_its_own_rate(tmp_path):
     assert session.run(0.1).realtime, "a second run begins anew"
 
 
+class Slow(Right):
+    def read(self):
+        time.sleep(0.005)
+        return self.pose()
+
+
+class SlowLeft(Slow):
+    pass
+
+
+def test_a_run_lasts_its_time_where_the_devices_miss_half_of_their_ticks():
+    """By ticks it would last more than twice as long; 500 Hz are asked, and each reading takes 5 ms."""
+    begin = time.monotonic()
+    states = []
+    summary = DrivenPairs(scene(here(Slow), here(SlowLeft))).run(2.0, on_progress=states.append)
+    assert time.monotonic() - begin < 4.0
+    assert summary.pairs["right"].ticks < 500
+    assert summary.duration_s == pytest.approx(2.0, abs=0.5)
+    assert max(state.t for state in states[-1].values()) == pytest.approx(2.0, abs=0.5), "the clock of the live line"
+
+
 def test_one_device_unplugged_ends_its_hand_in_zero_and_leaves_the_other_untouched(tmp_path):
     session = DrivenPairs(scene(here(Breaks), here(Left)), tmp_path)
     session.start()

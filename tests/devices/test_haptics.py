@@ -77,6 +77,21 @@ def test_an_object_that_nobody_closes_ends_its_threads_and_completes_its_record(
     assert len(Record.open(path)) == steps
 
 
+def test_time_without_a_measurement_passes_once():
+    """A failure lets a period pass, which the next measurement's time contains: a run showed up to twice its time."""
+    with palpate.Haptics(scene()) as haptics:
+        cycle, wrench = haptics._loop.cycle, haptics._loop.wrench
+        shown = []
+        for k in range(1000):
+            if k % 200 >= 100 and k % 7:
+                cycle.report_failure(wrench)
+            else:
+                haptics.step(0.001 * k, pose())
+            shown.append(float(haptics.session.latest()["t"]))
+        assert haptics.session.latest()["t"] == pytest.approx(0.999, abs=0.008)
+        assert np.diff(shown).min() > 0.0
+
+
 @pytest.mark.parametrize("rate", [500.0, 1000.0, 4000.0])
 def test_force_of_a_plane_is_stiffness_times_depth_up_to_the_cap(rate):
     with palpate.Haptics(scene(), rate=rate) as haptics:

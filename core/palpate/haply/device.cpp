@@ -16,7 +16,7 @@ constexpr double kLowBattery = 0.1;  // [-]
 constexpr int kMostEvents = 8;       // events that one tick takes: a flood of them must not hold the thread
 constexpr const char* kNotices[] = {
     "the service did not answer in time, and the force was zero meanwhile; mend: give the service its own core, or a "
-    "lower rate: driver: {haply: {rate: 1000}}",
+    "lower rate, e.g. ",
     "an answer of the service was no valid state, and the force was zero meanwhile; mend: update the service",
     "the device says that it is not calibrated, and gets no force: its positions may be mirrored; mend: calibrate it "
     "in Haply Hub",
@@ -193,7 +193,9 @@ std::vector<std::string> Device::notices() const {
   std::vector<std::string> out;
   const unsigned noted = noted_;
   for (unsigned i = 0; i < std::size(kNotices); ++i) {
-    if ((noted >> i & 1u) != 0) out.emplace_back(kNotices[i]);
+    if ((noted >> i & 1u) == 0) continue;
+    out.emplace_back(kNotices[i]);
+    if (i == silent) out.back() += "haply:rate=" + std::to_string(std::lround(0.5 * options_.rate));
   }
   return out;
 }

@@ -102,8 +102,10 @@ const Wrench& DeviceCycle::step(const DeviceState& state) noexcept {
 }
 
 const Wrench& DeviceCycle::report_failure() noexcept {
+  const double period = 1.0 / cycle_.options().rate;
   fault_ = DeviceFault::driver_failed;
-  clock_ += 1.0 / cycle_.options().rate;
+  clock_ += period;
+  ahead_ += period;
   take();
   cycle_.reset_wrench();
   return advance();
@@ -119,7 +121,9 @@ DeviceFault DeviceCycle::check_time(double t) noexcept {
     clock_ += period;
     return std::isfinite(t) ? DeviceFault::time_not_increasing : DeviceFault::not_finite;
   }
-  clock_ += passed;
+  const double advance = std::max(passed - ahead_, 0.5 * period);  // never back: later steps catch up with the rest
+  ahead_ += advance - passed;
+  clock_ += advance;
   period_ += (steps_ == 1 ? 1.0 : kRateShare) * (std::min(passed, 1.0) - period_);
   if (passed > cycle_.options().watch.stale_after) return DeviceFault::gap;
   return steps_ > kKnown && period_ * kLargestRatio < period ? DeviceFault::too_often : DeviceFault::none;

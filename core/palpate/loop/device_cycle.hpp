@@ -118,6 +118,7 @@ class DeviceCycle {
   DeviceFault fault_ = DeviceFault::none;
   std::uint64_t status_ = 0, steps_ = 0;
   double clock_ = 0.0;   ///< time of the cycle: the time of the caller where that increases [s]
+  double ahead_ = 0.0;   ///< time by which failures have advanced the clock beyond that of the caller [s]
   double t_ = 0.0;       ///< time of the last state [s]
   double period_ = 0.0;  ///< running mean of the time between steps [s]
   bool clutch_ = false;  ///< clutch button of the last valid state

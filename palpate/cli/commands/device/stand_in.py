@@ -12,6 +12,7 @@ from tyro.conf import Positional, UseAppendAction, arg
 from palpate.base.errors import DeviceError
 from palpate.cli.terminal.output import console_for, say
 
+_FOR_TWO = "rate=1000"  # one process answers for all devices: at 2 kHz two of them miss many ticks on two cores
 _FIRST, _MOST = 0x04C3, 8  # id of the first device; number of hands that a scene may have
 
 
@@ -84,7 +85,7 @@ class Command:
         url = [] if port == 10001 else [f"url=ws://127.0.0.1:{port}"]
         if len(ids) == 1:
             return f"palpate run palpation --leader {':'.join(['haply', *url])}"
-        hands = (f"--leader {hand}=haply:{','.join([f'id={id}', f'grip={1102 + i}', *url])}"
+        hands = (f"--leader {hand}=haply:{','.join([f'id={id}', f'grip={1102 + i}', *url, _FOR_TWO])}"
                  for i, (hand, id) in enumerate(zip(("right", "left"), ids, strict=False)))  # fmt: skip
         return f"palpate run two_hands {' '.join(hands)}"
 
