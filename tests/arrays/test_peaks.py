@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from palpate.base.arrays import peaks
 from palpate.base.arrays.peaks import SustainedPeak, sustained, sustained_held
 
 
@@ -46,3 +47,15 @@ def test_held_peak_of_regular_messages_is_that_of_samples():
     force = rng.normal(size=500)
     t = 1e-3 * np.arange(500)
     assert sustained_held(t, force, 0.5) == pytest.approx(sustained(force, 1e-3))
+
+
+def test_a_peak_of_values_that_hold_is_that_of_the_whole_signal_whatever_the_pieces(monkeypatch):
+    monkeypatch.setattr(peaks, "_PIECE", 37)
+    rng = np.random.default_rng(3)
+    t = np.cumsum(rng.uniform(0.0002, 0.004, 2000))
+    x = np.abs(rng.normal(size=2000)) + np.exp(-(((t - 2.0) / 0.1) ** 2))
+    peak = peaks.HeldPeak()
+    assert peak.values() == (0.0, 0.0)
+    for now, value in zip(t, x, strict=True):
+        peak.add(now, value)
+    assert peak.values() == (x.max(), pytest.approx(sustained_held(t, x, t[-1])))

@@ -8,6 +8,7 @@ from palpate.base.arrays import Array
 
 WINDOW = 0.05
 """Length of the window [s]: a hand feels forces up to about 20 Hz as forces, faster ones as vibration."""
+_PIECE = 1000  # values that are counted at once
 
 
 class SustainedPeak:
@@ -50,6 +51,31 @@ def sustained_held(t: Array, values: Array, end: float) -> float:
     first = np.clip(np.concatenate([ends, ends - window]), ends[0], ends[-1] - window)
     means = (np.interp(first + window, ends, total) - np.interp(first, ends, total)) / window
     return float(means.max(initial=0.0))
+
+
+class HeldPeak:
+    """Largest value, and largest mean over `WINDOW`, of a value that comes at times of its own and holds until the next
+    one.
+    """
+
+    def __init__(self) -> None:
+        self._largest = self._mean = 0.0
+        self._newest: list[tuple[float, float]] = []
+
+    def add(self, t: float, value: float) -> None:
+        """Add a value at a time [s], later than those before."""
+        self._newest.append((t, value))
+        if len(self._newest) >= _PIECE:
+            self.values()
+
+    def values(self) -> tuple[float, float]:
+        """The largest value so far, and the largest mean."""
+        if self._newest:
+            t, x = np.array(self._newest).T
+            self._largest = max(self._largest, float(x.max()))
+            self._mean = max(self._mean, sustained_held(t, x, float(t[-1])))
+            self._newest = [one for one in self._newest if one[0] >= t[-1] - WINDOW]
+        return self._largest, self._mean
 
 
 def sustained(values: Array, dt: float) -> float:
