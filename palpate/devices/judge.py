@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.base.arrays import Array
-from palpate.base.errors import DeviceError
+from palpate.base.errors import DeviceError, PalpateError
 from palpate.devices.driver import Driver, Facts, facts
 from palpate.devices.simulated import SimulatedDevice
 from palpate.devices.trace import PUSH, Trace, rounds
@@ -43,6 +43,9 @@ def judge_driver(driver: Driver, name: str, push: bool) -> list[Check]:
     known = facts(driver, name)
     try:
         driver.open()
+    except PalpateError as error:
+        what = f"{error.what} ({error.why})" if error.why else error.what
+        return [Check("open", False, what, error.mend)]
     except Exception as error:
         what = f"{type(error).__name__}: {error}"
         return [Check("open", False, what, "check cable, power and permissions; `palpate device list`")]

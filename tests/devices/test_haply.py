@@ -327,15 +327,25 @@ def test_a_scene_names_the_driver_with_options_and_a_record_finds_it_again(tmp_p
             Scene.load(file)
 
 
-@pytest.mark.parametrize(("url", "address"), [("ws://a:5", "a:5"), ("b", "b:10001"), ("[::1]:7", "::1:7")])
+@pytest.mark.parametrize(("url", "address"), [("ws://a:5", "a:5"), ("b", "b:10001"), ("[::1]:7", "[::1]:7")])
 def test_addresses(url, address):
     assert str(Address.parse(url)) == address
 
 
 @pytest.mark.parametrize("url", ["http://a:5", "ws://a:b", "ws://", "ws://a/b"])
 def test_addresses_that_are_none_are_refused(url):
-    with pytest.raises(DeviceError, match="no address"):
+    with pytest.raises(DeviceError, match="no address") as error:
         Address.parse(url)
+    assert str(error.value).count("mend:") == 1
+    assert error.value.why
+
+
+def test_an_address_where_no_service_answers_is_told_with_its_cause():
+    for url, cause in (("ws://127.0.0.1:9", "refused"), ("ws://haply.invalid", "known|resol")):
+        with pytest.raises(DeviceError, match=cause) as error:
+            Haply(f"url={url}").native()
+        assert "urlopen" not in str(error.value)
+        assert error.value.mend.startswith("check the address in url")
 
 
 class Scripted:

@@ -398,6 +398,10 @@ def test_a_taken_port_and_an_unknown_dialect_are_refused(service):
         StandIn(service.port).start()
     with pytest.raises(DeviceError, match=r"one of 3\.0"):
         StandIn(0, options=Options(dialect="2.9"))
+    with pytest.raises(DeviceError, match="leaves none for the events"):
+        StandIn(65530)
+    with pytest.raises(DeviceError, match="no device 'FFFF'"):
+        StandIn(0, options=Options(faults=(Fault("unplug", device="FFFF"),)))
 
 
 def test_a_stopped_service_frees_its_ports(service):

@@ -42,17 +42,24 @@ class Address:
         Raises:
             DeviceError: it is none of them.
         """
-        mend = f"write e.g. ws://127.0.0.1:{PORT}"
+        why = "it is not ws://HOST:PORT"
         try:
             parts = urlsplit(url if "//" in url else f"ws://{url}")
-            if parts.scheme != "ws" or not parts.hostname or parts.path not in ("", "/"):
-                raise DeviceError(f"{url!r} is no address of Haply's service", mend=mend)
-            return cls(parts.hostname, parts.port or PORT)
+            if parts.scheme == "ws" and parts.hostname and parts.path in ("", "/"):
+                return cls(parts.hostname, parts.port or PORT)
+            if parts.scheme in ("wss", "https", "http"):
+                why = f"the service speaks ws://, not {parts.scheme}://"
         except ValueError as error:
-            raise DeviceError(f"{url!r} is no address of Haply's service", why=str(error), mend=mend) from None
+            why = str(error)
+        mend = f"write e.g. ws://127.0.0.1:{PORT}"
+        raise DeviceError(f"{url!r} is no address of Haply's service", why=why, mend=mend)
 
     def __str__(self) -> str:
-        return f"{self.host}:{self.port}"
+        return f"[{self.host}]:{self.port}" if ":" in self.host else f"{self.host}:{self.port}"
+
+    def start_it(self) -> str:
+        """What helps where nobody answers."""
+        return _START if self == Address() else f"check the address in url; else {_START}"
 
     def answers(self, timeout: float = 0.2) -> bool:
         """True if something listens there."""
@@ -80,7 +87,7 @@ def version(at: Address) -> tuple[int, int]:
                 why = why or error.why or error.what
             except (KeyError, TypeError, ValueError):
                 why = "it answers, but not with a version of that service"
-    raise DeviceError(f"no Haply Inverse Service answers on {at}", why=why, mend=_START)
+    raise DeviceError(f"no Haply Inverse Service answers on {at}", why=why, mend=at.start_it())
 
 
 def request(at: Address, method: str, path: str, body: Any = None) -> Any:
@@ -97,7 +104,8 @@ def request(at: Address, method: str, path: str, body: Any = None) -> Any:
     except HTTPError as error:
         raise DeviceError(f"{method} {path}: HTTP {error.code}", why=error.read(200).decode(errors="replace")) from None
     except (URLError, OSError, ValueError) as error:
-        raise DeviceError(f"{method} {path} of {at} brought no answer", why=str(error)) from None
+        why = str(getattr(error, "reason", error))
+        raise DeviceError(f"{method} {path} of {at} brought no answer", why=why) from None
     if isinstance(told, dict) and "ok" in told:
         if told["ok"] is not True:
             raise DeviceError(f"{method} {path} was refused", why=str(told.get("error")))
@@ -116,7 +124,7 @@ def websocket(at: Address) -> _haply.Connection:
     try:
         wire = socket.create_connection((at.host, at.port), _TIMEOUT)
     except OSError as error:
-        raise DeviceError(f"nobody listens on {at}", why=str(error), mend=_START) from None
+        raise DeviceError(f"nobody listens on {at}", why=str(error), mend=at.start_it()) from None
     key = base64.b64encode(os.urandom(16))
     lines = (
         "GET / HTTP/1.1", f"Host: {at}", "Upgrade: websocket", "Connection: Upgrade",
@@ -132,13 +140,15 @@ def websocket(at: Address) -> _haply.Connection:
             head += byte
     except OSError as error:
         wire.close()
-        raise DeviceError(f"{at} does not finish the handshake of a WebSocket", why=str(error), mend=_START) from None
+        raise DeviceError(
+            f"{at} does not finish the handshake of a WebSocket", why=str(error), mend=at.start_it()
+        ) from None
     accepted = base64.b64encode(hashlib.sha1(key + _MAGIC, usedforsecurity=False).digest())
     status, _, rest = head.partition(b"\r\n")
     fields = dict(line.lower().split(b":", 1) for line in rest.split(b"\r\n") if b":" in line)
     if b" 101 " not in status + b" " or fields.get(b"sec-websocket-accept", b"").strip() != accepted.lower():
         wire.close()
-        raise DeviceError(f"{at} is no WebSocket", why=status.decode(errors="replace")[:80], mend=_START)
+        raise DeviceError(f"{at} is no WebSocket", why=status.decode(errors="replace")[:80], mend=at.start_it())
     wire.setblocking(True)
     return _haply.Connection(wire.detach())
 
@@ -152,7 +162,7 @@ def receive(connection: _haply.Connection, at: Address) -> Json:
     try:
         told = json.loads(connection.receive(_TIMEOUT))
     except (RuntimeError, ValueError) as error:
-        raise DeviceError(f"the service on {at} gives no valid message", why=str(error), mend=_START) from None
+        raise DeviceError(f"the service on {at} gives no valid message", why=str(error), mend=at.start_it()) from None
     if not isinstance(told, dict):
         raise DeviceError(f"the service on {at} gives no valid message", why=f"{type(told).__name__}, not an object")
     return told

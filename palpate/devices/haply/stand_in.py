@@ -40,6 +40,7 @@ _SAFETY = {
     "ebrake": ("ebrake_triggered", "error", "emergency brake engaged"),
     "stall": ("stall_detected", "warning", "motor stall detected"),
 }
+_LAST = 65535  # port
 _TRIES = 10  # to find two free ports
 
 
@@ -80,6 +81,13 @@ class StandIn:
         if self.options.dialect not in DIALECTS:
             what = f"there is no dialect {self.options.dialect!r}"
             raise DeviceError(what, mend=f"one of {', '.join(DIALECTS)}: the versions that differ")
+        if not 0 <= port <= _LAST - (EVENTS - PORT):
+            what = f"port {port} leaves none for the events, {EVENTS - PORT} above"
+            raise DeviceError(what, mend=f"give one up to {_LAST - (EVENTS - PORT)}")
+        for fault in self.options.faults:
+            if fault.device not in ("", self.options.id, *self.options.more):
+                what = f"fault {fault.name}: there is no device {fault.device!r}"
+                raise DeviceError(what, mend=f"one of {', '.join((self.options.id, *self.options.more))}")
         self.port = port
         self.events_port = 0
         self.devices = self._made()  #: the devices by their ids

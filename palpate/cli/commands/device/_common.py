@@ -20,4 +20,5 @@ def require_consent(yes: bool, what: str) -> None:
     print(f"{what}. Let go of the handle, and keep a quarter of the workspace around it free.", file=sys.stderr)
     print("Go on? [y/N] ", end="", file=sys.stderr, flush=True)
     if sys.stdin.readline().strip().lower() not in ("y", "yes"):
-        raise DeviceError("not pushed, as you did not say yes", mend="answer y; palpate device test --no-push does not push")
+        mend = "answer y; palpate device test --no-push does not push"
+        raise DeviceError("not pushed, as you did not say yes", mend=mend)
