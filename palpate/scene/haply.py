@@ -25,8 +25,8 @@ class HaplySection(Section):
     """messages per second, which is the rate of the haptic cycle [Hz]"""
     force_max: Annotated[float, Field(gt=0.0, le=20.0)] = 3.0
     """largest force; the vendor publishes no limit [N]"""
-    gravity: Annotated[NotNegative, Field(le=2.0)] = 1.0
-    """scaling of the device's gravity compensation, 0: off [-]"""
+    gravity: Annotated[NotNegative, Field(le=2.0)] | None = 1.0
+    """scaling of the device's gravity compensation, 0: off; null: left as it is [-]"""
     damping: NotNegative = 0.0
     """scalar of the service's damping filter, from service 3.5 on [-]"""
     force_gate: NotNegative | None = None
@@ -41,7 +41,7 @@ class HaplySection(Section):
         """
         try:
             pairs = (part.split("=", 1) for part in text.split(",") if part)
-            given = {key: value if key in _TEXTS else float(value) for key, value in pairs}
+            given = {key: _value(key, value) for key, value in pairs}
         except ValueError as error:
             what = f"the options {text!r} of the driver haply cannot be read"
             raise DeviceError(what, why=str(error), mend="write e.g. haply:id=04C3,rate=1000") from None
@@ -54,6 +54,14 @@ class HaplySection(Section):
 
     def to_text(self) -> str:
         """The name of the driver with its options, as `from_text` reads them."""
-        given = self.model_dump(exclude_unset=True, exclude_none=True)
-        text = ",".join(f"{key}={value}" for key, value in given.items())
+        given = self.model_dump(exclude_unset=True)
+        said = {key: value for key, value in given.items() if value is not None or key == "gravity"}
+        text = ",".join(f"{key}={'none' if value is None else value}" for key, value in said.items())
         return f"haply:{text}" if text else "haply"
+
+
+def _value(key: str, text: str) -> str | float | None:
+    """An option as its text states it; gravity=none leaves the gravity compensation as it is."""
+    if key == "gravity" and text == "none":
+        return None
+    return text if key in _TEXTS else float(text)

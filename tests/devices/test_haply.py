@@ -470,6 +470,89 @@ def test_state_of_service_is_read_where_keys_come_in_any_order():
     assert X[:3, 3].tolist() == [1.0, 2.0, 3.0]
 
 
+class Strange:
+    """A service of the package websockets, independent of the stand-in; each connection is served by a function."""
+
+    def __init__(self, serve):
+        from websockets.sync.server import serve as listen
+
+        self._server = listen(serve, "127.0.0.1", 0, compression=None)
+        self.port = self._server.socket.getsockname()[1]
+        threading.Thread(target=self._server.serve_forever, daemon=True).start()
+
+    def device(self):
+        from palpate import _haply
+        from palpate.devices.haply import service
+
+        connection = service.websocket(Address("127.0.0.1", self.port))
+        return _haply.Device(
+            connection, None, device="04C3", grip="", list="", vector=True, rate=500.0, force_max=3.0, workspace=0.1
+        )
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self._server.shutdown()
+
+
+def answer(x, **status):
+    """A state at x, with keys in an order of its own and integers for numbers."""
+    state = {"cursor_velocity": {"z": 0, "y": 0, "x": 0}, "cursor_position": {"z": 0, "x": x, "y": 0}}
+    return json.dumps({"news": [1], "inverse3": [{**status, "state": state, "device_id": "04C3"}]})
+
+
+def test_messages_that_nobody_asked_for_leave_no_delay():
+    """With one further message each time the state would be as old as half of all ticks."""
+
+    def twice(wire):
+        for n, _ in enumerate(wire):
+            wire.send(answer(n))
+            wire.send(answer(n))
+
+    with Strange(twice) as service:
+        device, X, lags = service.device(), np.eye(4), []
+        for n in range(300):
+            if device.read(X) is not None and n > 0:
+                lags.append(device.exchanges - 1 - X[0, 3])
+            device.write(np.zeros(6))
+            time.sleep(0.001)
+    assert len(lags) > 200
+    assert max(lags) <= 1.0
+
+
+@pytest.mark.parametrize(
+    ("statuses", "read"),
+    [([{}, {}], [True, True]), ([{"status": {"calibrated": True, "ready": True}}, {}], [True, True]),
+     ([{"status": {"calibrated": False}}, {}], [False, False]),
+     ([{"status": {"ready": False}}, {}, {"status": {"ready": True}}], [False, False, True]),
+     ([{"status": "idle"}], [False]), ([{"status": {"calibrated": 1}}], [False])],
+    ids=["never", "once", "not calibrated", "ready again", "a text", "a number"],
+)  # fmt: skip
+def test_a_status_that_a_message_leaves_out_is_the_last_one(statuses, read):
+    def serve(wire):
+        for n, _ in enumerate(wire):
+            wire.send(answer(n, **statuses[min(n, len(statuses) - 1)]))
+
+    with Strange(serve) as service:
+        device, X, found = service.device(), np.eye(4), []
+        for _ in read:
+            found.append(device.read(X) is not None)
+            device.write(np.zeros(6))
+    assert found == read
+
+
+def test_gravity_compensation_can_be_left_alone(service):
+    service.config.gravity = {"enabled": True, "scaling_factor": 0.7}
+    section = HaplySection(url=f"ws://127.0.0.1:{service.port}", gravity=None)
+    assert section.to_text().endswith("gravity=none")
+    assert HaplySection.from_text(section.to_text().removeprefix("haply:")).gravity is None
+    driver = Haply(section.to_text().removeprefix("haply:"))
+    driver.open()
+    driver.close()
+    assert service.config.gravity == {"enabled": True, "scaling_factor": 0.7}
+
+
 def test_exchange_is_timed_beside_a_bare_echo(service, tmp_path, capsys):
     from palpate.cli import main
 

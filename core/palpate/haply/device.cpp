@@ -13,6 +13,7 @@ using loop::Reading;
 
 constexpr double kOpen = 0.5;        // [rad] angle of the gripper while its button is released, as for a mouse
 constexpr double kLowBattery = 0.1;  // [-]
+constexpr int kMostAnswers = 8;      // messages that one tick takes
 constexpr int kMostEvents = 8;       // events that one tick takes: a flood of them must not hold the thread
 constexpr const char* kNotices[] = {
     "the service did not answer in time, and the force was zero meanwhile; mend: give the service its own core, or a "
@@ -87,7 +88,17 @@ Reading Device::take_answer(loop::DeviceState& state) noexcept {
   }
   waiting_ = false;
   Measured found;
-  switch (reader_.read(service_->message(), found)) {
+  Parsed parsed = Parsed::malformed;
+  WebSocket::Got more = WebSocket::Got::message;
+  for (int taken = 0; more == WebSocket::Got::message && taken < kMostAnswers; ++taken) {
+    parsed = reader_.read(service_->message(), found);
+    more = service_->receive(0);  // a message that nobody asked for: the newest state counts, else all would be late
+    if (more == WebSocket::Got::message && unanswered_ > 0) unanswered_.fetch_sub(1);
+  }
+  if (more == WebSocket::Got::closed || more == WebSocket::Got::broken) {
+    return fail(more == WebSocket::Got::closed ? closed : broken);
+  }
+  switch (parsed) {
     case Parsed::good:
       return judge(found, state);
     case Parsed::gone:
@@ -159,8 +170,8 @@ bool Device::write(const Wrench& F) noexcept {
   if (writing_.test_and_set(std::memory_order_acquire)) return true;  // the other thread commands zero at this moment
   bool sent = true;
   if (unanswered_ == 0 || (zero && !zero_)) {
-    sent = service_->send(command_.text(F.f.x(), F.f.y(), F.f.z()));
     unanswered_.fetch_add(1);
+    sent = service_->send(command_.text(F.f.x(), F.f.y(), F.f.z()));
     zero_ = zero;
   }
   writing_.clear(std::memory_order_release);
@@ -179,7 +190,7 @@ std::string Device::why() const {
     case closed:
       return "the service closed the connection";
     case broken:
-      return "the connection to the service is broken: it ended, or sent what is no WebSocket message";
+      return "the connection to the service is broken: it ended, or sent what is no WebSocket message of at most 64 kB";
     case gone:
       return "device " + options_.device + " vanished: its cable or its power";
     case never:

@@ -27,6 +27,12 @@ bool flag(const json::value* at, bool otherwise) noexcept {
   return found == nullptr ? otherwise : *found;
 }
 
+/// Takes a flag that a message may leave out, and keeps the last one then; false if it is of another kind.
+bool keep(const json::value* at, bool& last) noexcept {
+  last = flag(at, last);
+  return at == nullptr || at->is_bool();
+}
+
 /// A finite number; false, and `out` as it was, for anything else.
 bool number(const json::value* at, double& out) noexcept {
   if (at == nullptr) return false;
@@ -111,8 +117,12 @@ Parsed Reader::read(std::string_view text, Measured& out) noexcept {
   const json::value *state = member(device, "state"), *status = member(device, "status");
   if (!numbers(member(state, "cursor_position"), out.p)) return Parsed::malformed;
   if (!numbers(member(state, "cursor_velocity"), out.v)) return Parsed::malformed;
-  out.calibrated = flag(member(status, "calibrated"), false);
-  out.ready = flag(member(status, "ready"), false);
+  if (status != nullptr && !status->is_object()) return Parsed::malformed;
+  if (!keep(member(status, "calibrated"), calibrated_) || !keep(member(status, "ready"), ready_)) {
+    return Parsed::malformed;
+  }
+  out.calibrated = calibrated_;
+  out.ready = ready_;
   if (!grip_.empty()) read_grip(entry(member(&whole, list_), grip_), out);
   return Parsed::good;
 }

@@ -48,6 +48,7 @@ class Reader {
   // A value has 24 bytes, and the shortest text of a value has 2: no message of 64 kB needs more than these.
   static constexpr std::size_t kValues = 4u << 20, kStack = 2u << 20;
   std::string device_, grip_, list_;
+  bool calibrated_ = true, ready_ = true;  ///< newest status; before a message has one, that of the checked inventory
   std::unique_ptr<unsigned char[]> values_, stack_;
   boost::json::static_resource memory_;
   boost::json::parser parser_;

@@ -134,7 +134,8 @@ def _prepare(service: _haply.Connection, at: Address, options: HaplySection, dia
     device = _chosen(receive(service, at), options.id, at)
     id = str(device["device_id"])
     kind = "minverse" if _is_minverse(device) else "inverse3"
-    _set_gravity(at, id, options)
+    if options.gravity is not None:
+        _set_gravity(at, id, options.gravity)
     first: Json = {"session": {"force_render_full_state": {}}}
     entry: Json = {"device_id": id, "commands": {"probe_position": {}}}
     if dialect >= (3, 5):
@@ -177,15 +178,15 @@ def _is_minverse(device: Json) -> bool:
     )
 
 
-def _set_gravity(at: Address, id: str, options: HaplySection) -> None:
+def _set_gravity(at: Address, id: str, gravity: float) -> None:
     """Set the gravity compensation, and read it back.
 
     Raises:
         DeviceError: the service does not take it.
     """
-    wanted = {"enabled": options.gravity > 0.0, "scaling_factor": options.gravity}
+    wanted = {"enabled": gravity > 0.0, "scaling_factor": gravity}
     path = f"inverse3/{id}/config/gravity_compensation"
-    mend = "set it in Haply Hub, and write gravity: null here to leave it alone"
+    mend = "set it in Haply Hub, and leave it alone here: haply: {gravity: null}, or haply:gravity=none"
     try:
         request(at, "POST", path, wanted)
         told = request(at, "GET", path)
