@@ -1,4 +1,4 @@
-"""Noise whose neighbouring samples are alike: its correlation time, and its covariance from the residual of a fit."""
+"""Noise whose neighbouring samples are alike: its covariance from the residual of a fit."""
 
 from __future__ import annotations
 
@@ -9,19 +9,6 @@ import numpy as np
 from palpate.base.arrays import Array
 
 _REWEIGHTS = 4  # of the octaves of the residual's spectrum
-
-
-def samples_alike(r: Array) -> float:
-    """Number of samples in a correlation time of a residual (n,): 1 for white noise."""
-    r = r - r.mean()
-    power = float(r @ r)
-    total = 1.0
-    for k in range(1, len(r) // 4):
-        rho = float(r[:-k] @ r[k:]) / max(power, 1e-300)
-        if rho < 0.05:
-            break
-        total += 2.0 * rho
-    return total
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,13 @@ force are eliminated (variable projection; Golub and Pereyra 1973). The covarian
 that is white plus 1/f plus 1/f^2, with the shares that explain the spectrum of the residual, of which the fit has taken
 a part.
 
-How many time constants there are, and whether the tissue stiffens, is not known. The values are means over these forms,
+How many time constants there are, and whether the sensor drifts, is not known. The values are means over these forms,
 weighted by Akaike's information criterion (Buckland et al., Biometrics 53, 1997), and the intervals include the spread
-over the forms. They cover noise, white or coloured, and drift, not a tissue of another form: `residual` says how much
-of the force the model leaves, `coloured` how much more that is than white noise. Two other forms are named: a force
-that softens with the depth, as over an edge, and a force with another power of the depth, as under a cone.
+over the forms. Stiffening is always a parameter where the press is deep enough: left out where it is not significant,
+it would bias the modulus by more than its interval. They cover noise, white or coloured, and drift, not a tissue of
+another form: `residual` says how much of the force the model leaves, `coloured` how much more that is than white noise.
+Two other forms are named: a force that softens with the depth, as over an edge, and a force with another power of the
+depth, as under a cone.
 """
 
 from __future__ import annotations
@@ -25,9 +27,8 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from palpate.arm.identify.coloured_noise import Noise, over_white, samples_alike
+from palpate.arm.identify.coloured_noise import Noise, over_white
 from palpate.arm.identify.press_recording import Press
 from palpate.base.arrays import Array
 from palpate.base.errors import RecordingError
@@ -37,7 +38,7 @@ MOST_TERMS = 4
 _MOST_ROWS = 1500
 _SHALLOW = 0.15  # depth over the radius below which stiffening has no effect on the force
 _WIDE = 0.5  # relative half width of an interval above which a value counts as not identified
-_Z95 = 1.96
+_VAGUE = 0.1  # half width of the interval of the stiffening above which more depths are asked for
 _TOUCHES = 12  # depths of the first touch from which the search starts
 _HOPELESS = 12.0  # criterion above the best from which on simpler forms are not tried
 _SOFTENS = -0.05  # largest stiffening that counts as softening
@@ -58,8 +59,8 @@ class TissueFit:
     young_95: tuple[float, float]
     instantaneous: float  #: Young's modulus before relaxation, if the shear and bulk moduli relaxed alike [Pa]
     instantaneous_95: tuple[float, float]
-    beta: float  #: stiffening over depth/radius [-]; 0 if the recording does not show any
-    beta_95: tuple[float, float]  #: infinite if beta is not fitted
+    beta: float  #: stiffening over depth/radius [-]; 0 if the press is too shallow to show any
+    beta_95: tuple[float, float]  #: infinite if the press is too shallow
     prony: tuple[tuple[float, float], ...]  #: terms (g_i [-], tau_i [s])
     touch: float  #: depth of the first touch in the recording [m]
     offset: float  #: force without contact at the start [N]
@@ -107,12 +108,11 @@ def fit(press: Press, radius: float, thickness: float = np.inf, poisson: float =
             mend="record again with the sensor zeroed above the tissue; press on a flat place",
         )  # fmt: skip
     share = _shares(forms)
-    stiff = _stiffens(forms)
-    chosen = np.array([one.case.stiffens for one in forms]) == stiff
-    best = forms[int(np.argmax(np.where(chosen, share, -1.0)))]
-    E, rest_of = _mean(share, chosen, [one.log_young for one in forms])
-    fast, fast_of = _mean(share, chosen, [one.log_instantaneous for one in forms])
-    beta, beta_of = _mean(share, chosen, [one.stiffening for one in forms]) if stiff else (0.0, np.inf)
+    best = forms[int(np.argmax(share))]
+    stiff = best.case.stiffens
+    E, rest_of = _mean(share, [one.log_young for one in forms])
+    fast, fast_of = _mean(share, [one.log_instantaneous for one in forms])
+    beta, beta_of = _mean(share, [one.stiffening for one in forms]) if stiff else (0.0, np.inf)
     E, fast = float(np.exp(E)), float(np.exp(fast))
     r = best.case.residuals(best.y)
     touch = best.touch
@@ -313,16 +313,18 @@ def _forms(press: Press, radius: float, thickness: float, poisson: float) -> lis
     """Fits of all forms, the richest first."""
     low, high = _time_range(press.t)
     most = int(np.clip(np.ceil(np.log10(high / low)), 0, MOST_TERMS)) if high > low else 0
-    deep = float(np.ptp(press.depth)) > _SHALLOW * radius
-    case = _Case(press, radius, thickness, poisson, most, deep)
+    case = _Case(press, radius, thickness, poisson, most, float(np.ptp(press.depth)) > _SHALLOW * radius)
     forms = []
-    for stiffens in (False, True) if deep else (False,):
-        for terms in range(most, -1, -1):
-            forms.append(replace(case, terms=terms, stiffens=stiffens).solve())
-            if forms[-1].criterion > min(one.criterion for one in forms) + _HOPELESS:
-                break
+    for terms in range(most, -1, -1):
+        forms.append(replace(case, terms=terms).solve())
+        if forms[-1].criterion > min(one.criterion for one in forms) + _HOPELESS:
+            break
     likely = min(forms, key=lambda one: one.criterion)
-    return [*forms, replace(likely.case, drifts=True).solve()]
+    drifting = replace(likely.case, drifts=True).solve()
+    if drifting.criterion > likely.criterion:
+        return [*forms, drifting]
+    others = [replace(one.case, drifts=True).solve() for one in forms if one is not likely]
+    return [*forms, drifting, *others]
 
 
 def _shares(forms: list[_Form]) -> Array:
@@ -332,24 +334,10 @@ def _shares(forms: list[_Form]) -> Array:
     return np.asarray(p / p.sum())
 
 
-def _stiffens(forms: list[_Form]) -> bool:
-    """True if the residual of the forms that stiffen is smaller by more than chance explains.
-
-    The gain is judged by Bayes's information criterion (Schwarz 1978), for the number of independent samples.
-    """
-    best = [min((one.rss for one in forms if one.case.stiffens == stiff), default=np.inf) for stiff in (False, True)]
-    if not best[1] < best[0]:
-        return False
-    r = min(forms, key=lambda one: one.rss)
-    n = len(r.case.press.t) / samples_alike(r.case.residuals(r.y))
-    return bool(n * np.log(best[0] / max(best[1], 1e-300)) > np.log(max(n, 3.0)) + _Z95**2)
-
-
-def _mean(share: Array, chosen: NDArray[np.bool_], found: list[tuple[float, float]]) -> tuple[float, float]:
-    """Mean over the chosen forms, and the standard deviation within and between all forms."""
+def _mean(share: Array, found: list[tuple[float, float]]) -> tuple[float, float]:
+    """Mean over the forms, and the standard deviation within and between them."""
     value, deviation = np.array(found).T
-    p = np.where(chosen, share, 0.0)
-    mean = float(p @ value / p.sum()) if p.sum() > 0.0 else float(value[chosen][0])
+    mean = float(share @ value)
     return mean, float(np.sqrt(share @ (deviation**2 + (value - mean) ** 2)))
 
 
@@ -444,12 +432,11 @@ def _unidentified(best: _Form, young: float, beta: float) -> tuple[str, ...]:
     deepest = (float(press.depth.max()) - best.touch) / case.radius
     if deepest < _SHALLOW:
         found.append(f"stiffening: the press ends at {deepest:.2f} radii, and needs {_SHALLOW:g} or more")
-    elif not case.stiffens:
+    elif beta > _VAGUE:
         found.append(
-            "stiffening: it counts as zero, so the modulus is a mean over the depth; hold several depths to see it"
+            f"stiffening: its interval is {100 * beta:.0f} % of the force at a depth of one radius to each side, which "
+            "widens that of the modulus; hold several depths"
         )
-    elif beta > _WIDE:
-        found.append("stiffening: its interval is wider than half of the force at a depth of one radius")
     if best.touch < float(press.depth.min()) - 0.29 * case.radius:
         found.append("the first touch: it would lie before the first row; record from above the tissue")
     rate = np.abs(np.gradient(press.depth, press.t))

@@ -1,4 +1,4 @@
-"""Modulus of tissue from a press to four depths, with two relaxation times anywhere between 0.1 and 5 s."""
+"""Modulus of tissue from a press to one depth or four, with two relaxation times anywhere between 0.1 and 5 s."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from palpate_lab.verify.coverage.trial import RIGHT, Trial, of_intervals
 
 COMMAND = "identify tissue"
 FORMS = {
-    RIGHT: "white noise of 0.5 %, a drift of 1 %, begun 1 mm above",
+    RIGHT: "sphere by Sneddon or by Hertz, one depth or four; noise of 0.5 %, a drift of 1 %",
     "cone": "a cone pressed instead of a sphere",
     "layers": "5 % waves of stiffness over the depth",
     "edge": "half of the sphere over an edge beyond half of the depth",
@@ -23,10 +23,13 @@ _R, _E, _NU = 6e-3, 6e3, 0.45
 def trial(form: str, rng: np.random.Generator) -> Trial:
     """One press of 12 s."""
     t = np.arange(0.0, 12.0, 0.025)
-    times, levels = _stairs((0.1, 0.2, 0.35, 0.5))
+    one, hertz = rng.choice([False, True], 2) if form == RIGHT else (False, False)
+    times, levels = _stairs((0.3,) if one else (0.1, 0.2, 0.35, 0.5))
     d = np.interp(t, times, levels)
     deep = np.maximum(d, 0.0)
     elastic = indentation.sneddon(_R, deep, _E, _NU)
+    if hertz:
+        elastic = 4.0 / 3.0 * _E / (1.0 - _NU**2) * np.sqrt(_R) * deep**1.5
     if form == "cone":
         elastic = 2.0 / np.pi * _E / (1.0 - _NU**2) * deep**2 / np.tan(np.radians(30.0))
     if form == "layers":
