@@ -1,4 +1,6 @@
-"""The picture of a device: its handle in its workspace, which reddens as the range comes to its end."""
+"""The picture of a device: its handle in its workspace where it stands, and around the tool what the tool can reach
+without a clutch. Both redden as the range comes to its end.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +28,8 @@ class DeviceDrawing:
         self._scene, self._centre = scene, mark.centre
         self._handle = scene.add_icosphere("/device/handle", HANDLE, _FREE, cast_shadow=False)
         self._axes = scene.add_frame("/device/axes", axes_length=AXES, axes_radius=0.05 * AXES)
-        self._box: dict[bool, viser.LineSegmentsHandle] = {}
+        self._reach = scene.add_frame("/device/reach", show_axes=False)
+        self._box: dict[bool, list[viser.LineSegmentsHandle]] = {}
         if self._centre is not None:
             self._draw_box()
 
@@ -41,9 +44,18 @@ class DeviceDrawing:
         self._handle.position = self._axes.position = X_WH[:3, 3]
         self._handle.color = _EDGE if edge else _FREE
         self._axes.wxyz = so3.quaternions(X_WH[:3, :3])
-        for red, box in self._box.items():
-            if box.visible != (red == edge):
-                box.visible = red == edge
+        if self._centre is not None:  # the place of the tool for a handle in the middle of its workspace
+            motion = self.mark.scale * self.mark.X_WL[:3, :3] @ (p_LH - self._centre)
+            self._reach.position = np.array(tick["p_WT"]) - motion
+        for red, boxes in self._box.items():
+            for box in boxes:
+                if box.visible != (red == edge):
+                    box.visible = red == edge
+
+    def corners(self) -> Array:
+        """Corners (8, 3) of a box around handle and workspace, where the device stands [m]."""
+        half = HANDLE + AXES if self.mark.workspace is None else 0.5 * float(np.max(self.mark.workspace)) + AXES
+        return np.asarray(self._handle.position) + half * np.array(list(product((-1.0, 1.0), repeat=3)))
 
     def left(self, tick: Ticks) -> Array | None:
         """Way (3,) of the handle to the nearer side along each axis of the base [m]; None: the range is unknown."""
@@ -57,22 +69,29 @@ class DeviceDrawing:
         return left is not None and bool((left < NEAR * np.asarray(self.mark.workspace)).any())
 
     def left_in_words(self, tick: Ticks) -> str:
-        """The smallest way that is left, and its axis."""
+        """The smallest way that is left, and its direction along the axes of the base."""
         left = self.left(tick)
-        if left is None:
+        if left is None or self._centre is None:
             return "unknown"
         i = int(np.argmin(left))
-        return f"{1e3 * left[i]:.0f} mm along {'xyz'[i]}" if left[i] >= 0.0 else f"beyond by {-1e3 * left[i]:.0f} mm"
+        side = "-+"[int(np.array(tick["p_LH"])[i] >= self._centre[i])]
+        return f"{1e3 * left[i]:.0f} mm to {side}{'xyz'[i]}" if left[i] >= 0.0 else f"beyond by {-1e3 * left[i]:.0f} mm"
 
     def _draw_box(self) -> None:
-        """The twelve edges of the workspace, once in each colour."""
+        """The twelve edges of the workspace and of the tool's reach, once in each colour."""
         if self.mark.workspace is None or self._centre is None:
             return
         corners = np.array(list(product((-0.5, 0.5), repeat=3)))
         pairs = [(a, b) for a in range(8) for b in range(a) if np.abs(corners[a] - corners[b]).sum() == 1.0]
-        p_L = self._centre + corners * self.mark.workspace
-        p_W = p_L @ self.mark.X_WL[:3, :3].T + self.mark.X_WL[:3, 3]
-        points = np.array([[p_W[a], p_W[b]] for a, b in pairs], dtype=np.float32)
+        turned = corners * self.mark.workspace @ self.mark.X_WL[:3, :3].T
+        places = {
+            "workspace": self.mark.X_WL[:3, :3] @ self._centre + self.mark.X_WL[:3, 3] + turned,
+            "reach": self.mark.scale * turned,  # in the moving frame
+        }
         for red, color in ((False, _FREE), (True, _EDGE)):
-            name = f"/device/workspace/{'edge' if red else 'free'}"
-            self._box[red] = self._scene.add_line_segments(name, points, color, thickness=0.001, visible=not red)
+            self._box[red] = []
+            for place, p in places.items():
+                points = np.array([[p[a], p[b]] for a, b in pairs], dtype=np.float32)
+                name = f"/device/{place}/{'edge' if red else 'free'}"
+                box = self._scene.add_line_segments(name, points, color, thickness=0.001, visible=not red)
+                self._box[red].append(box)

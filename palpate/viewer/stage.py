@@ -141,6 +141,8 @@ class DeviceMark:
     """(3,) centre of the workspace in its base [m]; None: the first position of the handle."""
     mapping: str
     """Law of the mapping and motion of the tool per motion of the hand, in words."""
+    scale: float = 1.0
+    """Motion of the tool per motion of the hand [-]."""
 
 
 @dataclass(frozen=True)

@@ -100,7 +100,8 @@ def _device_mark(rig: Rig) -> DeviceMark | None:
     if name is None:
         return None
     size, centre = (None if v is None else np.array(v) for v in (mapping.workspace, mapping.centre))
-    return DeviceMark(name, rig.arms.X_WL, size, centre, f"{mapping.law}, {mapping.scale:g} times the hand")
+    words = f"{mapping.law}, {mapping.scale:g} times the hand"
+    return DeviceMark(name, rig.arms.X_WL, size, centre, words, float(mapping.scale))
 
 
 def _first_felt(scene: Scene) -> ObjectSection:

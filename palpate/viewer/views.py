@@ -121,7 +121,8 @@ def add_buttons(server: viser.ViserServer, stage: Stage, drawing: Drawing) -> In
     """Adds buttons that move the camera of the requesting browser, the transparency slider, and the inset."""
     gui = server.gui
     with gui.add_folder("View"):
-        buttons = gui.add_button_group("look at", ("scene", "tool tip"))
+        places = ("scene", "tool tip", *(("device",) if drawing.device is not None else ()))
+        buttons = gui.add_button_group("look at", places)
         # no hint: viser then puts label and slider into one row, which leaves the slider no width in a narrow panel
         inside = bool(stage.targets) or any(obj.regions or obj.holds for obj in stage.objects)
         glass = gui.add_slider("see through organs", 0.0, 0.9, 0.1, GLASS if inside else 0.0)
@@ -147,6 +148,8 @@ def add_buttons(server: viser.ViserServer, stage: Stage, drawing: Drawing) -> In
         near = event.target.value == "tool tip"
         aspect = _FIRST if event.client is None else picture(event.client)
         view = close_up(drawing.p_WT) if near else overview(stage, aspect)
+        if event.target.value == "device" and drawing.device is not None:
+            view = overview_of(drawing.device.corners(), aspect)
         set_value(glass, GLASS if near or inside else 0.0)
         drawing.see_through(glass.value)
         if event.client is not None:

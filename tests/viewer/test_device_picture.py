@@ -17,12 +17,12 @@ from palpate.viewer.stage import DeviceMark
 X_WL = np.array([[0.0, -1.0, 0.0, 0.3], [1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.1], [0.0, 0.0, 0.0, 1.0]])
 
 
-def drawn(centre=(0.0, 0.0, 0.0), size=(0.16, 0.12, 0.1)):
+def drawn(centre=(0.0, 0.0, 0.0), size=(0.16, 0.12, 0.1), scale=0.5):
     scene = MagicMock()
     for add in (scene.add_icosphere, scene.add_frame, scene.add_line_segments):
         add.side_effect = lambda *args, **given: MagicMock(given=args, **given)
     mark = DeviceMark("simulated", X_WL, None if size is None else np.array(size),
-                      None if centre is None else np.array(centre), "indexed, 0.5 times the hand")  # fmt: skip
+                      None if centre is None else np.array(centre), "indexed, 0.5 times the hand", scale)  # fmt: skip
     return scene, DeviceDrawing(scene, mark)
 
 
@@ -42,17 +42,36 @@ def test_the_handle_is_drawn_in_the_world_and_the_nearest_side_is_told():
     device.show(tick([0.05, 0.0, 0.0], quat=(half, 0.0, 0.0, half)))
     assert device._axes.wxyz == pytest.approx([0.0, 0.0, 0.0, 1.0]), "and a quarter more by the handle"
     assert device.left(one) == pytest.approx([0.03, 0.06, 0.05])
-    assert device.left_in_words(one) == "30 mm along x"
+    assert device.left_in_words(one) == "30 mm to +x"
+    corners = device.corners()
+    assert np.ptp(corners, axis=0) == pytest.approx([0.22] * 3), "the longest side and the axes of the handle"
+    assert corners.mean(axis=0) == pytest.approx([0.3, 0.05, 0.1])
+    assert device.left_in_words(tick([-0.05, 0.0, 0.0])) == "30 mm to -x"
     assert not device.at_edge(one)
-    assert (device._box[False].visible, device._box[True].visible) == (True, False)
+    assert [[box.visible for box in device._box[red]] for red in (False, True)] == [[True, True], [False, False]]
     edge = tick([0.0, 0.0, 0.045])
     device.show(edge)
     assert device.at_edge(edge)
-    assert (device._box[False].visible, device._box[True].visible) == (False, True)
+    assert [[box.visible for box in device._box[red]] for red in (False, True)] == [[False, False], [True, True]]
     assert device.left_in_words(tick([0.0, 0.0, -0.06])) == "beyond by 10 mm"
-    points = scene.add_line_segments.call_args.args[1]
-    assert points.shape == (12, 2, 3)
-    assert np.ptp(points.reshape(-1, 3), axis=0) == pytest.approx([0.12, 0.16, 0.1]), "turned as the base"
+    workspace, reach = (call.args[1] for call in scene.add_line_segments.call_args_list[:2])
+    assert workspace.shape == reach.shape == (12, 2, 3)
+    assert np.ptp(workspace.reshape(-1, 3), axis=0) == pytest.approx([0.12, 0.16, 0.1]), "turned as the base"
+    assert np.ptp(reach.reshape(-1, 3), axis=0) == pytest.approx([0.06, 0.08, 0.05]), "scaled as the motion of the tool"
+
+
+def test_the_reach_of_the_tool_stands_still_while_it_moves_as_the_hand_and_goes_along_with_a_clutch():
+    _, device = drawn()
+    places = []
+    for p_LH, p_WT in (([0.0, 0.0, 0.0], [0.1, 0.2, 0.3]), ([0.04, 0.0, 0.0], [0.1, 0.22, 0.3]),
+                       ([0.0, 0.0, 0.0], [0.1, 0.22, 0.3])):  # fmt: skip
+        one = tick(p_LH)
+        one["p_WT"] = p_WT
+        device.show(one)
+        places.append(device._reach.position)
+    assert places[0] == pytest.approx([0.1, 0.2, 0.3])
+    assert places[1] == pytest.approx(places[0])
+    assert places[2] == pytest.approx([0.1, 0.22, 0.3]), "the hand went back alone"
 
 
 def test_a_workspace_without_centre_lies_around_the_first_position():
