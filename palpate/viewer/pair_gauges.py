@@ -14,6 +14,7 @@ from viser import uplot
 
 from palpate.record.lag import in_words as lag_in_words
 from palpate.record.ticks import Ticks
+from palpate.viewer.device import DeviceDrawing
 from palpate.viewer.gauges import LAG_HINT, POINTS, WINDOW
 from palpate.viewer.rates_panel import RatesPanel
 from palpate.viewer.stage import Stage
@@ -28,16 +29,22 @@ _HAND = (
     '<div style="font-size:12px;opacity:.8">{words}</div>'
     '<div style="font-size:12px;opacity:.8">penetration {depth:.1f} mm, other instruments {other}</div>'
     '<div style="font-size:12px;opacity:.8" title="{lag_hint}">filter lag '
-    '<span id="palpate-lag-{name}">{lag}</span></div></div>'
+    '<span id="palpate-lag-{name}">{lag}</span></div>{device}</div>'
+)
+_DEVICE = (
+    '<div style="font-size:12px;opacity:.8" id="palpate-range-{name}">range left '
+    '<span style="{style}">{left}</span></div>'
+    '<div style="font-size:12px;opacity:.8" id="palpate-mapping-{name}">mapping {mapping}</div>'
 )
 
 
 class PairGauges:
-    """Shows force, penetration, filter lag and status of every pair.
+    """Shows force, penetration, filter lag and status of every pair, and the range of a device.
 
     Args:
         server: the server of the page.
         stages: of each pair, by name.
+        devices: pictures of the devices that lead pairs, by name of the pair.
         colors: red, green, blue of each pair.
         handle_distance: distance of two handles below which a warning appears [m].
         rates: rows of the panel of rates; None leaves it out.
@@ -47,11 +54,12 @@ class PairGauges:
         self,
         server: viser.ViserServer,
         stages: dict[str, Stage],
+        devices: Mapping[str, DeviceDrawing],
         colors: Mapping[str, tuple[int, int, int]],
         handle_distance: float,
         rates: Callable[[], list[Any]] | None,
     ) -> None:
-        self._stages, self._near = stages, handle_distance
+        self._stages, self._devices, self._near = stages, devices, handle_distance
         self._colors = {name: "#{:02x}{:02x}{:02x}".format(*colors[name]) for name in stages}
         self._t: deque[float] = deque(maxlen=POINTS)
         self._forces: dict[str, deque[float]] = {name: deque(maxlen=POINTS) for name in stages}
@@ -106,7 +114,8 @@ class PairGauges:
         stage = self._stages[name]
         force, push = float(np.linalg.norm(tick["F_H_L"])), float(np.linalg.norm(tick["F_instrument_W"]))
         gap = float(tick["instrument_gap"])
-        other = f"push with {push:.2f} N" if push > 0.0 else f"{1e3 * gap:.0f} mm away" if gap > 0.0 else "not there"
+        away = f"{1e3 * gap:.0f} mm away" if 0.0 < gap < np.inf else "not there"
+        other = f"push with {push:.2f} N" if push > 0.0 else away
         return _HAND.format(
             name=escape(name),
             color=self._colors[name],
@@ -118,7 +127,17 @@ class PairGauges:
             other=other,
             lag_hint=LAG_HINT,
             lag=lag_in_words(tick["lag_ms"]),
+            device=self._device(name, tick),
         )
+
+    def _device(self, name: str, tick: Ticks) -> str:
+        """What is left of the range of a device, and its mapping; empty for a simulated arm."""
+        device = self._devices.get(name)
+        if device is None:
+            return ""
+        style = "color:#e12626;font-weight:700" if device.at_edge(tick) else ""
+        left = device.left_in_words(tick)
+        return _DEVICE.format(name=escape(name), style=style, left=left, mapping=escape(device.mark.mapping))
 
     def plot(self) -> None:
         """Updates the plot."""

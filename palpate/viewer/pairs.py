@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from functools import partial
+from html import escape
 from typing import Any, cast
 
 import numpy as np
@@ -37,6 +38,9 @@ COLORS: tuple[Color, ...] = (
 """Colour of each pair, in the order of the scene."""
 
 
+_ON_DEVICE = '<div style="padding:2px 10px;font-size:12px;overflow-wrap:anywhere">on the device {}</div>'
+
+
 class Within:
     """The interface of a scene, with all names below one node."""
 
@@ -58,6 +62,8 @@ class Handle:
         self._offset, self._offset_grab, self._p_grab = np.zeros(3), np.zeros(3), np.zeros(3)
         with server.gui.add_folder(name):
             led = stage.device is not None  # the hand is on the device
+            if stage.device is not None:
+                server.gui.add_html(_ON_DEVICE.format(escape(stage.device.name)))
             hint = "Off: the hand stops on its path"
             self.path = server.gui.add_checkbox("follow the path", True, hint=hint, visible=not led)
             if source.scene.bodies:
@@ -159,7 +165,8 @@ class PairsViewer:
             )
             for name, stage in stages.items()
         }
-        self._gauges = PairGauges(self._server, dict(stages), colors, handle_distance, rates)
+        devices = {name: drawing.device for name, drawing in self.drawings.items() if drawing.device is not None}
+        self._gauges = PairGauges(self._server, dict(stages), devices, colors, handle_distance, rates)
         gui = self._server.gui
         gui.set_panel_label(title)
         self.handles = {n: Handle(self._server, n, stage, sources[n], colors[n]) for n, stage in stages.items()}

@@ -58,7 +58,7 @@ class PairsReplayViewer:
             )
             for name, stage in stages.items()
         }
-        self._gauges = PairGauges(self._server, stages, colors, _HANDLES, None)
+        self._gauges = PairGauges(self._server, stages, {}, colors, _HANDLES, None)
         begin = min(run.span[0] for run in self._played.values())
         self._last = max(run.span[1] for run in self._played.values())
         gui = self._server.gui

@@ -1,5 +1,6 @@
 """The viewer of several pairs: the same objects once, a gauge and a handle a hand, a warning of close handles."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ pytest.importorskip("viser", reason="the viewer is not installed (extra viewer)"
 
 from palpate.viewer import stage_of
 from palpate.viewer.pairs import COLORS, PairsViewer
+from palpate.viewer.stage import DeviceMark
 
 
 @pytest.fixture
@@ -181,3 +183,26 @@ def test_the_rod_is_drawn_where_it_is_live_and_in_a_replay(tmp_path):
     finally:
         live.close()
         replay.close()
+
+
+def test_a_hand_on_a_device_has_its_range_and_mapping_and_an_unknown_gap_is_no_number():
+    session = PairsSession(Scene.parse(TWO))
+    session.step(20)
+    stages = {name: stage_of(rig, name) for name, rig in session.rigs.items()}
+    mark = DeviceMark(
+        "omega", stages["right"].leader.X_WA, np.full(3, 0.2), np.zeros(3), "indexed, 0.5 times the hand", 0.5
+    )
+    stages["right"] = replace(stages["right"], device=mark)
+    viewer = PairsViewer(session.pairs, stages, "two", session, port=0)
+    viewer._stop.set()
+    viewer._thread.join()
+    ticks = {name: state.tick for name, state in session.states.items()}
+    ticks["right"]["p_LH"] = [0.05, 0.0, 0.0]
+    ticks["left"]["instrument_gap"] = np.inf
+    viewer._gauges.show(ticks, paused=False)
+    text = viewer._gauges._figures.content
+    assert ">50 mm to +x<" in text
+    assert "mapping indexed, 0.5 times the hand" in text
+    assert 'id="palpate-range-left"' not in text
+    assert "inf" not in text
+    viewer.close()
