@@ -28,6 +28,7 @@ class DeviceDrawing:
         self._scene, self._centre = scene, mark.centre
         self._handle = scene.add_icosphere("/device/handle", HANDLE, _FREE, cast_shadow=False)
         self._axes = scene.add_frame("/device/axes", axes_length=AXES, axes_radius=0.05 * AXES)
+        self._place = scene.add_frame("/device/workspace", show_axes=False)
         self._reach = scene.add_frame("/device/reach", show_axes=False)
         self._box: dict[bool, list[viser.LineSegmentsHandle]] = {}
         if self._centre is not None:
@@ -39,6 +40,7 @@ class DeviceDrawing:
         if self._centre is None and float(tick["t"]) > 0.0:
             self._centre = p_LH
             self._draw_box()
+        self._drag_along(p_LH)
         edge = self.at_edge(tick)
         X_WH = self.mark.X_WL @ so3.pose(p_LH, tick["quat_LH"])
         self._handle.position = self._axes.position = X_WH[:3, 3]
@@ -47,10 +49,22 @@ class DeviceDrawing:
         if self._centre is not None:  # the place of the tool for a handle in the middle of its workspace
             motion = self.mark.scale * self.mark.X_WL[:3, :3] @ (p_LH - self._centre)
             self._reach.position = np.array(tick["p_WT"]) - motion
+            self._place.position = self.mark.X_WL[:3, :3] @ self._centre + self.mark.X_WL[:3, 3]
         for red, boxes in self._box.items():
             for box in boxes:
                 if box.visible != (red == edge):
                     box.visible = red == edge
+
+    def _drag_along(self, p_LH: Array) -> None:
+        """Where nobody states the centre, the handle shows it: no handle is outside of its workspace.
+
+        The laws `rate` and `drift` keep their centre at the first position, and act by it.
+        """
+        kept = self.mark.centre is not None or self.mark.mapping.startswith(("rate", "drift"))
+        if self._centre is None or self.mark.workspace is None or kept:
+            return
+        half = 0.5 * self.mark.workspace
+        self._centre = np.clip(self._centre, p_LH - half, p_LH + half)
 
     def corners(self) -> Array:
         """Corners (8, 3) of a box around handle and workspace, where the device stands [m]."""
@@ -84,10 +98,7 @@ class DeviceDrawing:
         corners = np.array(list(product((-0.5, 0.5), repeat=3)))
         pairs = [(a, b) for a in range(8) for b in range(a) if np.abs(corners[a] - corners[b]).sum() == 1.0]
         turned = corners * self.mark.workspace @ self.mark.X_WL[:3, :3].T
-        places = {
-            "workspace": self.mark.X_WL[:3, :3] @ self._centre + self.mark.X_WL[:3, 3] + turned,
-            "reach": self.mark.scale * turned,  # in the moving frame
-        }
+        places = {"workspace": turned, "reach": self.mark.scale * turned}  # in their moving frames
         for red, color in ((False, _FREE), (True, _EDGE)):
             self._box[red] = []
             for place, p in places.items():

@@ -81,6 +81,20 @@ def test_a_workspace_without_centre_lies_around_the_first_position():
     first = tick([0.02, -0.1, 0.15])
     device.show(first)
     assert device.left(first) == pytest.approx([0.08, 0.06, 0.05])
+    for z, below, above in ((0.22, 0.1, 0.0), (0.2, 0.08, 0.02), (0.12, 0.0, 0.1)):
+        one = tick([0.02, -0.1, z])
+        device.show(one)
+        assert device.left(one)[2] == pytest.approx(min(below, above)), "the handle shows where the workspace is"
+        assert device._place.position[2] - X_WL[2, 3] == pytest.approx(z + 0.5 * (above - below))
+
+
+def test_the_centre_by_which_a_law_acts_stays():
+    _, device = drawn(centre=None)
+    device.mark = replace(device.mark, mapping="drift, 0.5 times the hand")
+    device.show(tick([0.0, 0.0, 0.0]))
+    far = tick([0.0, 0.0, 0.07])
+    device.show(far)
+    assert device.left_in_words(far) == "beyond by 20 mm"
 
 
 def test_an_unknown_workspace_is_said():
