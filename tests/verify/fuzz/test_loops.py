@@ -229,6 +229,25 @@ def test_a_credit_without_bound_is_found():
     assert judge(pressing(**values), lent(False)).fails
 
 
+def test_energy_that_lay_ready_at_the_start_is_told_from_a_source():
+    """A pull of 2 N towards the floor on the first way down, or on each."""
+    way = pressing().way
+
+    def pull(each):
+        def rule(F, p):
+            down = p[:, 2] < np.r_[p[:2, 2], p[:-2, 2]]  # two ticks at each place
+            first = np.cumsum(np.abs(np.diff(p[:, 2], prepend=p[0, 2]))) <= 0.0081
+            return F - 2.0 * (down & (first | each))[:, None] * [0, 0, 1]
+
+        return Felt(rule)
+
+    for each in (False, True):
+        found = judge(Loop("planted", {}, way), pull(each))
+        assert found.fails
+        assert found.recurs == each
+        assert "in each later cycle" in found.words()
+
+
 def test_credited_friction_that_is_removed_is_found():
     """The law pushes the hand along its motion by what friction would take."""
     assert judge(pressing(), Felt(lambda F, p: F + 0.1 * np.sign(np.diff(p, axis=0, prepend=p[:1])))).fails

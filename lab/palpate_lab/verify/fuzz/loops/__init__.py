@@ -37,7 +37,8 @@ def case(seed: int, kind: str = "") -> dict[str, int]:
             counts["refused"] = counts.get("refused", 0) + 1
             continue
         run = (2 if loop.run in ("still", "moving", "soft") else 1) * loop.cycles  # slow loops run both ways
-        for name, n in (("loops", run), (loop.kind, run), (f"{loop.kind}: failed", verdict.fails)):
+        for name, n in (("loops", run), (loop.kind, run), (f"{loop.kind}: failed", verdict.fails),
+                        (f"{loop.kind}: failed in every cycle", verdict.recurs)):  # fmt: skip
             if n:
                 counts[name] = counts.get(name, 0) + int(n)
         if verdict.fails:
@@ -53,6 +54,7 @@ def case(seed: int, kind: str = "") -> dict[str, int]:
             "bound_J": verdict.bound,
             "stored_J": verdict.stored,
             "resolved": verdict.resolved,
+            "later_J": verdict.later,
         }
         raise FaultError(f"{loop.kind}, {loop.run}, loop {k}: {verdict.words()}", counts, details)
     return counts

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,7 @@ LEAST = 3e-7
 """Energy that a slow loop may return in any case [J]."""
 HALVINGS = 4
 """Largest number of halvings of the steps."""
+_LATER, _FINE = 4, 2  # cycles after the first of a failing loop, and halvings of their steps
 _SURE = 0.02  # relative change at a halving, below which the work is known
 _SHARE_OF_TISSUE = 1e-2  # in place of SHARE: a soft body is never at rest
 
@@ -35,11 +36,17 @@ class Verdict:
     backwards: bool = False  #: the direction in which the work is the least
     error: float = 0.0  #: distance of the work from its limit for small steps [J]
     resolved: bool = True  #: False: halving the steps still changed the work
+    later: float | None = None  #: of a slow loop that fails: mean work over the cycles after the first [J]
 
     @property
     def fails(self) -> bool:
         """True if the loop hands out energy."""
         return self.work < self.bound
+
+    @property
+    def recurs(self) -> bool:
+        """True if every cycle hands out energy. Otherwise it is energy that was stored before the first began."""
+        return self.fails and (self.later is None or self.later < self.bound)
 
     @property
     def excess(self) -> float:
@@ -50,8 +57,9 @@ class Verdict:
         """The verdict in words."""
         way = "backwards" if self.backwards else "forwards"
         known = f"+- {1e6 * self.error:.3g} uJ" if self.resolved else f"still changing by {1e6 * self.error:.3g} uJ"
+        again = "" if self.later is None else f", {1e6 * self.later:.4g} uJ in each later cycle"
         return (
-            f"{1e6 * self.work:.4g} uJ put in by the hand {way} ({known}), at least {1e6 * self.bound:.3g} uJ "
+            f"{1e6 * self.work:.4g} uJ put in by the hand {way} ({known}){again}, at least {1e6 * self.bound:.3g} uJ "
             f"allowed, {1e6 * self.stored:.4g} uJ stored"
         )
 
@@ -70,12 +78,20 @@ def judge(loop: Loop, device: Device | None = None) -> Verdict:
         return Verdict(*felt.in_session(loop.scene))
     device = device or Device(loop.scene, files.folder())
     if loop.run == "still":
-        return _both_ways(loop, lambda way, k: slow.at_rest(way, loop.cycles, device, k))
+        found = _both_ways(loop, lambda way, k: slow.at_rest(way, loop.cycles, device, k))
+        return replace(found, later=_in_later_cycles(loop, device, found.backwards)) if found.fails else found
     if loop.run == "moving":
         return _both_ways(loop, lambda way, k: slow.on_moving_object(way, loop.scene, k))
     if loop.run == "soft":
         return _both_ways(loop, lambda way, k: slow.on_tissue(way, device, loop.speed * 0.5**k), 2, _SHARE_OF_TISSUE)
     return Verdict(*felt.by_hand(loop, device))
+
+
+def _in_later_cycles(loop: Loop, device: Device, backwards: bool) -> float:
+    """Mean work of the hand over the cycles after the first, in the worse direction [J]."""
+    way = loop.way.backwards() if backwards else loop.way
+    (first, _), (all_, _) = (slow.at_rest(way, n * loop.cycles, device, _FINE) for n in (1, 1 + _LATER))
+    return (all_ - first) / _LATER
 
 
 def _both_ways(loop: Loop, run: Callable[[Way, int], Work], halvings: int = HALVINGS, share: float = SHARE) -> Verdict:
