@@ -56,6 +56,18 @@ def test_a_held_tool_feels_a_constant_force_and_a_led_one_no_jumps(cells, depth,
     assert np.linalg.norm(force[899]) > 0.1, "control: it presses"
 
 
+@pytest.mark.parametrize("period", [3e-3, 4e-3, 5e-3])
+def test_a_swing_of_a_stiff_body_on_a_thread_dies_out_under_a_tool_that_sticks(period):
+    """At 95 Hz. Forces whose directions are those at the beginning of a period feed it: it grew to 175 mN in 8 s."""
+    soft = stillness.body(Lab(), 0.67, 1.0, period, {"young": 100e3, "poisson": 0.45})
+    path = stillness.path(0.67, 1.0)
+    tips = np.concatenate([path[: stillness.DOWN], np.repeat(path[stillness.DOWN : stillness.DOWN + 1], 2400, axis=0)])
+    force = render(soft, tips, radius=stillness.RADIUS, friction=0.2, static_friction=0.6).force
+    first, last = chatter(force[800:1100]), chatter(force[-300:])
+    assert first > 1e-4, "control: it swings"
+    assert last < 0.1 * first
+
+
 def test_two_tools_in_one_dent_rest():
     soft = layer(6, 3.0 * R)
     tips = bench.pressed(R, 0.9 * R, (-0.6 * R, 0.2e-3), 0.3, 0.5)

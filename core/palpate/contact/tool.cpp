@@ -252,6 +252,7 @@ void Tool::respond(Contact& c, const scene::Object& object, double t) const noex
   c.stored = response.stored;
   c.stiffening = response.stiffness > 0.0 ? response.tangent / response.stiffness : 1.0;
   c.v_surface += X_WO.R * response.velocity;
+  if (response.carries) c.carried = X_WO.R * response.carried;
 }
 
 /// Replaces the weakest contact of a full set by `c`, if `c` is stronger.

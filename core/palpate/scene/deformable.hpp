@@ -29,6 +29,8 @@ struct Response {
   double tangent = 0.0;          ///< d force / d depth [N/m]
   double stored = 0.0;           ///< energy stored near the contact, beside that of the body [J]
   Vec3 velocity = Vec3::Zero();  ///< velocity of the surface at the contact point, in O [m/s]
+  bool carries = false;          ///< true: `carried` is known
+  Vec3 carried = Vec3::Zero();   ///< mean motion of the points that hold the sphere, since the shape before, in O [m]
 };
 
 /// A contact that acts on the surface for one tick, in O.

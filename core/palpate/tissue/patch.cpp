@@ -58,6 +58,7 @@ Patch& Patch::operator=(const Patch& other) noexcept {
   triangles_ = other.triangles_;
   vertices_ = other.vertices_;
   points_ = other.points_;
+  turns_ = other.turns_;
   std::copy_n(other.triangle_.begin(), triangles_, triangle_.begin());
   std::copy_n(other.vertex_.begin(), vertices_, vertex_.begin());
   std::copy_n(other.point_.begin(), points_, point_.begin());
@@ -85,6 +86,7 @@ void Patch::gather(const SoftTables& tables, const scene::Mesh::Impl& mesh, cons
                    const Vec3& out, std::span<const std::int32_t> starts, std::vector<std::uint32_t>& seen,
                    std::uint32_t round) noexcept {
   radius_ = radius;
+  turns_ = false;
   triangles_ = vertices_ = points_ = 0;
   const double around = std::max(kAround * radius, kEdges * tables.edge);
   const auto visit = [&](std::int32_t t, bool always) {
@@ -131,6 +133,8 @@ void Patch::add_points(const SoftTables& tables, const scene::Mesh::Impl& mesh, 
   const double reach = 1.5 * radius_, reach2 = reach * reach;  // the axis turns until the next tick
   for (int i = 0; i < triangles_; ++i) {
     const std::int32_t t = triangle_[to_index(i)].index, c = 3 * t;
+    triangle_[to_index(i)].slope =
+        slope_of((mesh.corner(c + 1) - mesh.corner(c)).cross(mesh.corner(c + 2) - mesh.corner(c)).normalized());
     for (std::size_t k = 0; k < places.size() && points_ < kPatchPoints; ++k) {
       const scene::SurfacePoint at{t, places[k][0], places[k][1]};
       const Vec3 away = centre - mesh.position(at);
@@ -141,11 +145,15 @@ void Patch::add_points(const SoftTables& tables, const scene::Mesh::Impl& mesh, 
         if (smooth.found) height = -smooth.distance;
       }
       const Vec3 normal = (1.0 - at.v - at.w) * mesh.normal(c) + at.v * mesh.normal(c + 1) + at.w * mesh.normal(c + 2);
-      const Vec3 slope = normal / std::max(normal.dot(axis_), kLeastCosine * normal.norm());
+      const Vec3 slope = slope_of(normal);
       point_[to_index(points_++)] = {static_cast<std::uint16_t>(i), static_cast<std::uint16_t>(k),
                                      static_cast<float>(height), slope.cast<float>()};
     }
   }
+}
+
+Vec3 Patch::slope_of(const Vec3& normal) const noexcept {
+  return normal / std::max(normal.dot(axis_), kLeastCosine * normal.norm());
 }
 
 std::int32_t Patch::heaviest(const double* share) const noexcept {
@@ -170,7 +178,7 @@ Meeting Patch::meet(const SoftTables& tables, const Vec3& centre, const Vec3* x,
   const std::vector<Subdivision::Place>& places = kSubdivision.at(divisions_);
   double S = 0.0;
   int last = -1;
-  Vec3 a = Vec3::Zero(), e1 = a, e2 = a, normal = a;
+  Vec3 a = Vec3::Zero(), e1 = a, e2 = a, normal = a, turned = a;
   double area = 0.0;
   for (int i = 0; i < points_; ++i) {
     const Point& point = point_[to_index(i)];
@@ -183,6 +191,7 @@ Meeting Patch::meet(const SoftTables& tables, const Vec3& centre, const Vec3* x,
       normal = e1.cross(e2);
       area = 0.5 * std::max(normal.dot(axis_), 0.0) / static_cast<double>(places.size());
       normal.normalize();
+      if (turns_) turned = slope_of(normal) - triangle.slope;
     }
     if (!(area > 0.0)) continue;
     const double v = places[point.place][0], w = places[point.place][1];
@@ -195,7 +204,7 @@ Meeting Patch::meet(const SoftTables& tables, const Vec3& centre, const Vec3* x,
     const double inside = std::min((kWidest - r / radius_) / (kWidest - kInside), 1.0);
     const double a2 = area * inside * inside * (3.0 - 2.0 * inside), e = std::exp(s), weight = a2 * e;
     S += weight;
-    const Vec3 along = point.slope.cast<double>();
+    const Vec3 along = turns_ ? Vec3(point.slope.cast<double>() + turned) : Vec3(point.slope.cast<double>());
     const double b[3] = {1.0 - v - w, v, w};
     for (std::size_t k = 0; k < 3; ++k) {
       pull[triangle.corner[k]] += weight * b[k] * along;

@@ -42,6 +42,9 @@ class Patch {
               const Vec3& out, std::span<const std::int32_t> starts, std::vector<std::uint32_t>& seen,
               std::uint32_t round) noexcept;
 
+  /// Lets the directions of the forces turn with the triangles: for a surface that moves on before the next gather().
+  void turn_with_triangles() noexcept { turns_ = true; }
+
   /// Depth of the sphere with its centre at c [m]. x: positions of the vertices() [m]. pull: (vertices()) result: the
   /// derivatives dD/dx, whose sum is `push` [-]; share: (vertices()) result: weights of the vertices, sum 1.
   [[nodiscard]] Meeting meet(const SoftTables& tables, const Vec3& centre, const Vec3* x, Vec3* pull,
@@ -65,6 +68,7 @@ class Patch {
   struct Triangle {
     std::int32_t index = -1;                ///< of the mesh
     std::array<std::uint16_t, 3> corner{};  ///< entries of vertex_
+    Vec3 slope = Vec3::Zero();              ///< its normal n over n . axis, as it was collected
   };
   struct Point {
     std::uint16_t triangle = 0, place = 0;            ///< place: of the subdivision
@@ -74,10 +78,12 @@ class Patch {
 
   bool add_triangle(const SoftTables& tables, std::int32_t t) noexcept;
   void find_axis(const scene::Mesh::Impl& mesh, const Vec3& centre, double around, const Vec3& out) noexcept;
+  [[nodiscard]] Vec3 slope_of(const Vec3& normal) const noexcept;
   void add_points(const SoftTables& tables, const scene::Mesh::Impl& mesh, const Vec3& centre) noexcept;
 
   Vec3 axis_ = Vec3::UnitZ();
   double radius_ = 0.0;
+  bool turns_ = false;
   int divisions_ = 1, triangles_ = 0, vertices_ = 0, points_ = 0;
   std::array<Triangle, kPatchTriangles> triangle_;
   std::array<std::int32_t, kPatchVertices> vertex_{};

@@ -137,7 +137,7 @@ void PressedBody::describe(const Press& press, Shape& out) noexcept {
   for (int i = 0; i < press.touches; ++i) {
     const Touch& touch = press.touch[to_index(i)];
     const LocalLaw::Value end = touch.law.at(meet(touch, press.ticks * press.dt).depth);
-    out.yield[to_index(i)] = {touch.sphere, end.yield, end.kept};
+    out.yield[to_index(i)] = {touch.sphere, end.yield, end.kept, moved(i, touch.patch.vertices())};
   }
 }
 

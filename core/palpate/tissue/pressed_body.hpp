@@ -54,8 +54,9 @@ struct Press {
 /// What a body gave way to a contact.
 struct Yield {
   int sphere = -1;
-  double length = 0.0;  ///< depth of the sphere in the undeformed solid, less that below the touched surface [m]
-  double energy = 0.0;  ///< energy of the local law that the body stores instead [J]
+  double length = 0.0;        ///< depth of the sphere in the undeformed solid, less that below the touched surface [m]
+  double energy = 0.0;        ///< energy of the local law that the body stores instead [J]
+  Vec3 moved = Vec3::Zero();  ///< motion of the vertices that held the contact at the beginning of the press [m]
 };
 
 /// A body after a press.

@@ -90,6 +90,7 @@ const SoftSurface::Met& SoftSurface::meet(const scene::SpherePlace& place) const
                           mesh_->impl().closest(centre, any, hit.triangle).triangle};
   met.patch.gather(*tables_, mesh_->impl(), centre, place.radius, last != nullptr ? last->axis : place.normal, starts,
                    seen_, ++round_);
+  if (period_ > 0.0) met.patch.turn_with_triangles();
   for (int k = 0; k < met.patch.vertices(); ++k)
     x_[to_index(k)] = Vec3(&mesh_->impl().vertices[3 * to_index(met.patch.vertex(k))]);
   met.at = met.patch.meet(*tables_, centre, x_.data(), pull_.data(), met.share.data());
@@ -133,6 +134,7 @@ scene::Response SoftSurface::respond(const scene::SpherePlace& at) const noexcep
   out.depth = met.at.depth;
   out.normal = met.at.push / slope;
   if (bridged) out.normal = (out.normal + motion_[to_index(at.sphere)].turn).normalized();
+  if (bridged) out.carries = motion_[to_index(at.sphere)].carries, out.carried = motion_[to_index(at.sphere)].carried;
   out.force = force;
   out.stiffness = force / met.at.depth;
   out.tangent = share * slope * slope * instantaneous_ * value.tangent;
@@ -163,8 +165,12 @@ void SoftSurface::advance(std::span<const scene::SurfaceLoad> loads, double dt) 
       const double step = 1.0 / std::max(m.bridging--, 1);
       m.bridge += step * (1.0 - m.bridge);
       m.turn *= 1.0 - step;
+      m.carries = false;
     }
-    if (exchange(dt)) bridge(loads);
+    if (exchange(dt)) {
+      bridge(loads);
+      carry();
+    }
   } else {
     pressed_.advance(press_, shape_);
     show();
@@ -299,6 +305,17 @@ void SoftSurface::bridge(std::span<const scene::SurfaceLoad> loads) noexcept {
     m.bridge = leads ? std::clamp(m.bridge * m.felt / now, 0.0, kMostBridge) : 1.0;
     m.turn = leads ? Vec3((m.normal + m.turn).normalized() - met.at.push.normalized()) : Vec3::Zero();
     m.bridging = press_.ticks;
+  }
+}
+
+/// Takes the motion of the surface under each sphere to the new shape. It is the one by which the body's own step has
+/// changed the friction: that of another point would answer as a spring that acts a period late, and swing.
+void SoftSurface::carry() noexcept {
+  for (int i = 0; i < shape_.touches; ++i) {
+    const Yield& y = shape_.yield[to_index(i)];
+    if (y.sphere < 0 || y.sphere >= kSpheres) continue;
+    motion_[to_index(y.sphere)].carries = true;
+    motion_[to_index(y.sphere)].carried = y.moved;
   }
 }
 

@@ -90,12 +90,14 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   struct Motion {
     Vec3 centre = Vec3::Zero(), velocity = Vec3::Zero(), force = Vec3::Zero();  ///< of the sphere; on it [N]
     Vec3 axis = Vec3::Zero();                                                   ///< of its patch
-    double felt = 0.0;           ///< elastic force by the shape of this tick [N]
-    double bridge = 1.0;         ///< share of the force that leads over from the shape before
-    Vec3 turn = Vec3::Zero();    ///< of its direction, likewise; zero in the end
-    Vec3 normal = Vec3::Zero();  ///< direction of the force by the shape of this tick
-    std::int32_t heaviest = -1;  ///< triangle of its patch with the largest share
-    int bridging = 0;            ///< ticks until it is 1
+    double felt = 0.0;            ///< elastic force by the shape of this tick [N]
+    double bridge = 1.0;          ///< share of the force that leads over from the shape before
+    Vec3 turn = Vec3::Zero();     ///< of its direction, likewise; zero in the end
+    Vec3 normal = Vec3::Zero();   ///< direction of the force by the shape of this tick
+    Vec3 carried = Vec3::Zero();  ///< motion of the surface that holds it, from the shape before to that of this tick
+    bool carries = false;         ///< the shape is new in this tick, and the sphere has pressed the body to it
+    std::int32_t heaviest = -1;   ///< triangle of its patch with the largest share
+    int bridging = 0;             ///< ticks until it is 1
     bool known = false;
   };
 
@@ -109,6 +111,7 @@ class SoftSurface final : public scene::Surface, public scene::Deformable {
   void withhold(double dt) noexcept;
   void relax(double dt) noexcept;
   bool exchange(double dt) noexcept;
+  void carry() noexcept;
   void wait_for_thread() noexcept;
   void bridge(std::span<const scene::SurfaceLoad> loads) noexcept;
   void show() noexcept;
