@@ -11,11 +11,12 @@ in open loop), so cross spectra with u are unbiased:
 
     S_uF(f) = H(f) (m S_ux_tt + b S_ux_t + k S_ux)      u is an instrumental variable (Ljung 1999, section 7.6)
 
-H = (1 + s T/n)^-n is that of the load cell: a low-pass of first order (n = 1) to a delay (n infinite); other filters
-lie between. The fit is least squares over the spectral lines f, each weighted by its coherence with u, and a mean
-over the forms of H, by their likelihood. The confidence intervals come from leaving out one section of the recording at
-a time (jackknife), with Student's factor, and the spread over the forms. The residual of each line over its scatter
-between sections tells a hand of another form. Without u, x replaces u and the result carries a warning.
+H is that of the load cell: (1 + s T/n)^-n, from a low-pass of first order (n = 1) to a delay (n infinite), or a filter
+of second order that overshoots, 1 / (1 + s T + (s T / 2 zeta)^2); others lie between. The fit is least squares over the
+spectral lines f, each weighted by its coherence with u, and a mean over the forms of H, by their likelihood. The
+confidence intervals come from leaving out one section of the recording at a time (jackknife), with Student's factor,
+and the spread over the forms. The residual of each line over its scatter between sections tells a hand of another form.
+Without u, x replaces u and the result carries a warning.
 """
 
 from __future__ import annotations
@@ -39,7 +40,6 @@ LEAST_MOTION = 5e-5  # least RMS motion of the handle [m]
 _GOOD_FIT = 0.85  # fraction of the impedance that the second-order model should explain
 _WIDE = 0.2  # relative half width of a confidence interval above which a warning is given
 _LAG = (-0.004, 0.02)  # range that is searched for the load cell's lag [s]
-_ORDERS = (1.0, 4.0 / 3.0, 2.0, 3.0, 6.0, np.inf)  # of the load cell's filter
 _LAGS = 13  # lags at which the search starts
 _BLOCKS = 10  # sections of the jackknife
 _IMPROBABLE = 1e-3  # probability of the lines' residuals below which the hand has another form
@@ -67,6 +67,39 @@ class Grip:
 
 
 @dataclass(frozen=True)
+class Filter:
+    """A form of the load cell's lag T: (1 + s T/order)^-order, or, of second order, with a damping ratio below 1."""
+
+    order: float
+    """Infinity: a delay."""
+    damping: float = 1.0
+
+    def response(self, f: Array, lag: float) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        """Response (l,) at frequencies f [Hz], and the derivative of its logarithm by s [s]."""
+        x = 2j * np.pi * f * lag
+        if self.damping < 1.0:
+            second = 0.25 / self.damping**2
+            down = 1.0 + x + second * x**2
+            return np.asarray(1.0 / down), np.asarray(-lag * (1.0 + 2.0 * second * x) / down)
+        if np.isinf(self.order):
+            return np.asarray(np.exp(-x)), np.full(len(f), -lag, dtype=np.complex128)
+        part = 1.0 + x / self.order
+        return np.asarray(part**-self.order), np.asarray(-lag / part)
+
+    def __str__(self) -> str:
+        if self.damping < 1.0:
+            return f"a filter of order 2 and damping {self.damping:g}"
+        return "a delay" if np.isinf(self.order) else f"a filter of order {self.order:.2g}"
+
+
+FILTERS = (
+    *(Filter(n) for n in (1.0, 4.0 / 3.0, 2.0, 3.0, 6.0, np.inf)),
+    *(Filter(2.0, zeta) for zeta in (0.85, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)),
+)
+"""Forms of the lag that are tried."""
+
+
+@dataclass(frozen=True)
 class HandFit:
     """The hand identified from a grip."""
 
@@ -80,8 +113,8 @@ class HandFit:
     """Lag of the force behind the position [s]."""
     lag_std: float
     """Its standard deviation [s]."""
-    order: float
-    """Order n of the most probable filter (1 + s T/n)^-n of the load cell; infinity: a delay."""
+    cell: Filter
+    """Most probable form of the load cell's lag."""
     f: Array
     """(l,) spectral lines used [Hz]."""
     Z: NDArray[np.complex128]
@@ -120,7 +153,7 @@ class HandFit:
         """Impedance F / x of the fitted hand at frequencies f [Hz], as the load cell shows it, in N/m."""
         m, b, k = self.value
         w = 2 * np.pi * f
-        return np.asarray((k - m * w**2 + 1j * w * b) * _response(f, self.lag, self.order))
+        return np.asarray((k - m * w**2 + 1j * w * b) * self.cell.response(f, self.lag)[0])
 
 
 def fit(grip: Grip) -> HandFit:
@@ -142,18 +175,18 @@ def fit(grip: Grip) -> HandFit:
     sums = [{key: S[block].sum(axis=0)[used] for key, S in parts.items()} for block in blocks]
     total = {key: S[used] for key, S in whole.items()}
     _require_hand(_solve(total, weight), lines, grip, lagging=True)
-    forms = [_Lagged.of(total, lines, weight, order) for order in _ORDERS]
+    forms = [_Lagged.of(total, lines, weight, cell) for cell in FILTERS]
     best = min(forms, key=lambda one: one.cost)
     share = _shares(forms, lines)
     x = np.asarray(share @ [one.x for one in forms])
     _require_hand(x[:3], lines, grip)
-    left_out = np.array([_Lagged.of({k: total[k] - S[k] for k in total}, lines, weight, best.order).x for S in sums])
+    left_out = np.array([_Lagged.of({k: total[k] - S[k] for k in total}, lines, weight, best.cell).x for S in sums])
     g = len(blocks)
     variance = (g - 1) / g * np.square(left_out - left_out.mean(axis=0)).sum(axis=0)
     std = np.sqrt(variance + share @ np.square([one.x - x for one in forms]))
     misfit, p = _lack_of_fit(best, sums, lines)
     bare = HandFit(
-        x[:3], std[:3], g - 1, float(x[3]), float(std[3]), best.order, lines, Z, coherence, 0.0, misfit, p,
+        x[:3], std[:3], g - 1, float(x[3]), float(std[3]), best.cell, lines, Z, coherence, 0.0, misfit, p,
         len(grip.x) / grip.rate, (),
     )  # fmt: skip
     apart = np.sum(np.abs(Z - bare.impedance(lines)) ** 2 / np.abs(Z) ** 2) / len(used)
@@ -244,22 +277,16 @@ def _solve(S: Spectra, weight: Array) -> Array:
     )
 
 
-def _response(f: Array, lag: float, order: float) -> NDArray[np.complex128]:
-    """Response (1 + s lag/order)^-order of the load cell at frequencies f [Hz]; a delay for an infinite order."""
-    s = 2j * np.pi * f * lag
-    return np.asarray(np.exp(-s) if np.isinf(order) else (1.0 + s / order) ** -order)
-
-
 @dataclass(frozen=True)
 class _Lagged:
     """Mass, damping, stiffness and lag that fit the cross spectra of some lines."""
 
     x: Array  #: (4,)
-    order: float
+    cell: Filter
     cost: float
 
     @staticmethod
-    def of(S: Spectra, f: Array, weight: Array, order: float) -> _Lagged:
+    def of(S: Spectra, f: Array, weight: Array, cell: Filter) -> _Lagged:
         """Weighted least squares of S_uF = H (m S_ua + b S_uv + k S_ux); linear except for the lag."""
         from scipy.optimize import minimize_scalar
 
@@ -267,7 +294,7 @@ class _Lagged:
         right = np.concatenate([y.real, y.imag])
 
         def solved(lag: float) -> tuple[Array, float]:
-            columns = _lagged(S, f, lag, order) * weight[:, None]
+            columns = _lagged(S, f, lag, cell) * weight[:, None]
             A = np.concatenate([columns.real, columns.imag])
             found = np.linalg.lstsq(A, right, rcond=None)[0]
             return found, float(np.square(right - A @ found).sum())
@@ -277,24 +304,24 @@ class _Lagged:
         around = grid[max(k - 1, 0)], grid[min(k + 1, _LAGS - 1)]
         search = minimize_scalar(lambda T: solved(T)[1], bounds=around, method="bounded", options={"xatol": 1e-7})
         found, cost = solved(float(search.x))
-        return _Lagged(np.r_[found, search.x], order, cost)
+        return _Lagged(np.r_[found, search.x], cell, cost)
 
     def residual(self, S: Spectra, f: Array) -> NDArray[np.complex128]:
         """Residual S_uF - H (m S_ua + b S_uv + k S_ux) of the lines."""
-        return np.asarray(S["uF"] - _lagged(S, f, float(self.x[3]), self.order) @ self.x[:3])
+        return np.asarray(S["uF"] - _lagged(S, f, float(self.x[3]), self.cell) @ self.x[:3])
 
 
-def _lagged(S: Spectra, f: Array, lag: float, order: float) -> NDArray[np.complex128]:
+def _lagged(S: Spectra, f: Array, lag: float, cell: Filter) -> NDArray[np.complex128]:
     """Cross spectra (l, 3) with acceleration, velocity and position as the load cell shows them.
 
     A line holds, within the window's width, motion of other frequencies s': H(s') = H(s) (1 + (s' - s) d ln H / ds),
     and s' times the motion is its derivative.
     """
     s = 2j * np.pi * f
-    slope = -lag / (1.0 if np.isinf(order) else 1.0 + s * lag / order)
+    H, slope = cell.response(f, lag)
     pairs = (("ua", "uj"), ("uv", "ua"), ("ux", "uv"))
     columns = [S[key] + slope * (S[derivative] - s * S[key]) for key, derivative in pairs]
-    return np.asarray(np.stack(columns, axis=1) * _response(f, lag, order)[:, None])
+    return np.asarray(np.stack(columns, axis=1) * H[:, None])
 
 
 def _shares(forms: list[_Lagged], f: Array) -> Array:

@@ -103,7 +103,7 @@ def _lines(grip: Grip, found: HandFit) -> list[str]:
         f"{found.seconds:.0f} s of grip{direction}; {len(found.f)} frequencies from {found.f.min():.2g} to "
         f"{found.f.max():.2g} Hz, coherence {found.coherence.mean():.2f}",
         f"the force lags by {1e3 * found.lag:.2f} +- {1e3 * found.student * found.lag_std:.2f} ms, "
-        f"{'as a delay' if found.order > 1e3 else f'as a filter of order {found.order:.2g}'}; squared residuals are "
+        f"as {found.cell}; squared residuals are "
         f"{found.misfit:.2g} times what noise explains (p {found.p_misfit:.2g})",
         f"resonance {found.resonance:.1f} Hz, damping ratio {b / (2 * (m * k) ** 0.5):.2f}; a mass with spring and "
         f"damper explains {100 * found.explained:.1f} %",

@@ -9,7 +9,7 @@ from palpate_lab.verify.coverage.trial import RIGHT, Trial, of_intervals
 
 COMMAND = "calibrate hand"
 FORMS = {
-    RIGHT: "load cell with a filter of 100 Hz; the hand moves of its own",
+    RIGHT: "load cell with a filter of first or second order, 60 to 100 Hz; the hand moves of its own",
     "friction": "0.1 N of friction in the cell; the hand rests",
     "saturation": "the cell saturates",
     "yielding": "fingertips of 2000 N/m in series",
@@ -35,7 +35,8 @@ def trial(form: str, rng: np.random.Generator) -> Trial:
     drive = np.zeros_like(u)
     drive[own] = (0.0 if form == "friction" else 5e-4) * len(t) * np.exp(1j * rng.uniform(0.0, 2.0 * np.pi, len(own)))
     moved = (k + b * s) * drive / (seen + arm)  # voluntary motion through the same hand
-    cell = 1.0 / (1.0 + s / (2.0 * np.pi * 100.0))
+    part = s / (2.0 * np.pi * rng.uniform(60.0, 100.0))
+    cell = 1.0 / (1.0 + part + (rng.choice([0.0, 0.5, 1.5]) * part**2 if form == RIGHT else 0.0))
     F = (u - arm * (X + moved)) * cell
     x, force, push = (np.fft.irfft(spectrum, len(t)) for spectrum in (X + moved, F, u))
     if form == "friction":
