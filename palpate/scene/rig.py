@@ -236,7 +236,7 @@ def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | Non
     if scene.torque.shape_inertia:
         from palpate.scene import shaping
 
-        shaping.check_mass(scene, both.leader, both.q_leader0, options)
+        shaping.check_mass(scene, both, path, options)
     return rig
 
 

@@ -10,7 +10,8 @@ from palpate.arm.hands import PRESETS
 from palpate.base.errors import SceneError
 from palpate.devices.handle import AtHandle
 from palpate.devices.loop import DELAY_DOUBT, device_options, device_port, device_scene
-from palpate.scene import Scene
+from palpate.record.ticks import as_ticks
+from palpate.scene import Scene, shaping
 from palpate.scene.port import Port, apply
 from palpate.scene.rig import build
 from palpate.scene.shaping import least_mass
@@ -77,3 +78,30 @@ def test_a_virtual_mass_that_shakes_the_free_handle_is_refused():
         build(Scene.parse(LINES + text))
     least = float(refused.value.mend.split()[3])
     build(Scene.parse(LINES + text.replace("0.05", f"{1.01 * least:.4f}")))
+
+
+ROUND = """
+objects: [{name: ball, sphere: {radius: 0.01}, pose: {xyz: [-0.035, -0.012, -0.05]}}]
+arms: {leader: {model: delta}}
+torque: {law: impedance, shape_inertia: true, virtual_mass: MASS}
+operator:
+  hand: rigid
+  path: [{t: 0, xyz: [0, 0, 0.03]}, {t: 0.6, xyz: [0.02, 0.01, 0.05]}, {t: 1.2, xyz: [-0.02, 0, 0.04]}]
+"""
+
+
+def test_the_accepted_virtual_mass_shakes_nowhere_on_the_way():
+    """A delta becomes a quarter heavier on this way. Simulated: the force of the cell from tick to tick."""
+    with pytest.raises(SceneError) as refused:
+        build(Scene.parse(ROUND.replace("MASS", "0.051")))
+    least = float(refused.value.mend.split()[3])
+    swings = {}
+    for mass in (1.01 * least, 0.75 * least):
+        with pytest.MonkeyPatch.context() as patched:
+            patched.setattr(shaping, "check_mass", lambda *_: None)
+            rig = build(Scene.parse(ROUND.replace("MASS", f"{mass:.4f}")))
+        F = as_ticks(rig.simulation().run(1200))["F_cell_L"]
+        swings[mass] = np.abs(np.diff(F[200:], n=2, axis=0)).max()
+    accepted, refused_one = swings.values()
+    assert accepted < 0.5
+    assert refused_one > 5.0, "control"
