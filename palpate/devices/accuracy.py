@@ -29,6 +29,7 @@ _SETTLING = {"weight": 0.0, "spring": 0.005}
 reversal the servo still settles, which counts as a slope and not as a weight."""
 UNITS = {"weight": "kg", "spring": "N/m"}
 """Units of what the force is compared with."""
+_ODD = 3.0  # factor by which no force is wrong: the weight or the spring is another one, or is not fastened [-]
 _MARGIN = 1.6  # largest force of the servo over the force that it must hold [-]
 
 
@@ -104,6 +105,7 @@ def _compare(
     with opened(driver):
         if isinstance(driver, SimulatedDevice):
             driver.held, driver.lockstep = False, True
+            driver.load = driver.attached = 0.0
         ready(f"take everything off the handle, which moves up and down by {1e3 * STROKE:g} mm with up to {most:.2g} N")
         bare = slow(driver, known, min(most, PUSH + 0.5 * most))
         ready(words)
@@ -119,6 +121,13 @@ def _compare(
         what = f"the {by} changes the force of the servo by {mean:.2g} +-{error:.1g}: nothing to compare"
         raise DeviceError(what, mend=f"fasten it along z of the base, or take a larger {by}")
     gain = expected / mean
+    if not 1.0 / _ODD < gain < _ODD:
+        unit = {"weight": "N", "spring": "N/m"}[by]
+        what = f"the {by} changes the force of the servo by {mean:.2g} {unit} in place of {expected:.2g} {unit}"
+        mend = (
+            f"fasten it along z of the base, take all else off the handle, and see that {given:g} {UNITS[by]} is right"
+        )
+        raise DeviceError(what, mend=mend)
     friction = float(np.concatenate([bare.friction, loaded.friction]).mean())
     deviation = gain * float(np.hypot(error / mean, _SETTLING[by]))
     return Accuracy(by, given, gain, deviation, CYCLES - 1, friction)

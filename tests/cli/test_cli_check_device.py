@@ -121,3 +121,12 @@ def test_a_shared_object_beside_the_scene_is_kept_by_its_path(tmp_path):
     scene = Scene.parse(SCENE.replace("DRIVER", '"./device.so:0"'), str(tmp_path / "scene.yaml"))
     assert scene.resolved_driver() == f"{tmp_path}/device.so:0"
     assert Scene.parse(SCENE.replace("DRIVER", "simulated:free")).resolved_driver() == "simulated:free"
+
+
+def test_the_model_that_a_bench_writes_is_no_scene(tmp_path, capsys):
+    model = tmp_path / "device.yaml"
+    model.write_text("kind: device\nmass: 0.2\nrate: 1000\n")
+    assert main(["check", str(model)]) == 2
+    said = capsys.readouterr().err
+    assert "is the model of a device, not a scene" in said
+    assert "palpate certify" in said

@@ -43,6 +43,25 @@ def test_a_device_with_a_spring_of_its_own_is_compared_with_itself():
     assert found.gain == pytest.approx(1.0, abs=0.01)
 
 
+def test_one_device_is_compared_with_a_weight_and_then_with_a_spring():
+    """The weight still hung on the simulated device: its force was 51,201 % of what was commanded."""
+    device = SimulatedDevice(truth=Truth())
+    assert accuracy.by_weight(device, "it", 0.1, asked).gain == pytest.approx(1.0, abs=0.01)
+    assert accuracy.by_spring(device, "it", 200.0, asked).gain == pytest.approx(1.0, abs=0.01)
+
+
+class Light(SimulatedDevice):
+    """Somebody has hung on a fifth of the weight that is stated."""
+
+    _mass = 0.0
+    load = property(lambda self: 0.2 * self._mass, lambda self, mass: setattr(self, "_mass", mass))
+
+
+def test_a_weight_that_is_another_one_is_refused():
+    with pytest.raises(DeviceError, match=r"changes the force of the servo by 0\.59 N in place of 2\.9 N"):
+        accuracy.by_weight(Light(truth=Truth()), "it", 0.3, asked)
+
+
 def test_the_triangle_begins_in_the_middle_and_goes_from_end_to_end():
     t = np.linspace(0.0, 2.0 * accuracy.PERIOD, 4001)
     x = np.array([accuracy.wanted(one) for one in t])

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from tyro.conf import Positional, arg
 
-from palpate.base.errors import PalpateWarning
+from palpate.base.errors import PalpateError, PalpateWarning
 from palpate.cli.terminal.output import console_for, say, write_json
 
 if TYPE_CHECKING:
@@ -65,10 +65,13 @@ class Command:
 
     def __call__(self) -> int:
         """Check the file; warnings are printed, mistakes are raised. Returns the exit code."""
+        from palpate.devices.certificate.device import is_device
         from palpate.scene import shipped
 
         console, path = console_for(self.json), shipped.find(self.file)
         is_scene = path.suffix.lower() in _SCENES
+        if is_scene and is_device(path):
+            raise PalpateError(f"{path}: is the model of a device, not a scene", mend=f"palpate certify {path}")
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             result = self._inspect(path, console)
