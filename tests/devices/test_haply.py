@@ -163,6 +163,14 @@ def test_no_service_is_told_with_the_mend():
     assert "palpate device stand-in haply" in error.value.mend
 
 
+def test_a_clone_without_boost_is_told_what_to_do(monkeypatch):
+    monkeypatch.setitem(sys.modules, "palpate._haply", None)
+    monkeypatch.delattr("palpate._haply", raising=False)
+    with pytest.raises(DeviceError, match="cannot be compiled") as error:
+        Haply("").native()
+    assert "make setup" in error.value.mend
+
+
 def silence(session, service, fault, value=0.02):
     """Press, let the fault begin; time [s] until the rendered force, as recorded, and that on the motors are zero.
 

@@ -16,6 +16,7 @@ from palpate.devices.haply.service import (
     EVENTS_ABOVE,
     Address,
     Json,
+    compiled,
     entries,
     grip_of,
     receive,
@@ -81,17 +82,17 @@ class Haply(Driver):
         Raises:
             DeviceError: the service or the device is missing, not calibrated, or cannot be set as wanted.
         """
-        from palpate import _haply
-
+        part = compiled()
         at = Address.parse(self.options.url)
         dialect = version(at)
         service = websocket(at)
         self.found = found = _prepare(service, at, self.options, dialect)
-        return _haply.Device(
+        device: _haply.Device = part.Device(
             service, _events(at), device=found.id, grip=found.grip, list=found.list, vector=dialect >= (3, 5),
             rate=self.options.rate, force_max=self.options.force_max,
             workspace=_EDGE["minverse" if found.minverse else "inverse3"],
         )  # fmt: skip
+        return device
 
     def open(self) -> None:
         """Connect, for measurements outside a session."""

@@ -8,6 +8,7 @@ import json
 import os
 import socket
 from dataclasses import dataclass
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 from urllib.error import HTTPError, URLError
 from urllib.parse import urlsplit
@@ -113,14 +114,28 @@ def request(at: Address, method: str, path: str, body: Any = None) -> Any:
     return told
 
 
+def compiled() -> ModuleType:
+    """The part of the core that speaks to the service.
+
+    Raises:
+        DeviceError: it is not compiled, and cannot be.
+    """
+    try:
+        from palpate import _haply
+    except ImportError as error:
+        what = "the driver of Haply devices cannot be compiled"
+        mend = "in a clone: make setup, which brings Boost; elsewhere: pip install 'palpate[haply]'"
+        raise DeviceError(what, why=str(error), mend=mend) from None
+    return _haply
+
+
 def websocket(at: Address) -> _haply.Connection:
     """An open WebSocket, after the handshake of RFC 6455, without extensions.
 
     Raises:
         DeviceError: nobody listens, or the answer is no WebSocket.
     """
-    from palpate import _haply
-
+    part = compiled()
     try:
         wire = socket.create_connection((at.host, at.port), _TIMEOUT)
     except OSError as error:
@@ -150,7 +165,8 @@ def websocket(at: Address) -> _haply.Connection:
         wire.close()
         raise DeviceError(f"{at} is no WebSocket", why=status.decode(errors="replace")[:80], mend=at.start_it())
     wire.setblocking(True)
-    return _haply.Connection(wire.detach())
+    connection: _haply.Connection = part.Connection(wire.detach())
+    return connection
 
 
 def receive(connection: _haply.Connection, at: Address) -> Json:
