@@ -14,6 +14,7 @@ LONGEST = 0.06
 """Longest delay that is searched [s]."""
 _SLOW = 0.15  # share of the peak velocity below which the sign of the velocity is not trusted
 _NOISY = [0, 1, 3]  # columns of the fit that contain the position: mass, damping and stiffness
+_REFINED = 3  # steps of Gauss and Newton from the best mixture of two delays
 _LOCAL = 9  # readings of a local cubic, whose residual shows steps that lie on no grid
 
 
@@ -136,7 +137,7 @@ def fit_axis(t: Array, x: Array, F: Array, width: float = 0.05, error: float = 0
     A = np.column_stack(
         [dt * local @ phi2, -dt * local @ phi1, sign * area, place, -np.full(len(sign), area)]
     ) / area  # fmt: skip
-    b = _delayed(F, rows, phi * dt / area, round(LONGEST / dt) + 1)
+    b = np.stack([_delayed(F, centres, half, periods) for periods in range(round(LONGEST / dt) + 2)])
     shapes = np.stack([phi2, -phi1, phi]) * dt / area  # of mass, damping and stiffness
     periods, part, found = _best_delay(A, b, shapes)
     if periods + part > len(b) - 2:
@@ -144,26 +145,37 @@ def fit_axis(t: Array, x: Array, F: Array, width: float = 0.05, error: float = 0
             f"the force follows its command later than {1e3 * LONGEST:g} ms, the longest delay that is searched",
             mend="look for a queue between write() and the motors; check the sign of the force",
         )
-    target = (1.0 - part) * b[periods] + part * b[periods + 1]
-    if error > 0.0:
-        found = _unattenuated(A, target, error**2 * len(sign) * shapes @ shapes.T)
+    delay, change = periods + part, b[periods + 1] - b[periods]
+    for _ in range(_REFINED):
+        target = _delayed(F, centres, half, delay)
+        change = _delayed(F, centres, half, delay + 0.5) - _delayed(F, centres, half, delay - 0.5)
+        step = _unattenuated(np.column_stack([A, -change]), target, error**2 * len(sign) * shapes @ shapes.T)
+        delay, found = delay + float(np.clip(step[-1], -1.0, 1.0)), step[:-1]
+    target = _delayed(F, centres, half, delay)
     rest = A @ found - target
-    J = np.column_stack([A, (b[periods] - b[periods + 1]) / dt])
+    J = np.column_stack([A, -change / dt])
     push = np.r_[0, np.cumsum((np.diff(sign) != 0) | (np.diff(centres) > 2 * half))]
     std, freedom = _jackknife(J, rest, push)
     mass, damping, friction, stiffness, bias = found.tolist()
     weight = np.array([mass, damping, stiffness]) @ shapes
     return AxisFit(
-        mass, damping, friction, stiffness, bias, (periods + part) * dt, float(np.sqrt(np.mean(rest**2))),
+        mass, damping, friction, stiffness, bias, delay * dt, float(np.sqrt(np.mean(rest**2))),
         error * float(np.linalg.norm(weight)), len(sign), Deviations(*std.tolist()), freedom,
     )  # fmt: skip
 
 
-def _delayed(F: Array, rows: NDArray[np.intp], weight: Array, longest: int) -> Array:
-    """Mean force (longest + 1, n) of the bumps at each delay in periods; it acts from one sample to the next."""
-    padded = np.concatenate([np.zeros(longest + 1), F])
-    held = 0.5 * (padded[1:] + padded[:-1])  # held[longest + k]: about sample k, without delay
-    return np.stack([held[rows + longest - periods] @ weight for periods in range(longest + 1)])
+def _delayed(F: Array, centres: NDArray[np.intp], half: int, periods: float) -> Array:
+    """Mean of the force (n,), weighted by the bumps, at a delay in periods; it is held from one sample to the next.
+
+    The integral is exact. A sum of samples, with a mixture of two delays between them, took 0.05 % off the mass.
+    """
+    whole = int(np.floor(periods))
+    edges = np.clip((np.arange(-half - 1, half + 2) + periods - whole) / half, -1.0, 1.0)
+    area = edges - 4.0 / 3.0 * edges**3 + 6.0 / 5.0 * edges**5 - 4.0 / 7.0 * edges**7 + edges**9 / 9.0
+    before = half + 1 + max(whole, 0)
+    padded = np.concatenate([np.zeros(before), F, np.zeros(half + 2)])
+    held = padded[centres[:, None] + before - whole + np.arange(-half - 1, half + 1)]
+    return np.asarray(held @ np.diff(area) / (area[-1] - area[0]))
 
 
 def _best_delay(A: Array, b: Array, shapes: Array) -> tuple[int, float, Array]:

@@ -1,6 +1,7 @@
 """The coverage harness: each printed interval has an estimate in it, and wrong figures are seen."""
 
 import re
+from pathlib import Path
 
 import json_contract
 import numpy as np
@@ -17,6 +18,21 @@ WITHOUT = {
     "experiment": "its intervals are those of the studies (palpate/base/arrays/intervals.py), which are judged there",
     "path": "its deviations are distances of two given curves, computed exactly",
 }
+ROOT = Path(__file__).resolve().parents[2]
+#: Files that print a number after +-, with the command whose estimate judges it, or the reason why none does.
+PLUS_MINUS = {
+    "lab/palpate_lab/studies/wall/words.py": "half of the swing of a limit cycle, simulated exactly",
+    "palpate/arm/identify/hand.py": "calibrate hand",
+    "palpate/cli/commands/calibrate/gravity.py": "calibrate gravity",
+    "palpate/cli/commands/calibrate/hand.py": "calibrate hand",
+    "palpate/cli/commands/device/bench.py": "device bench",
+    "palpate/cli/commands/register/handeye.py": "register handeye",
+    "palpate/devices/accuracy.py": "a weight or spring: 12 simulated devices in tests/devices, without a row",
+    "palpate/report/device.py": "device bench",
+    "palpate/world/registration/fiducials.py": "register points",
+    "palpate/world/registration/hand_eye.py": "register handeye",
+}
+_PLUS_MINUS = re.compile(r"(?<!\+)\+- ?\{")
 _INTERVAL = re.compile(r"_95$|^covariance$|_covariance$|interval|_low$|_high$|deviation|^std|_std|^p_|^uncertain$")
 _TRIALS = {"bench": 2, "dynamics": 5, "payload": 2, "session": 1, "surface": 1, "tissue": 5}
 if LONG:
@@ -38,6 +54,27 @@ def test_every_command_that_prints_an_interval_has_an_estimate():
     assert {"register points", "calibrate hand", "identify tissue", "device bench"} <= found
     assert found - judged - set(WITHOUT) - {"coverage"} == set()
     assert not judged & set(WITHOUT)
+
+
+def printing_plus_minus(folder):
+    files = (one for part in ("palpate", "lab") for one in (folder / part).rglob("*.py"))
+    return {str(one.relative_to(folder)) for one in files if _PLUS_MINUS.search(one.read_text(encoding="utf-8"))}
+
+
+def test_every_number_printed_after_plus_minus_belongs_to_an_estimate():
+    assert printing_plus_minus(ROOT) == set(PLUS_MINUS)
+    judged = {run.estimate(name).COMMAND for name in run.names()}
+    assert {name for name, of in PLUS_MINUS.items() if of not in judged} == {
+        "lab/palpate_lab/studies/wall/words.py",
+        "palpate/devices/accuracy.py",
+    }
+
+
+def test_a_new_number_after_plus_minus_is_found(tmp_path):
+    (tmp_path / "palpate").mkdir()
+    (tmp_path / "palpate" / "new.py").write_text('print(f"{value:.3g} +-{reach:.1g}")\n')
+    (tmp_path / "palpate" / "other.py").write_text('print(f"{value:.3g}")\n')
+    assert printing_plus_minus(tmp_path) == {"palpate/new.py"}
 
 
 @pytest.mark.parametrize("name", run.names())

@@ -56,7 +56,8 @@ class Verdict:
     def words(self) -> str:
         """The verdict in words."""
         way = "backwards" if self.backwards else "forwards"
-        known = f"+- {1e6 * self.error:.3g} uJ" if self.resolved else f"still changing by {1e6 * self.error:.3g} uJ"
+        change = f"{1e6 * self.error:.3g} uJ"
+        known = f"{change} from its limit for small steps" if self.resolved else f"still changing by {change}"
         again = "" if self.later is None else f", {1e6 * self.later:.4g} uJ in each later cycle"
         return (
             f"{1e6 * self.work:.4g} uJ put in by the hand {way} ({known}){again}, at least {1e6 * self.bound:.3g} uJ "
