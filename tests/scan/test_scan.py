@@ -1,16 +1,18 @@
 """Scans of bodies in closed form: error of the surface, of the poses, holes; and views from which none is made."""
 
+import re
+
 import numpy as np
 import pytest
 
-from palpate.base.arrays.rigid import displacement, inverse, transform
+from palpate.base.arrays.rigid import displacement, exp, inverse, rigid, transform
 from palpate.base.errors import CloudError
 from palpate.sensing.around import around, looking_at
 from palpate.sensing.depth_camera import Body
 from palpate.world import shapes
 from palpate.world.clouds import PointCloud
 from palpate.world.mesh import Mesh, quiet
-from palpate.world.scan import scan
+from palpate.world.scan import alignment, scan, view
 
 R = np.array([0.06, 0.045, 0.035])  # semi-axes [m]
 
@@ -193,6 +195,66 @@ def test_views_that_do_not_agree_are_doubted():
     moved[2][:3, 3] += [3e-3, 0.0, 0.0]
     found = scan(clouds, moved, align=False)
     assert "times their noise from the surface, 1.25 at most" in found.doubt
+    moved[2][:3, 3] += [0.0, 0.0, 0.012]
+    found = scan(clouds, moved, align=False)
+    assert re.search(r"% of the points of view \d lie in front of what view \d saw, 3 % at most", found.doubt)
+
+
+def test_a_surface_coarser_than_its_points_is_doubted():
+    clouds, poses = ring(3e-4)
+    found = scan(clouds, poses, align=False, spacing=0.012)
+    assert "times their noise from the surface, 1.25 at most" in found.doubt
+
+
+def bumpy(step, n, noise=3e-4, seed=0):
+    """Views, by a camera that is carried about them, of three ellipsoids that meet: rays in closed form."""
+    rng, clouds, poses = np.random.default_rng(seed), [], []
+    parts = [((0, 0, 0), (0.05, 0.035, 0.03)), ((0.03, 0.01, 0.02), (0.012,) * 3), ((-0.02, 0.02, 0.02), (0.01,) * 3)]
+    u, v = np.meshgrid(np.linspace(-0.22, 0.22, 100), np.linspace(-0.22, 0.22, 100))
+    d = np.stack([u, v, np.ones_like(u)], axis=-1).reshape(-1, 3)
+    for k in range(n):
+        a = np.radians(step * k)
+        X = looking_at(0.28 * np.array([0.6 * np.cos(a), 0.6 * np.sin(a), 0.8]), np.zeros(3))
+        t = np.full(len(d), np.inf)
+        for c, r in parts:
+            o, e = (X[:3, 3] - c) / r, (d @ X[:3, :3].T) / r
+            A, B, C = (e * e).sum(1), e @ o, o @ o - 1.0
+            root = B * B - A * C
+            t = np.where(root > 0.0, np.minimum(t, (-B - np.sqrt(np.maximum(root, 0.0))) / A), t)
+        seen = np.isfinite(t)
+        p = t[seen, None] * d[seen]
+        clouds.append(PointCloud(p + noise * rng.normal(size=(len(p), 1)) * d[seen], name=f"view {k}"))
+        poses.append(X)
+    return clouds, [inverse(poses[0]) @ X for X in poses]
+
+
+def apart(clouds, found, poses):
+    """Largest rms distance of a view's points from where they belong [m]."""
+    return max(np.linalg.norm(transform(X, c.points) - transform(true, c.points), axis=1).mean()
+               for c, X, true in zip(clouds, found, poses, strict=True))  # fmt: skip
+
+
+@pytest.mark.parametrize("step", [8.0, 20.0])
+def test_a_camera_that_is_carried_about_an_organ_needs_no_poses(step):
+    """From where the last view was seen alone, steps of 20 degrees end 10 mm off, and the surface is wrong by them."""
+    clouds, poses = bumpy(step, 4)
+    found = scan(clouds)
+    assert apart(clouds, found.poses, poses) < 0.6e-3
+    assert found.doubt == ""
+    assert found.spacing < 2e-3  # cells follow the density of all views together
+
+
+def test_the_drift_of_a_full_turn_is_closed():
+    """The last view shows what the first one did: a drift of 12 mm is spread over the turn."""
+    clouds, poses = bumpy(24.0, 15)
+    views = [view.view(c.points, np.zeros(3), 3e-4, 3e-3, c.name) for c in clouds]
+    drift = [X @ rigid(exp([0.0, 0.006 * k, 0.0]), [0.0008 * k, 0.0, 0.0]) for k, X in enumerate(poses)]
+    closed = alignment.closed(views, drift, 0.012)
+    assert closed is not None
+    assert apart(clouds[-1:], drift[-1:], poses[-1:]) > 9e-3
+    assert apart(clouds[-1:], closed[-1:], poses[-1:]) < 3e-3
+    other = alignment.closed(views[:8], drift[:8], 0.012)  # half a turn: the last view shows the other side
+    assert other is None or apart(clouds[7:8], other[7:], poses[7:8]) < apart(clouds[7:8], drift[7:8], poses[7:8])
 
 
 @pytest.mark.parametrize("close", [None, False])

@@ -142,7 +142,7 @@ def values_of(found: Scan) -> dict[str, Any]:
     return {
         "rms_m": found.rms, "noise_m": found.noise, "triangles": len(found.triangles), "seconds": found.seconds,
         "views": len(found.poses), "points": found.points, "outliers": found.outliers, "cell_m": found.spacing,
-        "trusted": not found.doubt, "doubt": found.doubt or None,
+        "in_front": found.in_front[0], "trusted": not found.doubt, "doubt": found.doubt or None,
         "closed": found.closed, "holes": [{"area_m2": h.area, "centre": plain(h.centre)} for h in found.holes],
         "poses": plain(found.poses),
     }  # fmt: skip

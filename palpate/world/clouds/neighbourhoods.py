@@ -11,6 +11,7 @@ from palpate.base.arrays import Array
 
 _SIZES = (16, 48, 128, 320, 800)  # neighbours at most; larger sets are needed where the noise exceeds the spacing
 _FLAT = 0.4  # ratio of the standard deviations across and along a plane below which a neighbourhood shows the plane
+_STEP = 0.01  # noise over spacing below which the nearest points may lie within one step of the camera's depth
 _SAMPLES = 400  # points whose neighbourhoods are measured
 
 
@@ -27,7 +28,8 @@ def sampling(points: Array) -> Sampling:
     """Spacing and noise of a cloud of points (N, 3) [m], from the planes through the neighbours of some points.
 
     A neighbourhood grows until it is flat, because the nearest points of a noisy cloud are a ball and not a disc; where
-    none is, the largest counts.
+    none is, the largest counts. It grows on while it shows no noise at all: a camera that measures depth in steps puts
+    the nearest points into one plane.
     """
     from scipy.spatial import cKDTree
 
@@ -46,7 +48,7 @@ def sampling(points: Array) -> Sampling:
         spacing = np.median(np.sqrt(4.0 * np.pi * along * np.sqrt(values[:, 2]) / held))
         middle = (1.0 - 2.0 / (9.0 * freedom)) ** 1.5  # root of the median of chi-square over its mean
         found = Sampling(float(spacing), float(np.median(across) / middle), k)
-        if k == len(points) or flatness < _FLAT:
+        if k == len(points) or (flatness < _FLAT and found.noise > _STEP * found.spacing):
             break
     return found
 

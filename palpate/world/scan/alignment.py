@@ -2,66 +2,112 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import pairwise
+from collections.abc import Iterator, Sequence
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from palpate.base.arrays import Array
-from palpate.base.arrays.rigid import exp, inverse, rigid, transform
+from palpate.base.arrays.rigid import exp, inverse, log, rigid, transform
 from palpate.base.errors import CloudError
+from palpate.world.scan.agreement import cost, total
+from palpate.world.scan.view import View
 from palpate.world.scan.views import small_gicp
 
 _STEPS = 20  # of the joint alignment
 _SAMPLES = 500  # points of a view that are compared with each other view in one step
 _OVERLAP = 0.25  # smallest share of a view's points that must lie on another view
+_COMPARED = 500  # points of a view that are compared after a coarse alignment
+_BEST = 5  # of the coarse alignments that are refined
+_TURNS = (np.radians(12.0), np.radians(24.0))  # of the starts of an alignment
+_MOST_DRIFT = np.radians(4.0)  # of a sequence, from each view to the next
 _FACING = 0.6  # smallest cosine of the angle between corresponding normals
 
 
-@dataclass(frozen=True)
-class View:
-    """Averaged points of one view, in its own frame."""
+def in_order(views: Sequence[View], reach: float) -> list[Array]:
+    """Poses (4, 4) of views in the order of the camera's motion, in the frame of the first one; around a body or not.
 
-    points: Array  #: (N, 3) [m]
-    normals: Array  #: (N, 3) unit normals towards the sensor
-    tree: Any  #: search tree of the points (scipy's cKDTree)
-    prepared: Any  #: the same for small_gicp: cloud and tree
-    name: str
+    reach: see `in_sequence`.
 
-
-def view(points: Array, sensor: Array, cell: float, name: str) -> View:
-    """A view averaged over cells [m], with normals towards the sensor at (3,) [m]."""
-    from scipy.spatial import cKDTree
-
-    cloud, tree = small_gicp().preprocess_points(points, downsampling_resolution=cell, num_neighbors=20)
-    p, n = np.asarray(cloud.points())[:, :3].copy(), np.asarray(cloud.normals())[:, :3].copy()
-    n *= np.where(np.einsum("ni,ni->n", n, sensor - p) < 0.0, -1.0, 1.0)[:, None]
-    return View(p, n, cKDTree(p), (cloud, tree), name)
-
-
-def in_sequence(views: Sequence[View], cell: float, reach: float) -> list[Array]:
-    """Poses (4, 4) in the frame of the first view, each found from the one before by small_gicp (point to plane).
-
-    cell: size of the cells of the views [m]; reach: largest motion of the points between two views [m].
+    Raises:
+        CloudError: a view does not overlap with any other.
     """
-    poses = [np.eye(4)]
+    chain = in_sequence(views, reach)
+    again = closed(views, chain, reach) if len(views) > 2 else None
+    found = [jointly(views, poses, 0.3 * reach) for poses in (chain, again) if poses is not None]
+    return min(found, key=lambda poses: total(views, poses))
+
+
+def in_sequence(views: Sequence[View], reach: float) -> list[Array]:
+    """Poses (4, 4) in the frame of the first view, each found from the one before.
+
+    Every alignment begins at several poses: where the camera was, where it would be if it went on as before, and turned
+    about the middle of what it saw by up to 25 degrees. The pose that contradicts neither view is taken.
+
+    reach: largest motion of the points between two views, from the best of these poses [m].
+    """
+    poses, step = [np.eye(4)], np.eye(4)
     for before, now in pairwise(views):
-        X = np.eye(4)
-        for gate in (reach, 0.3 * reach, 3.0 * cell):
-            found = small_gicp().align(
-                before.prepared[0], now.prepared[0], before.prepared[1], X, registration_type="PLANE_ICP",
-                max_correspondence_distance=gate, max_iterations=40,
-            )  # fmt: skip
-            T = np.asarray(found.T_target_source, dtype=np.float64)
-            X = rigid(T[:3, :3], T[:3, 3])
-        poses.append(poses[-1] @ X)
+        step = _next(before, now, step, reach)
+        poses.append(poses[-1] @ step)
     return poses
 
 
-def jointly(views: Sequence[View], poses: Sequence[Array], cell: float, reach: float) -> list[Array]:
+def closed(views: Sequence[View], poses: Sequence[Array], reach: float) -> list[Array] | None:
+    """The poses of a sequence whose last view sees the first one again, with the drift spread over all of them.
+
+    None where the last view does not show what the first one does, as little as neighbours contradict each other.
+    """
+    n = len(views) - 1
+    neighbours = [cost(a, b, inverse(X) @ Y) for (a, b), (X, Y) in zip(pairwise(views), pairwise(poses), strict=True)]
+    X = _next(views[0], views[-1], inverse(poses[0]) @ poses[-1], reach)
+    drift = inverse(poses[-1]) @ poses[0] @ X
+    if cost(views[0], views[-1], X) > max(neighbours) or np.linalg.norm(log(drift[:3, :3])) > _MOST_DRIFT * n:
+        return None
+    middle = views[-1].points.mean(axis=0)
+    turn, shift = log(drift[:3, :3]), transform(drift, middle) - middle
+    spread = []
+    for k, pose in enumerate(poses):
+        R = exp(k / n * turn)
+        spread.append(pose @ rigid(R, middle + k / n * shift - R @ middle))
+    return spread
+
+
+def _next(before: View, now: View, step: Array, reach: float) -> Array:
+    cell = max(before.cell, now.cell)
+    starts = [np.eye(4), step, *_turned(before.points.mean(axis=0), now.points.mean(axis=0))]
+    rough = [_icp(before, now.few, X, (reach, 4.0 * cell), 15) for X in starts]
+    every = max(1, max(len(before.points), len(now.points)) // _COMPARED)
+    rough.sort(key=lambda X: cost(before, now, X, every))
+    fine = [_icp(before, now.prepared[0], X, (4.0 * cell, 1.5 * cell), 40) for X in rough[:_BEST]]
+    return min(fine, key=lambda X: cost(before, now, X))
+
+
+def _turned(to: Array, middle: Array) -> Iterator[Array]:
+    """Poses that lay `middle` on `to` and turn about it."""
+    yield rigid(np.eye(3), to - middle)
+    for axis in product((-1.0, 0.0, 1.0), repeat=3):
+        if any(axis):
+            for angle in _TURNS:
+                R = exp(angle * np.array(axis) / np.linalg.norm(axis))
+                yield rigid(R, to - R @ middle)
+
+
+def _icp(before: View, cloud: Any, X: Array, gates: Sequence[float], most: int) -> Array:
+    """The pose of a cloud in the frame of a view from a start X, by small_gicp (point to plane)."""
+    for gate in gates:
+        found = small_gicp().align(
+            before.prepared[0], cloud, before.prepared[1], X, registration_type="PLANE_ICP",
+            max_correspondence_distance=gate, max_iterations=most,
+        )  # fmt: skip
+        T = np.asarray(found.T_target_source, dtype=np.float64)
+        X = rigid(T[:3, :3], T[:3, 3])
+    return X
+
+
+def jointly(views: Sequence[View], poses: Sequence[Array], reach: float) -> list[Array]:
     """Poses (4, 4) of all views at once, so that no errors add up along the sequence; the first one stays.
 
     Gauss-Newton steps on the distances of points from the tangent planes of the nearest points in all other views (K.
@@ -70,13 +116,13 @@ def jointly(views: Sequence[View], poses: Sequence[Array], cell: float, reach: f
     Args:
         views: the views.
         poses: rough poses, wrong by less than `reach` at the points.
-        cell: size of the cells of the views [m].
         reach: largest distance between corresponding points in the first step [m].
 
     Raises:
         CloudError: a view does not overlap with any other.
     """
     X, rng = [np.array(pose) for pose in poses], np.random.default_rng(0)
+    cell = max(one.cell for one in views)
     gates = np.maximum(reach * 0.7 ** np.arange(_STEPS), 1.5 * cell)
     for gate in gates:
         H, g = np.zeros((6 * len(X), 6 * len(X))), np.zeros(6 * len(X))

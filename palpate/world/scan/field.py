@@ -20,7 +20,7 @@ from palpate.base.arrays import Array
 
 Mask = npt.NDArray[np.bool_]
 
-MOST_NODES = 12_000_000
+MOST_NODES = 4_000_000
 """Largest number of nodes of the grid."""
 _MARGIN = 4  # nodes around the points
 _SUPPORT = 0.02  # smallest weight of a known node, relative to the 95th percentile

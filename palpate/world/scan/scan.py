@@ -15,11 +15,14 @@ from palpate.base.errors import CloudError
 from palpate.world import mesh
 from palpate.world.clouds import PointCloud
 from palpate.world.clouds.neighbourhoods import sampling
-from palpate.world.scan import alignment, field, surface, views
+from palpate.world.scan import agreement, alignment, field, surface, view, views
 
 TRUSTED = 1.25
-"""Largest distance of the points from the surface over their noise, both rms: 0.85 to 1.2 where the views are aligned,
-1.3 to 2.4 where some are not."""
+"""Largest distance of the points from the surface over their noise, both rms: 0.75 to 1.28 where the views are aligned,
+1.2 to 3.2 where they are not."""
+IN_FRONT = 0.03
+"""Largest share of a view's points in front of what another view saw: at most 0.003 where the views are aligned, 0.025
+beside the flying pixels and the grazing noise of a depth camera; more where they are not."""
 _EXACT = 2e-5  # smaller distances are those of exact points [m]
 _NEAR = 3.0  # points farther from the surface than this many cells belong to no surface: flying pixels
 
@@ -39,10 +42,15 @@ class Scan:
     closed: bool  #: True if the surface has no boundary
     holes: tuple[surface.Hole, ...]  #: places that no view shows, closed by membranes or open
     seconds: float  #: time of the computation [s]
+    in_front: tuple[float, str, str]  #: largest share of a view's points in front of what another one saw; their names
 
     @property
     def doubt(self) -> str:
         """Why the surface is doubted, in words; empty if it is trusted."""
+        share, view, seen = self.in_front
+        if share > IN_FRONT:
+            words = f"{100 * share:.1f} % of the points of {view} lie in front of what {seen} saw, {100 * IN_FRONT:g} %"
+            return f"{words} at most where all views agree: at least one view is not aligned"
         ratio = self.rms / max(self.noise, 1e-12)
         if ratio <= TRUSTED or self.rms < _EXACT or len(self.poses) < 2:
             return ""
@@ -84,12 +92,14 @@ def scan(
     found_in = [sampling(p) for p in clean]
     noise, step = (float(np.median([getattr(one, key) for one in found_in])) for key in ("noise", "spacing"))
     size = float(np.linalg.norm(np.ptp(clean[0], axis=0)))
-    cell = spacing or max(2.5 * noise, 1.9 * step)
+    cell = max(1.5 * step, 2.0 * noise, step * (max(map(len, clean)) / view.MOST) ** 0.5)
+    seen = [view.view(p, _sensor(c), noise, cell, c.name) for c, p in zip(clouds, clean, strict=True)]
     if align and len(clouds) > 1:
-        X = _aligned(clouds, clean, poses, 2.0 * cell, reach or 0.1 * size)
+        X = _aligned(seen, poses, reach or 0.1 * size)
     else:
         X = [np.asarray(pose, dtype=np.float64) for pose in poses or [np.eye(4)] * len(clouds)]
     points = np.concatenate([transform(pose, p) for pose, p in zip(X, clean, strict=True)])
+    cell = spacing or max(2.5 * noise, 1.5 * sampling(points).spacing)
     cell = max(cell, float(np.prod(np.ptp(points, axis=0) + 8.0 * cell) / field.MOST_NODES) ** (1.0 / 3.0))
     to_sensor = np.concatenate([_directions(c, p) @ T[:3, :3].T for c, p, T in zip(clouds, clean, X, strict=True)])
     found = surface.extract(field.fuse(points, to_sensor, cell), close)
@@ -99,6 +109,7 @@ def scan(
     return Scan(
         found.vertices, found.triangles, tuple(X), int(near.sum()), sum(map(len, clouds)) - int(near.sum()), noise,
         float(np.sqrt(np.square(away[near]).mean())), cell, found.closed, found.holes, time.perf_counter() - began,
+        agreement.worst(seen, X),
     )  # fmt: skip
 
 
@@ -113,17 +124,10 @@ def _check(clouds: Sequence[PointCloud], poses: Sequence[npt.ArrayLike] | None, 
         raise CloudError(f"a cell of {spacing:g} m", mend="give e.g. spacing=0.002, for 2 mm")
 
 
-def _aligned(
-    clouds: Sequence[PointCloud],
-    clean: Sequence[Array],
-    poses: Sequence[npt.ArrayLike] | None,
-    cell: float,
-    reach: float,
-) -> list[Array]:
-    found = [alignment.view(p, _sensor(c), cell, c.name) for c, p in zip(clouds, clean, strict=True)]
+def _aligned(seen: Sequence[view.View], poses: Sequence[npt.ArrayLike] | None, reach: float) -> list[Array]:
     if poses is None:
-        return alignment.jointly(found, alignment.in_sequence(found, cell, reach), cell, 0.3 * reach)
-    return alignment.jointly(found, [np.asarray(pose, dtype=np.float64) for pose in poses], cell, reach)
+        return alignment.in_order(seen, reach)
+    return alignment.jointly(seen, [np.asarray(pose, dtype=np.float64) for pose in poses], reach)
 
 
 def _seen(cloud: PointCloud) -> Array:
