@@ -187,7 +187,9 @@ void bind_device(nb::module_& m) {
   m.def(
       "schedule", [](bool priority) { return loop::schedule({.allow_priority = priority, .allow_affinity = false}); },
       "priority"_a = true,
-      "Requests SCHED_FIFO, locked memory and short timer slack for the calling thread. Returns what was granted.");
+      "Requests SCHED_FIFO, locked memory and short timer slack for the calling thread, not for those that it begins, "
+      "or "
+      "normal scheduling again (False). Returns what was granted.");
 }
 
 }  // namespace palpate::bindings

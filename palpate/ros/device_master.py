@@ -114,6 +114,7 @@ class DeviceMaster(BackgroundNode):
         finally:
             self._running = False
             withdraw()
+            _core.schedule(False)  # the thread is the caller's
             out.peak_force_N, out.peak_50ms_N = self._peak.values()
             self._write(np.zeros(6))
             out.rate_Hz = out.rounds / max(1e-9, time.monotonic() - begin)

@@ -1,5 +1,8 @@
 """The real-time thread: it runs, accepts reads and controls, and stops at zero force. No timing is asserted."""
 
+import os
+import subprocess
+import sys
 import threading
 import time
 
@@ -128,3 +131,27 @@ def test_thread_runs_without_privileges_and_reports_it():
     timing = bare.timing()
     assert timing["scheduler"] == "normal scheduling"
     assert timing["lateness_us"]["p50"] >= 0
+
+
+def test_what_a_real_time_thread_begins_has_normal_scheduling():
+    """A sender of Fast DDS that inherited SCHED_FIFO held both cores of a machine for ten minutes."""
+    found = {}
+
+    def body():
+        found["granted"] = _core.schedule(True)
+        found["own"] = os.sched_getscheduler(0)
+        child = threading.Thread(target=lambda: found.update(thread=os.sched_getscheduler(0)))
+        child.start()
+        child.join()
+        code = "import os; print(os.sched_getscheduler(0))"
+        found["process"] = int(subprocess.run([sys.executable, "-c", code], capture_output=True, check=True).stdout)
+        _core.schedule(False)
+        found["after"] = os.sched_getscheduler(0)
+
+    thread = threading.Thread(target=body)
+    thread.start()
+    thread.join()
+    if "refused" in found["granted"]:
+        pytest.skip("this system refuses SCHED_FIFO")
+    assert found["own"] & ~os.SCHED_RESET_ON_FORK == os.SCHED_FIFO
+    assert [found[who] for who in ("thread", "process", "after")] == [os.SCHED_OTHER] * 3

@@ -105,7 +105,7 @@ def test_rows_of_timing_depend_on_the_kind_of_run():
     assert told(**cycle)["haptic cycle"][0] == "5.0 / 14.5 / 20.0 / 99 us"
     assert "haptic cycle" not in told(**(cycle | {"cycle_max_us": 0.0}))
     realtime = told(realtime=True, missed_ticks=3, realtime_factor=1.0)
-    assert realtime["missed ticks"][0] == "3 of 8000"
+    assert realtime["missed ticks"][0] == "3 of 8003"
     assert "speed" not in realtime
     lockstep = told(realtime=False, realtime_factor=34.5)
     assert lockstep["speed"][0] == "34.5 x"

@@ -53,6 +53,17 @@ def test_study_prints_draws_and_writes_its_results(folder, capsys):
     assert [f.name for f in (folder / "runs/study-test_command").iterdir()] == ["test_command.nc"]  # no journal
 
 
+def test_an_interval_without_ends_is_written(folder):
+    """Few units have no interval: `study guidance --operators 3 --json` ended in a traceback."""
+
+    class Few(Study):
+        def study(self, console):
+            return command.Findings([{"low": float("nan"), "n": 3}], lambda folder: [], [])
+
+    assert Few(json=folder / "s.json")() == 0
+    assert json.loads((folder / "s.json").read_text()) == [{"low": None, "n": 3}]
+
+
 def test_stopped_study_is_resumed(folder, capsys, monkeypatch):
     def stop(*args):
         raise KeyboardInterrupt

@@ -39,7 +39,9 @@ std::string schedule(const RealTimeOptions& options) {
   std::string words = "normal scheduling";
   if (options.allow_priority) {
     const sched_param param{.sched_priority = options.priority};
-    const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &param);
+    // Threads and processes that this thread begins have normal scheduling: senders of Fast DDS, which wait for others
+    // without sleeping, would stop the whole machine at this priority.
+    const int error = sched_setscheduler(0, SCHED_FIFO | SCHED_RESET_ON_FORK, &param) == 0 ? 0 : errno;
     words = error == 0 ? "SCHED_FIFO " + std::to_string(options.priority)
                        : std::string("normal scheduling (SCHED_FIFO refused: ") + std::strerror(error) + ")";
     if (mlockall(MCL_CURRENT) == 0) {
@@ -47,6 +49,9 @@ std::string schedule(const RealTimeOptions& options) {
     } else {
       words += std::string(", memory not locked (") + std::strerror(errno) + ")";
     }
+  } else {
+    const sched_param normal{.sched_priority = 0};
+    sched_setscheduler(0, SCHED_OTHER, &normal);
   }
   if (options.allow_affinity) {
     cpu_set_t allowed;

@@ -15,6 +15,7 @@ from typing import Annotated, Any, Literal, Protocol
 from rich.console import Console, RenderableType
 from tyro.conf import arg
 
+from palpate.base.arrays.plain import finite, plain
 from palpate.base.errors import JournalError, MissingExtraError
 from palpate.base.sweep import Axis, Label, Swept, sweep
 from palpate.base.sweep.grid import Point
@@ -62,7 +63,7 @@ class Study:
                 console.print(part)
         for file in findings.draw(folder):
             say(console, str(file), "picture")
-        write_json(self.json, findings.json)
+        write_json(self.json, finite(plain(findings.json)))  # an interval of too few units has no ends
         return 0
 
     @property

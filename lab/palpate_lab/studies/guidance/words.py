@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from math import isfinite
+
 from rich.console import RenderableType
 from rich.table import Table
 
@@ -51,7 +53,8 @@ def _expectations(found: StudyResult) -> Table:
         range_ = e["expected_change"]
         lit = f"{100 * range_[0]:.0f} .. {100 * range_[1]:.0f} %" if range_ else ""
         simulated = _percent(e["change"], e["change_low"], e["change_high"])
-        g = f"{e['hedges_g']:.2f} ({e['hedges_g_low']:.2f} .. {e['hedges_g_high']:.2f})"
+        g = f"{e['hedges_g']:.2f} "
+        g += f"({e['hedges_g_low']:.2f} .. {e['hedges_g_high']:.2f})" if isfinite(e["hedges_g_low"]) else "(too few)"
         out.add_row(e["task"], e["condition"], e["measure"].rsplit("_", 1)[0].replace("_", " "),
                     simulated, lit, g, f"{e['expected_hedges_g']:.2f}")  # fmt: skip
     return out
