@@ -4210,5 +4210,6 @@ class DriverThread:
 
 def schedule(priority: bool = True) -> str:
     """
-    Requests SCHED_FIFO, locked memory and short timer slack for the calling thread, not for those that it begins, or normal scheduling again (False). Returns what was granted.
+    Requests SCHED_FIFO, locked memory and short timer slack for the calling thread, not for those that it begins, or
+    normal scheduling again (False). Returns what was granted.
     """

@@ -113,10 +113,10 @@ class DeviceMaster(BackgroundNode):
             out.fault = f"{type(error).__name__}: {error}"
         finally:
             self._running = False
+            self._write(np.zeros(6))
             withdraw()
             _core.schedule(False)  # the thread is the caller's
             out.peak_force_N, out.peak_50ms_N = self._peak.values()
-            self._write(np.zeros(6))
             out.rate_Hz = out.rounds / max(1e-9, time.monotonic() - begin)
             self._out.tell("FAULT" if out.fault else "DISABLED")
             self._driver.close()
