@@ -1,12 +1,13 @@
 """Scans of bodies in closed form: error of the surface, of the poses, holes; and views from which none is made."""
 
 import re
+import sys
 
 import numpy as np
 import pytest
 
 from palpate.base.arrays.rigid import displacement, exp, inverse, rigid, transform
-from palpate.base.errors import CloudError
+from palpate.base.errors import CloudError, MissingExtraError
 from palpate.sensing.around import around, looking_at
 from palpate.sensing.depth_camera import Body
 from palpate.world import shapes
@@ -185,6 +186,14 @@ def test_markers_of_invalid_pixels_change_nothing(marker, share):
     assert found.outliers > clean.outliers
     with pytest.raises(CloudError, match="of 400 points are measurements"):
         scan([PointCloud(np.vstack([clouds[0].points[:100], np.tile(marker, (300, 1))]), name="a")])
+
+
+def test_one_view_needs_no_alignment(monkeypatch):
+    monkeypatch.setitem(sys.modules, "small_gicp", None)
+    p, X = ellipsoid_rays([0.0, 0.05, 0.3])
+    assert scan([PointCloud(p)], [X]).doubt == ""
+    with pytest.raises(MissingExtraError, match="small_gicp"):
+        scan([PointCloud(p), PointCloud(p)])
 
 
 def test_views_that_do_not_agree_are_doubted():

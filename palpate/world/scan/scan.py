@@ -47,9 +47,9 @@ class Scan:
     @property
     def doubt(self) -> str:
         """Why the surface is doubted, in words; empty if it is trusted."""
-        share, view, seen = self.in_front
+        share, one, other = self.in_front
         if share > IN_FRONT:
-            words = f"{100 * share:.1f} % of the points of {view} lie in front of what {seen} saw, {100 * IN_FRONT:g} %"
+            words = f"{100 * share:.1f} % of the points of {one} lie in front of what {other} saw, {100 * IN_FRONT:g} %"
             return f"{words} at most where all views agree: at least one view is not aligned"
         ratio = self.rms / max(self.noise, 1e-12)
         if ratio <= TRUSTED or self.rms < _EXACT or len(self.poses) < 2:
@@ -84,7 +84,7 @@ def scan(
 
     Raises:
         CloudError: no cloud, too few points, or views that do not overlap.
-        MissingExtraError: small_gicp or scikit-image is not installed.
+        MissingExtraError: scikit-image, or small_gicp for several views, is not installed.
     """
     began = time.perf_counter()
     _check(clouds, poses, spacing)
@@ -92,9 +92,8 @@ def scan(
     found_in = [sampling(p) for p in clean]
     noise, step = (float(np.median([getattr(one, key) for one in found_in])) for key in ("noise", "spacing"))
     size = float(np.linalg.norm(np.ptp(clean[0], axis=0)))
-    cell = max(1.5 * step, 2.0 * noise, step * (max(map(len, clean)) / view.MOST) ** 0.5)
-    seen = [view.view(p, _sensor(c), noise, cell, c.name) for c, p in zip(clouds, clean, strict=True)]
-    if align and len(clouds) > 1:
+    seen = _views(clouds, clean, noise, step) if len(clouds) > 1 else []
+    if align and seen:
         X = _aligned(seen, poses, reach or 0.1 * size)
     else:
         X = [np.asarray(pose, dtype=np.float64) for pose in poses or [np.eye(4)] * len(clouds)]
@@ -122,6 +121,11 @@ def _check(clouds: Sequence[PointCloud], poses: Sequence[npt.ArrayLike] | None, 
         raise CloudError(f"{len(poses)} poses for {len(clouds)} views", mend="give one pose for each view, in order")
     if spacing is not None and not 0.0 < spacing < 1.0:
         raise CloudError(f"a cell of {spacing:g} m", mend="give e.g. spacing=0.002, for 2 mm")
+
+
+def _views(clouds: Sequence[PointCloud], clean: Sequence[Array], noise: float, step: float) -> list[view.View]:
+    cell = max(1.5 * step, 2.0 * noise, step * (max(map(len, clean)) / view.MOST) ** 0.5)
+    return [view.view(p, _sensor(c), noise, cell, c.name) for c, p in zip(clouds, clean, strict=True)]
 
 
 def _aligned(seen: Sequence[view.View], poses: Sequence[npt.ArrayLike] | None, reach: float) -> list[Array]:
