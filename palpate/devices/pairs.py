@@ -20,7 +20,6 @@ from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
 from palpate.scene.surface import Bodies
 from palpate.scene.together import Rigs, build_pairs
-from palpate.session.live import DRAIN
 from palpate.session.pair import Paired, Run
 from palpate.session.pairs import PairsSession, States
 from palpate.session.pairs_summary import PairsSummary
@@ -85,20 +84,10 @@ class DrivenPairs(PairsSession):
             raise StateError("a device cannot run in lockstep", mend="run in real time")
         return super().run(np.inf if duration is None else duration, True, on_progress)
 
-    def _run_realtime(self, seconds: float, on_progress: Callable[[States], None] | None) -> None:
-        """Run by the clock, not by the ticks: a device whose service is late has fewer of them."""
-        stopped = next(iter(self.pairs.values())).stopped
-        self.start()
-        try:
-            end = time.monotonic() + seconds
-            while time.monotonic() < end and not stopped.is_set() and not self._task_over.is_set():
-                if all(session.ended is not None for session in self.pairs.values()):
-                    break
-                time.sleep(2 * DRAIN)
-                if on_progress is not None:
-                    on_progress(self.states)
-        finally:
-            self.stop()
+    def _end_of_run(self, seconds: float) -> Callable[[], bool]:
+        """By the clock, not by the ticks: a device whose service is late has fewer of them."""
+        end = time.monotonic() + seconds
+        return lambda: time.monotonic() >= end or all(session.ended is not None for session in self.pairs.values())
 
     def step(self, n: int = 1) -> States:
         """Refused: a device has no lockstep."""

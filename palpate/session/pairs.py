@@ -396,20 +396,28 @@ class PairsSession:
                 on_progress(self.states)
 
     def _run_realtime(self, seconds: float, on_progress: Callable[[States], None] | None) -> None:
-        goals = {name: session.taken + max(1.0, seconds * session.rate) for name, session in self.pairs.items()}
         stopped = next(iter(self.pairs.values())).stopped
         self.start()
-        latest = None
         try:
-            while not stopped.is_set() and not self._task_over.is_set():
-                going = [name for name, session in self.pairs.items() if session.ended is None]
-                late = [name for name in going if self.pairs[name].taken < goals[name]]
-                if not late or (latest is not None and time.monotonic() > latest):
-                    break
-                if len(late) < len(going) and latest is None:
-                    latest = time.monotonic() + _GRACE  # a pair that stalls does not keep the others running
+            over = self._end_of_run(seconds)
+            while not (stopped.is_set() or self._task_over.is_set() or over()):
                 time.sleep(2 * DRAIN)
                 if on_progress is not None:
                     on_progress(self.states)
         finally:
             self.stop()
+
+    def _end_of_run(self, seconds: float) -> Callable[[], bool]:
+        """What says whether a run that goes on for so many seconds is over: every pair has its ticks, or has ended."""
+        goals = {name: session.taken + max(1.0, seconds * session.rate) for name, session in self.pairs.items()}
+        latest = np.inf
+
+        def over() -> bool:
+            nonlocal latest
+            going = [name for name, session in self.pairs.items() if session.ended is None]
+            late = [name for name in going if self.pairs[name].taken < goals[name]]
+            if len(late) < len(going):  # a pair that stalls does not keep the others running
+                latest = min(latest, time.monotonic() + _GRACE)
+            return not late or time.monotonic() > latest
+
+        return over
