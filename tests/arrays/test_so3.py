@@ -28,6 +28,13 @@ def test_quaternions_agree_with_scipy_up_to_their_sign(rotations):
     assert (so3.quaternions(rotations.as_matrix(), canonical=True)[:, 0] >= 0).all()
 
 
+def test_one_quaternion_in_plain_numbers_is_the_canonical_one(rotations):
+    theirs = np.roll(rotations.as_quat(), 1, axis=1)
+    ours = np.array([so3.quaternion(R) for R in rotations.as_matrix()])
+    assert (ours[:, 0] >= 0).all()
+    assert np.minimum(np.abs(ours - theirs).max(axis=1), np.abs(ours + theirs).max(axis=1)).max() < 1e-14
+
+
 def test_matrices_invert_quaternions_of_any_norm(rotations):
     R = rotations.as_matrix()
     np.testing.assert_allclose(so3.matrices(-3.0 * so3.quaternions(R)), R, atol=1e-14)
