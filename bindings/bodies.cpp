@@ -116,18 +116,19 @@ void bind_bodies(nb::module_& m) {
           "jaws: goal (1,) of each jaw's drive [rad]; ratios: goal per jaw angle; grips: (4 * bodies,) contact of each "
           "jaw with each body, found and force (3,) [N].")
       .def(
-          "add_shaft",
-          [](EngineTool& self, const EngineBody& body, int link, const std::vector<bool>& joints) {
-            if (link < 0 || joints.size() > 32) {
-              throw std::invalid_argument("bodies: a shaft is on a link of the arm, which has at most 32 joints");
+          "add_link",
+          [](EngineTool& self, const EngineBody& body, int link, const std::vector<bool>& joints, double share_w) {
+            if (link < 0 || joints.size() > 32 || !(share_w >= 0.0)) {
+              throw std::invalid_argument(
+                  "bodies: a link is one of the arm, which has at most 32 joints, and its share is at least 0");
             }
-            self.shaft = body;
-            self.shaft_link = link;
-            self.shaft_joints = 0;
-            for (std::size_t j = 0; j < joints.size(); ++j) self.shaft_joints |= joints[j] ? 1u << j : 0u;
+            loop::EngineLink made{body, link, 0, share_w};
+            for (std::size_t j = 0; j < joints.size(); ++j) made.joints |= joints[j] ? 1u << j : 0u;
+            self.links.push_back(made);
           },
-          "body"_a, "link"_a, "joints"_a,
-          "Its shaft: a body of its own, coupled to a link of the arm; joints: whether each joint moves this link.");
+          "body"_a, "link"_a, "joints"_a, "share_w"_a,
+          "Adds its shaft or wrist: a body of its own, coupled to a link of the arm; joints: whether each joint moves "
+          "this link; share_w: its stiffness and damping against rotation, over those of a tool [-].");
   nb::class_<MovingBody>(m, "MovingBody", "A body that moves, and the spheres with which it touches the objects.")
       .def(
           "__init__",
@@ -160,8 +161,6 @@ void bind_bodies(nb::module_& m) {
       .def_rw("damping", &BodiesOptions::damping, "Damping of the coupling [N s/m]."_doc)
       .def_rw("stiffness_w", &BodiesOptions::stiffness_w, "Stiffness against rotation [N m/rad]."_doc)
       .def_rw("damping_w", &BodiesOptions::damping_w, "Damping against rotation [N m s/rad]."_doc)
-      .def_rw("shaft_w", &BodiesOptions::shaft_w,
-              "Stiffness and damping of a shaft against rotation, over those of a tool [-]."_doc)
       .def_rw("force_max", &BodiesOptions::force_max, "Largest force of the coupling's spring [N]."_doc)
       .def_rw("release", &BodiesOptions::release, "Distance at which a stuck virtual tool is put back [m]."_doc)
       .def_rw("low", &BodiesOptions::low, "Lowest corner of the field (3,) in W [m]."_doc)
@@ -205,6 +204,7 @@ void bind_bodies(nb::module_& m) {
       "simulations"_a, "bodies"_a, "Puts the tools of simulations among rigid bodies, in the order of the tools.");
   m.attr("BODY_VELOCITY_DELAY") = loop::kVelocityDelay;
   m.attr("MAX_BODIES") = loop::kMaxBodies;
+  m.attr("MAX_BODY_LINKS") = loop::kMaxBodyLinks;
 }
 
 }  // namespace palpate::bindings

@@ -3501,9 +3501,10 @@ class EngineTool:
         with each body, found and force (3,) [N].
         """
 
-    def add_shaft(self, body: EngineBody, link: int, joints: Sequence[bool]) -> None:
+    def add_link(self, body: EngineBody, link: int, joints: Sequence[bool], share_w: float) -> None:
         """
-        Its shaft: a body of its own, coupled to a link of the arm; joints: whether each joint moves this link.
+        Adds its shaft or wrist: a body of its own, coupled to a link of the arm; joints: whether each joint moves this
+        link; share_w: its stiffness and damping against rotation, over those of a tool [-].
         """
 
 class MovingBody:
@@ -3566,15 +3567,6 @@ class BodiesOptions:
 
     @damping_w.setter
     def damping_w(self, arg: float, /) -> None: ...
-
-    @property
-    def shaft_w(self) -> float:
-        """
-        Stiffness and damping of a shaft against rotation, over those of a tool [-].
-        """
-
-    @shaft_w.setter
-    def shaft_w(self, arg: float, /) -> None: ...
 
     @property
     def force_max(self) -> float:
@@ -3672,6 +3664,8 @@ def join_bodies(cycles: Sequence[DeviceCycle], bodies: Bodies) -> None:
 BODY_VELOCITY_DELAY: float = 2.3333333333333335
 
 MAX_BODIES: int = 48
+
+MAX_BODY_LINKS: int = 2
 
 class WatchOptions:
     """Limits within which a stream of stamped messages is trusted."""

@@ -9,12 +9,13 @@ import numpy as np
 
 from palpate import _core
 from palpate.base.arrays import Array
+from palpate.base.arrays.plain import Content
 from palpate.base.errors import SceneError
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
 from palpate.scene.tool import ToolSphereSection, tool_sphere
 from palpate.world.bodies import shapes
-from palpate.world.bodies.engine import JawShape, ShaftShape, ToolShape, World
+from palpate.world.bodies.engine import JawShape, LinkShape, ToolShape, World
 from palpate.world.bodies.shapes import Solid
 
 
@@ -93,17 +94,21 @@ def tool_shape(name: str, rig: Rig) -> ToolShape:
         ends = [X_TL[:3, :3] @ end.core.centre(0.0) + X_TL[:3, 3] for end in (a, b)]
         hinge = X_TL[:3, :3] @ joint.X_parent[:3, 3] + X_TL[:3, 3]
         jaws.append(JawShape(hinge, turn / ratio, ratio, ends[0], ends[1], float(entry["radius"])))
-    shaft = _shaft(rig) if rig.scene.engine.shafts else None
-    return ToolShape(name, X_WT, tuple(jaws[:2]), rig.scene.contact.radius, shaft)
+    outer = _links(rig) if rig.scene.engine.shafts else ()
+    return ToolShape(name, X_WT, tuple(jaws[:2]), rig.scene.contact.radius, outer)
 
 
-def _shaft(rig: Rig) -> ShaftShape | None:
-    """The shaft of a rig's instrument: the longest capsule of its model that is no jaw; None without one."""
+def _links(rig: Rig) -> tuple[LinkShape, ...]:
+    """Shaft and wrist of a rig's instrument: the longest capsules of its model that are no jaws."""
+    others = [entry for entry in rig.arms.follower.capsules if not str(entry["link"]).startswith("jaw")]
+    others.sort(key=lambda one: -float(np.linalg.norm(np.subtract(one["to"], one["from"]))))
+    found = (_link(rig, entry) for entry in others[: _core.MAX_BODY_LINKS])
+    return tuple(one for one in found if one is not None)
+
+
+def _link(rig: Rig, entry: Content) -> LinkShape | None:
+    """The link of a capsule; None if it is not one of the arm's."""
     arms, follower = rig.arms, rig.arms.follower
-    others = [entry for entry in follower.capsules if not str(entry["link"]).startswith("jaw")]
-    if not others:
-        return None
-    entry = max(others, key=lambda one: float(np.linalg.norm(np.subtract(one["to"], one["from"]))))
     a, b = (
         tool_sphere(follower, ToolSphereSection(link=entry["link"], at=tuple(entry[key]), radius=entry["radius"]))
         for key in ("from", "to")
@@ -118,7 +123,7 @@ def _shaft(rig: Rig) -> ShaftShape | None:
     q = arms.q_follower0
     moves = tuple(not np.allclose(place(q + step), place(q), atol=1e-9) for step in 1e-3 * np.eye(len(q)))
     ends = (a.core.centre(0.0), b.core.centre(0.0))
-    return ShaftShape(a.core.link, moves, arms.X_WB @ place(q), *ends, float(entry["radius"]))
+    return LinkShape(link, a.core.link, moves, arms.X_WB @ place(q), *ends, float(entry["radius"]))
 
 
 def refuse(scene: Scene, where: str) -> None:

@@ -54,13 +54,19 @@ void require(bool holds, const char* what) {
   if (!holds) throw std::invalid_argument(std::string("bodies: ") + what);
 }
 
+/// Number of a link of a tool among all that are coupled.
+std::size_t coupled(std::size_t tool, std::size_t link) noexcept { return to_index(kMaxBodyTools) * (1 + link) + tool; }
+
 BodiesOptions checked(BodiesOptions o) {
   require(o.step != nullptr && o.model != nullptr && o.data != nullptr, "there is no engine");
   require(o.bodies.size() <= to_index(kMaxBodies), "more than 48 bodies move");
   require(!o.tools.empty() && o.tools.size() <= to_index(kMaxBodyTools), "1 to 4 tools are possible");
   require(o.period >= 1e-4 && o.period <= 0.02, "the period must be between 0.1 and 20 ms");
-  for (const double x : {o.stiffness, o.damping, o.stiffness_w, o.damping_w, o.shaft_w, o.force_max, o.release}) {
+  for (const double x : {o.stiffness, o.damping, o.stiffness_w, o.damping_w, o.force_max, o.release}) {
     require(x >= 0.0 && std::isfinite(x), "the values of the coupling must be finite and at least 0");
+  }
+  for (const EngineTool& tool : o.tools) {
+    require(tool.links.size() <= to_index(kMaxBodyLinks), "a tool has at most 2 links that touch bodies");
   }
   return o;
 }
@@ -151,8 +157,11 @@ void Bodies::step() noexcept {
   const std::int64_t begin = now_ns();
   for (std::size_t k = 0; k < options_.tools.size(); ++k) {
     const EngineTool& tool = options_.tools[k];
-    drive(tool.body, k);
-    if (tool.shaft.pose != nullptr) drive(tool.shaft, to_index(kMaxBodyTools) + k);
+    drive(tool.body, k, 1.0);
+    for (std::size_t i = 0; i < tool.links.size(); ++i) drive(tool.links[i].body, coupled(k, i), tool.links[i].share_w);
+    for (std::size_t i = 0; i < 2; ++i) {
+      if (tool.jaw[i] != nullptr && placed_[k]) *tool.jaw[i] = tool.jaw_ratio[i] * to_engine_[k].read().jaw;
+    }
   }
   for (std::size_t k = 0; k < options_.bodies.size(); ++k) press(k);
   options_.step(options_.model, options_.data);
@@ -166,9 +175,8 @@ void Bodies::step() noexcept {
   step_time_.add(now_ns() - begin);
 }
 
-// Drives a virtual tool, or shaft, by its coupling. One that is stuck far away, or whose tool jumped, is put back to
-// it.
-void Bodies::drive(const EngineBody& body, std::size_t k) noexcept {
+// Drives a virtual tool, or link, by its coupling. One that is stuck far away, or whose tool jumped, is put back to it.
+void Bodies::drive(const EngineBody& body, std::size_t k, double share_w) noexcept {
   ToolMotion to = to_engine_[k].read();
   if (!to.known) return;
   to.X_WT.p -= due_ * to.V_WT.v;  // of several steps in a tick, each sees the tool at its own end
@@ -183,19 +191,12 @@ void Bodies::drive(const EngineBody& body, std::size_t k) noexcept {
   // moving one would come to rest one step ahead of it, and this lead would push the hand with K v period.
   VirtualTool at = seen(body, k);
   const Twist V = std::exchange(at.V_WV, Twist{});
-  const bool shaft = k >= to_index(kMaxBodyTools);
   const BodiesOptions& o = options_;
-  const double share_w = shaft ? o.shaft_w : 1.0;
   const Wrench F = coupling_wrench(o, to, at, share_w);
   load(body, at.X_WV.R, {-F.f, -F.t});
   const Vec3 f = -F.f - (o.damping + o.period * o.stiffness) * V.v;
   const Vec3 t = -F.t - share_w * (o.damping_w + o.period * o.stiffness_w) * V.w;
   states_.delivered += o.period * (f.dot(V.v) + t.dot(V.w));
-  if (shaft) return;
-  const EngineTool& tool = o.tools[k];
-  for (std::size_t i = 0; i < 2; ++i) {
-    if (tool.jaw[i] != nullptr) *tool.jaw[i] = tool.jaw_ratio[i] * to.jaw;
-  }
 }
 
 // Presses a body against the objects of the scene, by the contact stage of the tools.
@@ -275,16 +276,19 @@ void Bodies::publish() noexcept {
       }
     }
     to_loop_[n].write(seen(options_.tools[n].body, n));
-    const std::size_t shaft = to_index(kMaxBodyTools) + n;
-    if (options_.tools[n].shaft.pose != nullptr) to_loop_[shaft].write(seen(options_.tools[n].shaft, shaft));
+    for (std::size_t i = 0; i < options_.tools[n].links.size(); ++i) {
+      to_loop_[coupled(n, i)].write(seen(options_.tools[n].links[i].body, coupled(n, i)));
+    }
   }
   shown_.write(states_);
 }
 
 BodyPort::BodyPort(std::shared_ptr<Bodies> bodies, int tool, const arm::Arm& arm)
-    : bodies_(std::move(bodies)), tool_(tool) {
-  require(tool >= 0 && to_index(tool) < bodies_->options().tools.size(), "there is no such tool");
-  require(this->tool().shaft_link < static_cast<int>(arm.link_names().size()), "the arm has no link for the shaft");
+    : bodies_(std::move(bodies)), tool_(static_cast<std::size_t>(tool)) {
+  require(tool >= 0 && tool_ < bodies_->options().tools.size(), "there is no such tool");
+  for (const EngineLink& one : this->tool().links) {
+    require(one.link >= 0 && one.link < static_cast<int>(arm.link_names().size()), "the arm has no such link");
+  }
 }
 
 void BodyPort::publish(const Pose& X_WT, double jaw, double rate, const arm::Arm& arm, const Pose& X_WA) noexcept {
@@ -292,10 +296,11 @@ void BodyPort::publish(const Pose& X_WT, double jaw, double rate, const arm::Arm
   motion_.move(X_WT, rate);
   motion_.jaw = jaw;
   bodies_->write(tool_, motion_);
-  if (tool().shaft.pose == nullptr) return;
   X_WA_ = X_WA;
-  shaft_.move(X_WA * arm.link_pose(tool().shaft_link), rate);
-  bodies_->write(tool_ + kMaxBodyTools, shaft_);
+  for (std::size_t i = 0; i < tool().links.size(); ++i) {
+    links_[i].move(X_WA * arm.link_pose(tool().links[i].link), rate);
+    bodies_->write(coupled(tool_, i), links_[i]);
+  }
 }
 
 const BodyContact& BodyPort::step(const arm::Arm& arm) noexcept {
@@ -311,16 +316,23 @@ const BodyContact& BodyPort::step(const arm::Arm& arm) noexcept {
   out_.stiffness = o.stiffness;
   out_.holds = at.holds;
   out_.X_WO = at.X_WO;
-  if (tool().shaft.pose == nullptr) return out_;
-  const VirtualTool& shaft = bodies_->read(tool_ + kMaxBodyTools);
-  if (!shaft.known || !shaft_.known) return out_;
-  const Wrench F = coupling_wrench(o, shaft_, shaft, o.shaft_w);
+  for (std::size_t i = 0; i < tool().links.size(); ++i) add_link(i, arm);
+  return out_;
+}
+
+// Adds the wrench of a link's coupling, as the tip feels it.
+void BodyPort::add_link(std::size_t i, const arm::Arm& arm) noexcept {
+  const EngineLink& link = tool().links[i];
+  const VirtualTool& at = bodies_->read(coupled(tool_, i));
+  const ToolMotion& to = links_[i];
+  if (!at.known || !to.known) return;
+  const BodiesOptions& o = bodies_->options();
+  const Wrench F = coupling_wrench(o, to, at, link.share_w);
   const Mat3& R = X_WA_.R;
-  const Vec3 p = R.transpose() * (shaft_.X_WT.p - X_WA_.p);
-  const Wrench F_T = carried_to_tip(arm, p, tool().shaft_joints, {R.transpose() * F.f, R.transpose() * F.t});
+  const Vec3 p = R.transpose() * (to.X_WT.p - X_WA_.p);
+  const Wrench F_T = carried_to_tip(arm, p, link.joints, {R.transpose() * F.f, R.transpose() * F.t});
   out_.F_T_W = out_.F_T_W + Wrench{R * F_T.f, R * F_T.t};
   out_.stiffness += o.stiffness;
-  return out_;
 }
 
 }  // namespace palpate::loop

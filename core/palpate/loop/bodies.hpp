@@ -22,6 +22,7 @@ namespace palpate::loop {
 /// Maximum number of bodies that move, and of tools.
 inline constexpr int kMaxBodies = 48;
 inline constexpr int kMaxBodyTools = 4;
+inline constexpr int kMaxBodyLinks = 2;  ///< of a tool, beside its jaws: shaft and wrist
 /// Share of a new velocity of the tool in the filtered one [-], and the delay of this filter [ticks].
 inline constexpr double kVelocityFilter = 0.3, kVelocityDelay = (1.0 - kVelocityFilter) / kVelocityFilter;
 
@@ -36,15 +37,21 @@ struct EngineBody {
   Vec3 com = Vec3::Zero();     ///< centre of mass in the body's frame [m]
 };
 
+/// A virtual link of an instrument inside the engine, its shaft for instance: a free body with the link's origin.
+struct EngineLink {
+  EngineBody body;
+  int link = -1;             ///< link of the arm
+  std::uint32_t joints = 0;  ///< bit j: joint j of the arm moves this link
+  double share_w = 1.0;      ///< stiffness and damping against rotation, over those of a tool [-]
+};
+
 /// A virtual tool inside the engine: a free body with its origin at T, and a drive for each jaw. The engine damps it by
 /// damping + period stiffness of the coupling, implicitly: this is the part of the coupling that depends on its
-/// velocity, and the part of the spring that depends on its motion during the step. The shaft turns against the tool at
-/// the wrist, so it is a free body of its own, coupled to the link of the arm that carries it.
+/// velocity, and the part of the spring that depends on its motion during the step. Shaft and wrist turn against the
+/// tool, so each is a free body of its own, coupled to its link of the arm.
 struct EngineTool {
   EngineBody body;
-  EngineBody shaft;                   ///< its origin is that of its link; pose null: the shaft touches nothing
-  int shaft_link = -1;                ///< link of the arm
-  std::uint32_t shaft_joints = 0;     ///< bit j: joint j of the arm moves this link
+  std::vector<EngineLink> links;      ///< at most kMaxBodyLinks; none: shaft and wrist touch nothing
   std::array<double*, 2> jaw{};       ///< goals of the jaws' drives [rad]; null: no jaws
   std::array<double, 2> jaw_ratio{};  ///< goal per jaw angle [-]
   std::array<double*, 2> grip{};      ///< contact of each jaw with each body: found, force (3,) [N]
@@ -74,7 +81,6 @@ struct BodiesOptions {
   double damping = 2.0;              ///< of the coupling [N s/m]
   double stiffness_w = 0.5;          ///< against rotation [N m/rad]
   double damping_w = 0.003;          ///< against rotation [N m s/rad]
-  double shaft_w = 1.0;              ///< both against rotation of a shaft, over those of a tool [-]
   double force_max = 5.0;            ///< largest force of the coupling's spring; beyond it the tool yields [N]
   double release = 0.02;             ///< distance at which a stuck virtual tool is put back to its tool [m]
   Vec3 low = Vec3::Constant(-1.0), high = Vec3::Constant(1.0);  ///< the field: a body outside returns to its start [m]
@@ -82,7 +88,7 @@ struct BodiesOptions {
   std::vector<MovingBody> bodies;
 };
 
-/// What the loop of a tool hands to the engine, of the tool and of its shaft.
+/// What the loop of a tool hands to the engine, of the tool and of its links.
 struct ToolMotion {
   Pose X_WT;
   Twist V_WT;        ///< in W
@@ -115,7 +121,7 @@ struct BodyStates {
 
 /// Wrench of the coupling on the tool.
 struct BodyContact {
-  Wrench F_T_W;                  ///< about T, in W, with that of the shaft
+  Wrench F_T_W;                  ///< about T, in W, with those of the links
   Vec3 F_held_W = Vec3::Zero();  ///< force of the tip's coupling alone [N]
   double stiffness = 0.0;        ///< [N/m]; 0 while the virtual tool is not known
   int holds = -1;
@@ -142,9 +148,9 @@ class Bodies {
   Bodies& operator=(const Bodies&) = delete;
 
   [[nodiscard]] const BodiesOptions& options() const noexcept { return options_; }
-  /// Called by the loop of a tool; tool + kMaxBodyTools: its shaft.
-  void write(int tool, const ToolMotion& motion) noexcept { to_engine_[static_cast<std::size_t>(tool)].write(motion); }
-  [[nodiscard]] const VirtualTool& read(int tool) noexcept { return to_loop_[static_cast<std::size_t>(tool)].read(); }
+  /// Called by the loop of a tool; or another number: a link of one.
+  void write(std::size_t tool, const ToolMotion& motion) noexcept { to_engine_[tool].write(motion); }
+  [[nodiscard]] const VirtualTool& read(std::size_t tool) noexcept { return to_loop_[tool].read(); }
 
   /// Lockstep: advances the engine by dt [s], in whole steps.
   void advance(double dt) noexcept;
@@ -162,7 +168,7 @@ class Bodies {
 
  private:
   void step() noexcept;
-  void drive(const EngineBody& body, std::size_t number) noexcept;
+  void drive(const EngineBody& body, std::size_t number, double share_w) noexcept;
   void press(std::size_t body) noexcept;
   void bring_back(std::size_t body) noexcept;
   [[nodiscard]] bool sound() const noexcept;
@@ -175,7 +181,7 @@ class Bodies {
   std::vector<std::unique_ptr<contact::Tool>> touch_;         ///< of each body; null: it touches no object
   std::vector<std::array<double, 7>> start_;                  ///< pose of each body at the start
   std::vector<std::vector<double>> first_;                    ///< state of the engine at the start
-  static constexpr std::size_t kCoupled = 2 * kMaxBodyTools;  ///< the tools, and their shafts
+  static constexpr std::size_t kCoupled = (1 + kMaxBodyLinks) * kMaxBodyTools;  ///< the tools, and their links
   std::array<Mailbox<ToolMotion>, kCoupled> to_engine_;
   std::array<Mailbox<VirtualTool>, kCoupled> to_loop_;
   std::array<bool, kCoupled> placed_{};
@@ -196,18 +202,18 @@ class BodyPort {
   /// Hands the measured tool to the engine, after a tick. rate: inverse of the time since the last tick [Hz]. arm: the
   /// arm of the tool at its joints, with its base at X_WA.
   void publish(const Pose& X_WT, double jaw, double rate, const arm::Arm& arm, const Pose& X_WA) noexcept;
-  /// The coupling's wrench on the tool as published, with that of its shaft; none while the engine is silent. arm: as
+  /// The coupling's wrench on the tool as published, with those of its links; none while the engine is silent. arm: as
   /// published.
   [[nodiscard]] const BodyContact& step(const arm::Arm& arm) noexcept;
 
  private:
-  [[nodiscard]] const EngineTool& tool() const noexcept {
-    return bodies_->options().tools[static_cast<std::size_t>(tool_)];
-  }
+  [[nodiscard]] const EngineTool& tool() const noexcept { return bodies_->options().tools[tool_]; }
+  void add_link(std::size_t number, const arm::Arm& arm) noexcept;
 
   std::shared_ptr<Bodies> bodies_;
-  int tool_;
-  ToolMotion motion_, shaft_;
+  std::size_t tool_;
+  ToolMotion motion_;
+  std::array<ToolMotion, kMaxBodyLinks> links_;
   Pose X_WA_;
   BodyContact out_;
   bool quiet_ = false;                 // the engine is silent

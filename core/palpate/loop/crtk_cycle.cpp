@@ -296,8 +296,9 @@ void CrtkCycle::meet(bool trusted) noexcept {
       on_tool_.X_WO = X_WO;
     }
     if (body_port_) {
-      body_port_->publish(in_.tool.X_WT, in_.tool.jaw, rate, *arm_, model_base(*arm_));
+      // The engine has moved the virtual tool to the last pose handed over: against the present one it would drag.
       on_tool_.add(body_port_->step(*arm_));
+      body_port_->publish(in_.tool.X_WT, in_.tool.jaw, rate, *arm_, model_base(*arm_));
     }
     met_at_ = last_.t;
   }

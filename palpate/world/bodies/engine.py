@@ -1,8 +1,8 @@
 """The engine of the rigid bodies: MuJoCo's model of a scene, and its arrays as the core takes them.
 
 The core calls `mj_step` through a pointer and reads and writes MuJoCo's arrays; nothing of it passes through Python
-while a loop runs. Every tool has a virtual tool: a light free body at T with two driven jaws; its shaft is another one,
-since it turns against the tool at the wrist.
+while a loop runs. Every tool has a virtual tool: a light free body at T with two driven jaws. Shaft and wrist are
+bodies of their own, since they turn against the tool.
 """
 
 from __future__ import annotations
@@ -34,10 +34,11 @@ _JAW_DAMPING = 0.003  # [N m s/rad]
 _JAW_WIDTH = 0.0017  # half the width of a jaw's face [m]
 _SOLID = {"solref": "0.01 1", "solimp": "0.95 0.99 0.0005"}  # contact: 10 ms, stiff within half a millimetre
 _STIFFNESS_W = 0.5  # of the coupling against rotation [N m/rad]
-_SHAFT_MASS = 0.005  # of a virtual shaft [kg]
-_SHAFT_INERTIA = (2e-5, 2e-5, 2e-6)  # about its origin, x, y and along it [kg m^2]
-_SHAFT_ARM = 0.1  # distance from its origin at which a virtual shaft is as stiff by rotation as by translation [m]
-_SHAFT_FRICTION = 0.2  # of a shaft [-]
+_LINK_MASS = 0.005  # of a virtual link [kg]
+_LINK_ROUND = (0.4, 0.4, 0.04)  # its inertia about its origin, x, y and along it, over mass and arm squared [-]
+_LINK_ARM = 0.1  # longest arm of a virtual link [m]
+_LINK_FRICTION = 0.2  # of a shaft or wrist [-]
+_ON_THREAD = {"solref": "0.004 1", "solimp": "0.99 0.9999 0.0001"}  # a jaw on a thread, whose links weigh milligrams
 _MORE = 2.0  # damping over what a slow motion asks: enough up to 1.17 rad of delay, tan(1.17) / 1.17 = 2
 _TICKS = 1.5 + _core.BODY_VELOCITY_DELAY  # delay of the loop and of the tool's velocity [ticks]
 
@@ -57,11 +58,12 @@ class JawShape:
 
 
 @dataclass(frozen=True)
-class ShaftShape:
-    """The shaft of an instrument: a capsule from `a` to `b`, both (3,) in the frame of its link [m]."""
+class LinkShape:
+    """Shaft or wrist of an instrument: a capsule from `a` to `b`, both (3,) in the frame of its link [m]."""
 
+    name: str
     link: int
-    """Its link of the arm."""
+    """Its number among the links of the arm."""
     joints: tuple[bool, ...]
     """Whether each joint of the arm moves this link."""
     X_WS: Array
@@ -69,6 +71,11 @@ class ShaftShape:
     a: Array
     b: Array
     radius: float
+
+    @property
+    def arm(self) -> float:
+        """Distance from its origin at which it is as stiff by rotation as by translation [m]."""
+        return min(max(float(np.linalg.norm(end)) for end in (self.a, self.b)), _LINK_ARM)
 
 
 @dataclass(frozen=True)
@@ -81,8 +88,8 @@ class ToolShape:
     jaws: tuple[JawShape, ...]
     radius: float
     """Radius of the ball at T [m]."""
-    shaft: ShaftShape | None = None
-    """None: bodies pass through its shaft."""
+    links: tuple[LinkShape, ...] = ()
+    """Shaft and wrist; bodies pass through those that are left out."""
 
 
 @dataclass(frozen=True)
@@ -97,6 +104,7 @@ class _Surface:
     tool: bool = False
     joined: str = ""
     """Body to which a joint connects it."""
+    thread: bool = False
 
 
 class World:
@@ -147,7 +155,6 @@ class World:
         late = _MORE * (lag + _TICKS / rate + section.period)  # a spring that is felt late needs K late of damping
         self.damping = section.stiffness * late if section.damping is None else section.damping
         self.damping_w = _STIFFNESS_W * self.damping / section.stiffness
-        self._shaft_w = section.stiffness * _SHAFT_ARM**2 / _STIFFNESS_W
         self._damp()
         self.data: Any = mujoco.MjData(self.model)
         mujoco.mj_forward(self.model, self.data)
@@ -171,7 +178,7 @@ class World:
         s = self.section
         o.period, o.release = s.period, s.release
         o.stiffness, o.damping, o.force_max = s.stiffness, self.damping, s.force_max
-        o.stiffness_w, o.damping_w, o.shaft_w = _STIFFNESS_W, self.damping_w, self._shaft_w
+        o.stiffness_w, o.damping_w = _STIFFNESS_W, self.damping_w
         o.low, o.high = np.array(s.field[0]), np.array(s.field[1])
         o.tools = [self._tool(k, tool) for k, tool in enumerate(self.tools)]
         o.bodies = [_core.MovingBody(self._free(name), self._spheres(name)) for name in self.moving]
@@ -229,10 +236,14 @@ class World:
             v = int(self.model.joint(f"{tool.name}/tool/free").dofadr[0])
             self.model.dof_damping[v : v + 3] = self.damping + T * s.stiffness
             self.model.dof_damping[v + 3 : v + 6] = self.damping_w + T * _STIFFNESS_W
-            if tool.shaft is not None:
-                w = int(self.model.joint(f"{tool.name}/shaft/free").dofadr[0])
+            for link in tool.links:
+                w = int(self.model.joint(f"{tool.name}/{link.name}/free").dofadr[0])
                 self.model.dof_damping[w : w + 3] = self.model.dof_damping[v : v + 3]
-                self.model.dof_damping[w + 3 : w + 6] = self._shaft_w * self.model.dof_damping[v + 3 : v + 6]
+                self.model.dof_damping[w + 3 : w + 6] = self._share_w(link) * self.model.dof_damping[v + 3 : v + 6]
+
+    def _share_w(self, link: LinkShape) -> float:
+        """Stiffness of a link's coupling against rotation over that of a tool [-]."""
+        return self.section.stiffness * link.arm**2 / _STIFFNESS_W
 
     def _tool(self, number: int, tool: ToolShape) -> _core.EngineTool:
         data, n = self.data, len(self.moving)
@@ -243,8 +254,8 @@ class World:
             first = int(self.model.sensor(f"{tool.name}/grip{k}/0").adr[0]) if n else 0
             grips.append(data.sensordata[first : first + 4 * n])
         made = _core.EngineTool(self._free(f"{tool.name}/tool"), jaws, [jaw.ratio for jaw in tool.jaws], grips, n)
-        if tool.shaft is not None:
-            made.add_shaft(self._free(f"{tool.name}/shaft"), tool.shaft.link, list(tool.shaft.joints))
+        for link in tool.links:
+            made.add_link(self._free(f"{tool.name}/{link.name}"), link.link, list(link.joints), self._share_w(link))
         return made
 
     def _spheres(self, name: str) -> list[_core.ToolSphere]:
@@ -287,15 +298,17 @@ def _model(
             surfaces.append(_Surface(name, body.name, body.friction, body.torsion, not body.fixed,
                                      joined=body.joint.to if body.joint else ""))  # fmt: skip
         if body.thread is not None:
-            _thread(node, body)
+            names = _thread(node, body)
+            surfaces += [_Surface(name, name, body.friction, 0.0, True, thread=True) for name in names]
     free = [body.name for body in bodies if body.free]
     for tool in tools:
         _tool(world, drives, sensors, tool, section, free)
         names = [f"{tool.name}/ball", *(f"{tool.name}/jaw{k}" for k in range(len(tool.jaws)))]
         surfaces += [_Surface(name, f"{tool.name}/tool", section.friction, 0.0, True, True) for name in names]
-        if tool.shaft is not None:
-            _shaft(world, tool.name, tool.shaft)
-            surfaces.append(_Surface(f"{tool.name}/shaft", f"{tool.name}/shaft", _SHAFT_FRICTION, 0.0, True, True))
+        for link in tool.links:
+            name = f"{tool.name}/{link.name}"
+            _link(world, name, link)
+            surfaces.append(_Surface(name, name, _LINK_FRICTION, 0.0, True, True))
     _pairs(contacts, surfaces)
     return str(Xml.tostring(root, encoding="unicode"))
 
@@ -349,24 +362,31 @@ def _pairs(contacts: Xml.Element, surfaces: Sequence[_Surface]) -> None:
             continue
         if a.joined == b.body or b.joined == a.body:  # they overlap at their joint
             continue
+        if (a.thread or b.thread) and not (a.tool or b.tool):  # the masks let threads meet bodies, and not each other
+            continue
         mu, torsion = max(a.friction, b.friction), max(a.torsion, b.torsion)
+        law = _ON_THREAD if a.thread or b.thread else _SOLID
         _add(
             contacts, "pair", geom1=a.name, geom2=b.name, condim="4" if torsion > 0.0 else "3", solreffriction="0.1 1",
-            friction=numbers((mu, mu, max(torsion, 1e-6), 1e-4, 1e-4)), **_SOLID,
+            friction=numbers((mu, mu, max(torsion, 1e-6), 1e-4, 1e-4)), **law,
         )  # fmt: skip
 
 
-def _thread(node: Xml.Element, body: BodySection) -> None:
+def _thread(node: Xml.Element, body: BodySection) -> list[str]:
+    """Add the thread of a body; returns the names of its links."""
     chain = body.thread
     assert chain is not None
     each = chain.length / chain.links
     for k in range(chain.links):
-        node = _add(node, "body", name=f"{body.name}/thread{k}", pos=f"0 0 {0.0 if k == 0 else each:.9g}")
+        name = f"{body.name}/thread{k}"
+        node = _add(node, "body", name=name, pos=f"0 0 {0.0 if k == 0 else each:.9g}")
         _add(node, "joint", type="ball", damping=f"{chain.damping:.9g}", armature="1e-9")
         _add(
-            node, "geom", type="capsule", fromto=f"0 0 0 0 0 {each:.9g}", size=f"{chain.radius:.9g}", condim="3",
-            density=f"{chain.density:.9g}", friction=f"{body.friction:.9g}", contype="0", conaffinity="2", **_SOLID,
+            node, "geom", name=name, type="capsule", fromto=f"0 0 0 0 0 {each:.9g}", size=f"{chain.radius:.9g}",
+            condim="3", density=f"{chain.density:.9g}", friction=f"{body.friction:.9g}", contype="0", conaffinity="2",
+            **_SOLID,
         )  # fmt: skip
+    return [f"{body.name}/thread{k}" for k in range(chain.links)]
 
 
 def _tool(
@@ -390,18 +410,19 @@ def _tool(
         _add(drives, "position", name=f"{tool.name}/drive{k}", joint=name, kp=f"{_JAW_STIFFNESS:g}",
                        forcerange=f"{-section.grip:.9g} {section.grip:.9g}")  # fmt: skip
         for i, body in enumerate(free):
-            _add(sensors, "contact", name=f"{tool.name}/grip{k}/{i}", geom1=name, body2=body,
+            _add(sensors, "contact", name=f"{tool.name}/grip{k}/{i}", geom1=name, subtree2=body,
                            data="found force", reduce="netforce", num="1")  # fmt: skip
 
 
-def _shaft(world: Xml.Element, name: str, shaft: ShaftShape) -> None:
-    """A free body at its link: as the tool it meets the bodies alone, neither tools nor the jaws beyond its wrist."""
-    base = _add(world, "body", name=f"{name}/shaft", gravcomp="1", **_place(shaft.X_WS))
-    _add(base, "freejoint", name=f"{name}/shaft/free")
-    _add(base, "inertial", pos="0 0 0", mass=f"{_SHAFT_MASS:g}", diaginertia=numbers(_SHAFT_INERTIA))
+def _link(world: Xml.Element, name: str, link: LinkShape) -> None:
+    """A free body at its link: as the tool it meets the bodies alone, neither tools nor other links."""
+    base = _add(world, "body", name=name, gravcomp="1", **_place(link.X_WS))
+    _add(base, "freejoint", name=f"{name}/free")
+    _add(base, "inertial", pos="0 0 0", mass=f"{_LINK_MASS:g}",
+                       diaginertia=numbers(_LINK_MASS * link.arm**2 * np.array(_LINK_ROUND)))  # fmt: skip
     _add(
-        base, "geom", name=f"{name}/shaft", type="capsule", fromto=numbers((*shaft.a, *shaft.b)), mass="0",
-        size=f"{shaft.radius:.9g}", contype="0", conaffinity="0",
+        base, "geom", name=name, type="capsule", fromto=numbers((*link.a, *link.b)), mass="0",
+        size=f"{link.radius:.9g}", contype="0", conaffinity="0",
     )  # fmt: skip
 
 

@@ -179,7 +179,7 @@ class EngineSection(Section):
     friction: NotNegative = 0.8
     """friction of the jaws [-]"""
     shafts: bool = True
-    """the shafts of the instruments touch bodies, too"""
+    """shafts and wrists of the instruments touch bodies, too"""
     release: Annotated[Positive, Field(le=0.2)] = 0.02
     """distance at which a stuck virtual tool is put back to its tool [m]"""
     field: tuple[Vector, Vector] = ((-0.2, -0.2, -0.1), (0.2, 0.2, 0.3))
