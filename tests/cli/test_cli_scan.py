@@ -81,17 +81,17 @@ def test_mistakes(scene, monkeypatch, capsys, arguments, words):
 
 
 def test_views_that_are_far_apart_without_poses_make_no_organ(tmp_path, capsys, monkeypatch):
-    """Views from all around, 15 degrees and more apart, find a wrong alignment: exit 1, and no file."""
+    """Views from all around, 30 degrees and more apart, find a wrong alignment: exit 1, and no file."""
     from palpate import Scene
     from palpate.scene.surface import placed
     from palpate.sensing.around import around
     from palpate.sensing.depth_camera import Body
 
     organ = placed(Scene.parse("objects: [{name: organ, shape: organ}]\n"))[0].body
-    views = around(Body(organ.name, organ.vertices, organ.triangles), 12, 3e-4, 2)
-    paths = [str(tmp_path / f"{k:02d}.ply") for k in range(12)]
+    views = around(Body(organ.name, organ.vertices, organ.triangles), 6, 3e-4, 2)
+    paths = [str(tmp_path / f"{k:02d}.ply") for k in range(6)]
     for path, cloud in zip(paths, views.clouds, strict=True):
-        cloud.save(Path(path))
+        PointCloud(cloud.points[::12]).save(Path(path))  # few points: it takes seconds
     out, more = tmp_path / "organ.ply", ["--json", "-"]
     made = []  # both commands scan the same views, which takes seconds
     scan = palpate.world.scan.scan

@@ -18,7 +18,7 @@ pytestmark = pytest.mark.skipif(shutil.which("g++") is None, reason="needs g++")
 
 def compiled(source, out):
     """Compile a file of C++ to an object file."""
-    options = ("-std=c++20", "-O1", "-DNDEBUG", "-ffp-contract=off", "-I", ROOT / "core", "-isystem", EIGEN)
+    options = ("-std=c++20", "-O0", "-DNDEBUG", "-ffp-contract=off", "-I", ROOT / "core", "-isystem", EIGEN)
     subprocess.run(["g++", *options, "-c", source, "-o", out], check=True)
     return out
 

@@ -40,7 +40,8 @@ LEAST_MOTION = 5e-5  # least RMS motion of the handle [m]
 _GOOD_FIT = 0.85  # fraction of the impedance that the second-order model should explain
 _WIDE = 0.2  # relative half width of a confidence interval above which a warning is given
 _LAG = (-0.004, 0.02)  # range that is searched for the load cell's lag [s]
-_LAGS = 13  # lags at which the search starts
+_LAGS = 13  # lags that are tried at once
+_FINEST = 1e-8  # distance of the lags at which the search ends [s]
 _BLOCKS = 10  # sections of the jackknife
 _IMPROBABLE = 1e-3  # probability of the lines' residuals below which the hand has another form
 _EXACT = 1e-3  # error of a line relative to its force that the finite segments cause
@@ -74,15 +75,15 @@ class Filter:
     """Infinity: a delay."""
     damping: float = 1.0
 
-    def response(self, f: Array, lag: float) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-        """Response (l,) at frequencies f [Hz], and the derivative of its logarithm by s [s]."""
+    def response(self, f: Array, lag: float | Array) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
+        """Response (l,) at frequencies f [Hz], and the derivative of its logarithm by s [s]; both (n, l) for lags (n, 1)."""
         x = 2j * np.pi * f * lag
         if self.damping < 1.0:
             second = 0.25 / self.damping**2
             down = 1.0 + x + second * x**2
             return np.asarray(1.0 / down), np.asarray(-lag * (1.0 + 2.0 * second * x) / down)
         if np.isinf(self.order):
-            return np.asarray(np.exp(-x)), np.full(len(f), -lag, dtype=np.complex128)
+            return np.asarray(np.exp(-x)), np.zeros(x.shape, dtype=np.complex128) - lag
         part = 1.0 + x / self.order
         return np.asarray(part**-self.order), np.asarray(-lag / part)
 
@@ -287,32 +288,31 @@ class _Lagged:
 
     @staticmethod
     def of(S: Spectra, f: Array, weight: Array, cell: Filter) -> _Lagged:
-        """Weighted least squares of S_uF = H (m S_ua + b S_uv + k S_ux); linear except for the lag."""
-        from scipy.optimize import minimize_scalar
+        """Weighted least squares of S_uF = H (m S_ua + b S_uv + k S_ux); linear except for the lag.
 
-        y = S["uF"] * weight
-        right = np.concatenate([y.real, y.imag])
-
-        def solved(lag: float) -> tuple[Array, float]:
-            columns = _lagged(S, f, lag, cell) * weight[:, None]
-            A = np.concatenate([columns.real, columns.imag])
-            found = np.linalg.lstsq(A, right, rcond=None)[0]
-            return found, float(np.square(right - A @ found).sum())
-
-        grid = np.linspace(*_LAG, _LAGS)
-        k = int(np.argmin([solved(lag)[1] for lag in grid]))
-        around = grid[max(k - 1, 0)], grid[min(k + 1, _LAGS - 1)]
-        search = minimize_scalar(lambda T: solved(T)[1], bounds=around, method="bounded", options={"xatol": 1e-7})
-        found, cost = solved(float(search.x))
-        return _Lagged(np.r_[found, search.x], cell, cost)
+        The lag is searched on a grid, then on finer ones between the neighbours of the best.
+        """
+        y, low, high = S["uF"] * weight, *_LAG
+        while True:
+            lags = np.linspace(low, high, _LAGS)
+            columns = _lagged(S, f, lags[:, None], cell) * weight[:, None]  # (lags, l, 3)
+            size = np.linalg.norm(columns, axis=1, keepdims=True)
+            unit = columns / size
+            adjoint = unit.conj().transpose(0, 2, 1)
+            found = np.linalg.solve((adjoint @ unit).real, (adjoint @ y).real[..., None])  # (lags, 3, 1)
+            cost = np.square(np.abs(y - (unit @ found)[..., 0])).sum(axis=1)
+            k = int(np.argmin(cost))
+            if lags[1] - low < _FINEST:
+                return _Lagged(np.r_[found[k, :, 0] / size[k, 0], lags[k]], cell, float(cost[k]))
+            low, high = lags[max(k - 1, 0)], lags[min(k + 1, _LAGS - 1)]
 
     def residual(self, S: Spectra, f: Array) -> NDArray[np.complex128]:
         """Residual S_uF - H (m S_ua + b S_uv + k S_ux) of the lines."""
         return np.asarray(S["uF"] - _lagged(S, f, float(self.x[3]), self.cell) @ self.x[:3])
 
 
-def _lagged(S: Spectra, f: Array, lag: float, cell: Filter) -> NDArray[np.complex128]:
-    """Cross spectra (l, 3) with acceleration, velocity and position as the load cell shows them.
+def _lagged(S: Spectra, f: Array, lag: float | Array, cell: Filter) -> NDArray[np.complex128]:
+    """Cross spectra (l, 3), or (n, l, 3), with acceleration, velocity and position as the load cell shows them.
 
     A line holds, within the window's width, motion of other frequencies s': H(s') = H(s) (1 + (s' - s) d ln H / ds),
     and s' times the motion is its derivative.
@@ -321,7 +321,7 @@ def _lagged(S: Spectra, f: Array, lag: float, cell: Filter) -> NDArray[np.comple
     H, slope = cell.response(f, lag)
     pairs = (("ua", "uj"), ("uv", "ua"), ("ux", "uv"))
     columns = [S[key] + slope * (S[derivative] - s * S[key]) for key, derivative in pairs]
-    return np.asarray(np.stack(columns, axis=1) * H[:, None])
+    return np.asarray(np.stack(columns, axis=-1) * H[..., None])
 
 
 def _shares(forms: list[_Lagged], f: Array) -> Array:
