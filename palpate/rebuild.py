@@ -19,7 +19,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from importlib import import_module, invalidate_caches, metadata
 from importlib.util import find_spec
 from pathlib import Path
@@ -133,10 +133,23 @@ def _complete(name: str) -> None:
     with _lock():
         if find_spec(f"palpate.{name}") is not None:
             return
-        parts = ";".join(dict.fromkeys((*_parts(build), name.removeprefix("_"))))
-        configure = ["cmake", f"-DPALPATE_PARTS={parts}", str(build.parent)]
+        before = _parts(build)
         print(f"palpate: compiling {_PARTS[name].words}, once (about {_PARTS[name].seconds})", file=sys.stderr)
-        _compile(lambda: (subprocess.run(configure, check=True, stdout=subprocess.DEVNULL), rebuild()))
+
+        def configure(parts: list[str]) -> None:
+            command = ["cmake", f"-DPALPATE_PARTS={';'.join(parts)}", str(build.parent)]
+            subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+
+        def build_part() -> None:
+            configure([*dict.fromkeys((*before, name.removeprefix("_")))])
+            rebuild()
+
+        try:
+            _compile(build_part, _PARTS[name].words)
+        except ImportError:
+            with suppress(OSError, subprocess.CalledProcessError):
+                configure(before)  # otherwise the core could not be compiled any more, either
+            raise
 
 
 def _parts(cache: Path) -> list[str]:
@@ -154,8 +167,15 @@ def _rebuild() -> Callable[[], None] | None:
 def _lock() -> Iterator[None]:
     """Let one process configure and compile at a time; the system releases the lock even if the process dies."""
     folder = _stamp().parent
-    folder.mkdir(exist_ok=True)
-    with (folder / "compiling.lock").open("w") as file:
+    try:
+        folder.mkdir(exist_ok=True)
+        lock = (folder / "compiling.lock").open("w")
+    except OSError as error:
+        raise ImportError(
+            f"palpate must be compiled, and {folder} cannot be written ({error.strerror}). Mend: run make setup as the "
+            "owner of this clone, or use a clone of your own"
+        ) from None
+    with lock as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
@@ -165,13 +185,15 @@ def _lock() -> Iterator[None]:
         yield
 
 
-def _compile(rebuild: Callable[[], object]) -> None:
+def _compile(rebuild: Callable[[], object], what: str = "the C++ core of palpate") -> None:
     began, path = time.time(), os.environ.get("PATH", "")
     os.environ["PATH"] = os.pathsep.join((os.path.join(sys.prefix, "bin"), path))  # cmake and ninja are installed there
     try:
         rebuild()
     except subprocess.CalledProcessError:
-        raise ImportError("the C++ core of palpate does not compile; the compiler's words are above") from None
+        raise ImportError(f"{what}: the sources do not compile; the compiler's words are above") from None
+    except FileNotFoundError as error:
+        raise ImportError(f"{what}: {error.filename} is missing, which compiles them. Mend: make setup") from None
     finally:
         os.environ["PATH"] = path
     invalidate_caches()

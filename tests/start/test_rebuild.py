@@ -71,7 +71,7 @@ def test_compiler_error_is_reported_and_the_build_is_repeated(source, monkeypatc
     monkeypatch.setattr(palpate, "__loader__", loader)
     source.write_text("wrong")
     for count in (1, 2):
-        with pytest.raises(ImportError, match="does not compile"):
+        with pytest.raises(ImportError, match="do not compile"):
             rebuild.refresh()
         assert loader.count == count
 
@@ -115,6 +115,33 @@ def test_missing_extension_is_compiled_on_first_import(cache, monkeypatch, capsy
     rebuild.extension("_dvrk")
     assert configured[1][1] == "-DPALPATE_PARTS=tissue;dvrk"
     assert (loader.count, len(configured)) == (2, 2)
+
+
+def test_a_part_that_does_not_compile_leaves_the_others_as_they_are(cache, monkeypatch):
+    cache.write_text("PALPATE_PARTS:STRING=tissue\n")
+    configured = []
+    monkeypatch.setattr(palpate, "__loader__", Loader(fails=True))
+    monkeypatch.setattr(rebuild, "find_spec", lambda name: None)
+    monkeypatch.setattr(rebuild.subprocess, "run", lambda command, **_: configured.append(command[1]))
+    with pytest.raises(ImportError, match=r"virtual fixtures: the sources do not compile"):
+        rebuild.extension("_guidance")
+    assert configured == ["-DPALPATE_PARTS=tissue;guidance", "-DPALPATE_PARTS=tissue"]
+
+
+def test_what_is_missing_to_compile_is_named(cache, source, monkeypatch):
+    def without_cmake(command, **_):
+        raise FileNotFoundError(2, "No such file or directory", command[0])
+
+    monkeypatch.setattr(palpate, "__loader__", Loader())
+    monkeypatch.setattr(rebuild, "find_spec", lambda name: None)
+    monkeypatch.setattr(rebuild.subprocess, "run", without_cmake)
+    with pytest.raises(ImportError, match=r"virtual fixtures: cmake is missing.*make setup"):
+        rebuild.extension("_guidance")
+    source.write_text("changed")
+    (source.parents[2] / "build" / "compiling.lock").unlink()
+    (source.parents[2] / "build" / "compiling.lock").mkdir()  # as if it could not be written, for root as well
+    with pytest.raises(ImportError, match="build cannot be written"):
+        rebuild.refresh()
 
 
 def test_nothing_is_compiled_beside_a_loop_in_real_time(cache, source, monkeypatch):

@@ -76,7 +76,7 @@ class Filter:
     damping: float = 1.0
 
     def response(self, f: Array, lag: float | Array) -> tuple[NDArray[np.complex128], NDArray[np.complex128]]:
-        """Response (l,) at frequencies f [Hz], and the derivative of its logarithm by s [s]; both (n, l) for lags (n, 1)."""
+        """Response (l,) at frequencies f [Hz], and the derivative of its logarithm by s [s]; (n, l) for lags (n, 1)."""
         x = 2j * np.pi * f * lag
         if self.damping < 1.0:
             second = 0.25 / self.damping**2
