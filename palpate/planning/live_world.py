@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,7 @@ from palpate import _core
 from palpate.base.arrays import Array
 from palpate.planning import geometry
 from palpate.planning.problem import Problem
+from palpate.planning.robot import Robot
 from palpate.planning.world import Obstacle, World
 from palpate.record import live
 from palpate.record.ticks import Ticks
@@ -26,6 +28,7 @@ STILL = 1e-4
 Clouds = Callable[[], Mapping[str, tuple["_tissue.PointSurface", float]]]
 """Newest surfaces of sensors in O by the name of their object, with the spacing of their points [m]."""
 Pose = Callable[[Ticks], Array | None]
+Neighbour = tuple[Robot, Callable[[], Array]]
 
 
 class LiveWorld:
@@ -35,11 +38,16 @@ class LiveWorld:
         problem: the problem, whose obstacles are those of the scene at rest.
         rig: the rig of the run.
         clouds: asks for the newest surfaces of sensors; None: no object is the cloud of a sensor.
+        neighbours: the instruments of other pairs, with what returns their newest joints (n,) [rad, m].
     """
 
-    def __init__(self, problem: Problem, rig: Rig, clouds: Clouds | None = None) -> None:
+    def __init__(
+        self, problem: Problem, rig: Rig, clouds: Clouds | None = None, neighbours: Sequence[Neighbour] = ()
+    ) -> None:
         self._world, self._clouds = problem.world, clouds
         self._poses = _poses(rig)
+        for robot, joints in neighbours:
+            self._poses |= _led(robot, joints)
         self._seen: dict[str, _tissue.PointSurface] = {}
 
     @property
@@ -83,6 +91,19 @@ def _poses(rig: Rig) -> dict[str, Pose]:
         elif obj.motion:
             found[obj.name] = _waving(materials.motion(obj, placed.bounds.mean(axis=0)), placed.X_WO)
     return found
+
+
+def _led(robot: Robot, joints: Callable[[], Array]) -> dict[str, Pose]:
+    """How the poses of the bodies of an instrument that a hand moves are found."""
+
+    @lru_cache(maxsize=1)
+    def placed(q: bytes) -> Array:
+        return np.asarray(robot.placed(np.frombuffer(q)[None]).X_W[0])
+
+    def pose(index: int, X: Array) -> Pose:
+        return lambda tick: placed(np.ascontiguousarray(joints(), dtype=np.float64).tobytes())[index] @ X
+
+    return {f"{robot.name}/{body.name}": pose(i, body.solid()[1]) for i, body in enumerate(robot.bodies)}
 
 
 def _tracked(slot: int) -> Pose:

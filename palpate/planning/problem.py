@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -47,7 +47,7 @@ class Problem:
 
         Args:
             scene: the scene, with its section `planning`.
-            arm: name of the arm; the scene's when left out.
+            arm: name of the arm; the scene's when left out. In a scene with several pairs, the name of a pair.
             rig: the scene as it was built, if it was.
 
         Raises:
@@ -56,6 +56,14 @@ class Problem:
         from palpate.scene.rig import build
 
         geometry.require()
+        if scene.pairs:
+            from palpate.scene.together import build_pairs
+
+            if arm not in scene.pairs:
+                what = "the scene has several pairs" if arm is None else f"there is no pair {arm!r}"
+                mend = f"name one of {', '.join(scene.pairs)}: palpate plan --arm NAME"
+                raise SceneError(what, where=scene.where("pairs"), mend=mend)
+            return cls.of_pair(build_pairs(scene), arm)
         section = scene.planning
         if arm is not None and arm not in (section.arm, "follower"):
             others = ", ".join(one.name for one in section.instruments)
@@ -83,6 +91,19 @@ class Problem:
         limits = Limits.of(follower, section.speed)
         file = str(Path(scene.file).resolve()) if scene.file else ""
         return cls(robot, World(tuple(obstacles), allowed), states, limits, section.clearance, file)
+
+    @classmethod
+    def of_pair(cls, rigs: Mapping[str, Rig], name: str) -> Problem:
+        """The problem of one of several pairs; the instruments of the others are obstacles where they start.
+
+        Args:
+            rigs: the pairs as they were built.
+            name: name of the pair, which the arm of the plan has as well.
+        """
+        alone = cls.of(rigs[name].scene, rig=rigs[name])
+        others = [neighbour(other, rig) for other, rig in rigs.items() if other != name]
+        stand = [body for one in others for body in instrument(one, rigs[one.name].arms.q_follower0)]
+        return replace(alone, robot=replace(alone.robot, name=name), world=alone.world.with_added(stand))
 
     def with_world(self, world: World) -> Problem:
         """The same problem in a changed world."""
@@ -268,6 +289,13 @@ def _attached(scene: Scene, rig: Rig, robot: Robot, q: Array, index: int) -> Att
     X = rigid.inverse(X_WLink) @ placed.X_WO
     vertices = np.asarray(placed.body.vertices) @ X[:3, :3].T + X[:3, 3]
     return Attached(section.object, section.link, vertices, np.asarray(placed.body.triangles))
+
+
+def neighbour(name: str, rig: Rig) -> Robot:
+    """The instrument of a pair as others meet it: with its jaws at any angle that its hand can give them."""
+    jaw = rig.scene.arms.follower.jaw
+    angles = (jaw.start, jaw.closed, jaw.open)
+    return Robot(name, rig.arms.follower, rig.arms.X_WB).with_jaws(min(angles), max(angles))
 
 
 def _instrument(scene: Scene, index: int) -> list[Any]:

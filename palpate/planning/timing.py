@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -37,6 +36,25 @@ class Limits:
 
 
 @dataclass(frozen=True)
+class _Jerked:
+    """A motion along one axis in phases of constant jerk."""
+
+    duration: float
+    begins: Array  # (7,) first time of each phase [s]; then position, speed, acceleration and jerk there
+    s: Array
+    v: Array
+    a: Array
+    j: Array
+
+    def at(self, t: Array) -> tuple[Array, Array, Array]:
+        """Position, speed and acceleration (K,) at times (K,) within the duration."""
+        k = np.maximum(np.searchsorted(self.begins, t, "right") - 1, 0)
+        d, j = t - self.begins[k], self.j[k]
+        a, v = self.a[k] + d * j, self.v[k] + d * (self.a[k] + 0.5 * d * j)
+        return self.s[k] + d * (self.v[k] + d * (0.5 * self.a[k] + d * j / 6.0)), v, a
+
+
+@dataclass(frozen=True)
 class _Piece:
     """A curve with its length in the metric of the path, its first time [s], duration [s] and motion along it."""
 
@@ -44,7 +62,7 @@ class _Piece:
     length: float
     begin: float
     duration: float
-    motion: Any  # ruckig.Trajectory, or the constant speed
+    motion: _Jerked | float  # the constant speed of a corner
 
 
 class Trajectory:
@@ -101,7 +119,8 @@ class Trajectory:
         low, high = 0.0, piece.duration
         for _ in range(50):
             middle = 0.5 * (low + high)
-            low, high = (middle, high) if piece.motion.at_time(middle)[0][0] < u * piece.length else (low, middle)
+            s = float(piece.motion.at(np.array([middle]))[0][0])
+            low, high = (middle, high) if s < u * piece.length else (low, middle)
         return piece.begin + high
 
     def index_at(self, t: float) -> int:
@@ -196,7 +215,7 @@ def _reachable(low: float, high: float, length: float, allowed: tuple[float, flo
     return least
 
 
-def _one_axis(length: float, v0: float, v1: float, allowed: tuple[float, float, float]) -> Any:
+def _one_axis(length: float, v0: float, v1: float, allowed: tuple[float, float, float]) -> _Jerked:
     """The time-optimal motion of one axis over a length."""
     import ruckig
 
@@ -207,12 +226,15 @@ def _one_axis(length: float, v0: float, v1: float, allowed: tuple[float, float, 
     result = otg.calculate(given, made)
     if int(result) < 0:
         raise RuntimeError(f"ruckig: {result} for length {length}, speeds {v0} to {v1}, limits {allowed}")
-    return made
+    profile = made.profiles[0][0]
+    begins = np.r_[0.0, np.cumsum(profile.t)[:-1]]
+    parts = (np.array(x[: len(begins)]) for x in (profile.p, profile.v, profile.a, profile.j))
+    return _Jerked(float(made.duration), begins, *parts)
 
 
 def _along(piece: _Piece, t: Array) -> tuple[Array, Array, Array]:
     """Position, speed and acceleration (K,) along a piece at times t (K,) after its begin."""
     if isinstance(piece.motion, float):
         return piece.motion * t, np.full(len(t), piece.motion), np.zeros(len(t))
-    rows = np.array([[x[0] for x in piece.motion.at_time(float(x))] for x in t])
-    return np.clip(rows[:, 0], 0.0, piece.length), rows[:, 1], rows[:, 2]
+    s, ds, dds = piece.motion.at(t)
+    return np.clip(s, 0.0, piece.length), ds, dds

@@ -84,9 +84,8 @@ class AttendedLoop(RecordedLoop):
 
     def idle_periods(self, t: float, period: float) -> float:
         """Number of periods from a time on [s] at whose begin nothing beside a lockstep loop has work."""
-        executes = self.execution is not None and not self.execution.over
         steered = self.camera is not None and (self._loop.controls.camera or not self.camera.at_rest)
-        if self.tracking is not None or self.sensing is not None or self.steps_beside or executes or steered:
+        if self.tracking is not None or self.sensing is not None or self.steps_beside or self.executes or steered:
             return 0.0
         return self._snapshots.idle_periods(t, period) if self.takes_snapshots else math.inf
 
@@ -110,16 +109,21 @@ class AttendedLoop(RecordedLoop):
 
             step = partial(self._timed, sensing.step)
             found.append(every(sensing_module.PERIOD, step, self._stop_pump, "sensing", self._note, sensing.hold))
-        if self.execution is not None and not self.execution.over:
+        if self.executes:
             found.append(self._watch_execution())
         return found
 
     def _watch_execution(self) -> threading.Thread:
         from palpate.session.periodic import every
 
-        return every(plan_execution.PERIOD, self._look_ahead, self._stop_pump, "execution", self._note)
+        return every(plan_execution.PERIOD, self.look_ahead, self._stop_pump, "execution", self._note)
 
-    def _look_ahead(self) -> None:
+    @property
+    def executes(self) -> bool:
+        """True while a plan moves the follower."""
+        return self.execution is not None and not self.execution.over
+
+    def look_ahead(self) -> None:
         """Let the execution of a plan look at the world ahead."""
         if self.execution is not None and not self.execution.over:
             self.execution.look()

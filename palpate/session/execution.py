@@ -10,7 +10,7 @@ has proved the plan free in the newest world. Where the proofs stop coming, the 
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
@@ -23,6 +23,7 @@ from palpate.record.ticks import Ticks
 from palpate.session import machine
 
 if TYPE_CHECKING:
+    from palpate.planning.live_world import Neighbour
     from palpate.planning.problem import Problem
     from palpate.planning.result import Plan
     from palpate.scene.rig import Rig
@@ -171,12 +172,14 @@ class PlanExecution:
 class Ahead:
     """What is proved ahead of a motion, in the world of a run."""
 
-    def __init__(self, problem: Problem, plan: Plan, rig: Rig, sensing: Sensing | None) -> None:
+    def __init__(
+        self, problem: Problem, plan: Plan, rig: Rig, sensing: Sensing | None, neighbours: Sequence[Neighbour]
+    ) -> None:
         from palpate.planning import ahead
         from palpate.planning.live_world import LiveWorld
 
         self._duration = plan.duration_s
-        self._world = LiveWorld(problem, rig, None if sensing is None else sensing.clouds)
+        self._world = LiveWorld(problem, rig, None if sensing is None else sensing.clouds, neighbours)
         self._ahead = ahead.Ahead(problem.robot, plan)
 
     def prove(self, tick: Ticks, time: float, whole: bool = False) -> str:
@@ -192,9 +195,9 @@ class Ahead:
 
 def begin(
     loop: Any, rig: Rig, sensing: Sensing | None, latest: Callable[[], Ticks], plan: Plan, speed: float,
-    guard: float, problem: Problem | None,
+    guard: float, problem: Problem | None, neighbours: Sequence[Neighbour] = (),
 ) -> PlanExecution:  # fmt: skip
-    """Begin a plan on the follower of a loop; see `LiveSession.execute`."""
+    """Begin a plan on the follower of a loop; see `LiveSession.execute`. neighbours: as for `LiveWorld`."""
     from palpate.planning import ahead
     from palpate.planning.problem import Problem
 
@@ -220,7 +223,7 @@ def begin(
     ahead.require_start(plan, q)
     jaw = float(tick["jaw"]) if begun else rig.scene.arms.follower.jaw.start
     problem = replace(problem, robot=problem.robot.with_jaws(jaw, jaw))  # the jaws hold their angle during the motion
-    proofs = Ahead(problem, plan, rig, sensing)
+    proofs = Ahead(problem, plan, rig, sensing, neighbours)
     why = proofs.prove(tick, 0.0, whole=True)
     low, high = plan.jaw
     if why and not low - 1e-3 <= jaw <= high + 1e-3:

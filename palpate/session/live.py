@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import threading
 import weakref
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
@@ -26,6 +26,7 @@ from palpate.session.state import State
 from palpate.session.summary import Summary
 
 if TYPE_CHECKING:
+    from palpate.planning.live_world import Neighbour
     from palpate.planning.problem import Problem
     from palpate.planning.result import Plan
     from palpate.scene.guidance.steered import SteeredFixtures
@@ -177,8 +178,17 @@ class LiveSession(AttendedLoop):
         """
         if self.execution is not None and not self.execution.over and self.execution.phase != "waiting":
             raise StateError("another plan moves the follower", mend="session.execution.stop()")
+        latest = weakref.proxy(self).latest
         self.execution = plan_execution.begin(
-            self._loop, self.rig, self.sensing, weakref.proxy(self).latest, plan, speed, guard, problem
+            self._loop,
+            self.rig,
+            self.sensing,
+            latest,
+            plan,
+            speed,
+            guard,
+            problem or self._problem(),
+            self._neighbours(),
         )
         if self._pump is not None:
             self._beside.append(self._watch_execution())
@@ -254,6 +264,14 @@ class LiveSession(AttendedLoop):
         self.close()
 
     # -- inside ----------------------------------------------------------------------------------------------------
+
+    def _problem(self) -> Problem | None:
+        """The planning problem of the session, where it is not that of its scene alone."""
+        return None
+
+    def _neighbours(self) -> Sequence[Neighbour]:
+        """The instruments of other pairs, as a plan must avoid them."""
+        return ()
 
     def _require_idle(self) -> None:
         if self._pump is not None:

@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
 
 from palpate import _core
 from palpate.base.arrays import Array
 from palpate.record.snapshots import Snapshot
 from palpate.record.ticks import Ticks
 from palpate.scene.rig import Rig
+from palpate.scene.together import Rigs
 from palpate.session.camera import CameraArm
 from palpate.session.live import LiveSession
 from palpate.session.pairs_summary import Met
 from palpate.session.session import Session
 from palpate.world.bodies.engine import World
+
+if TYPE_CHECKING:
+    from palpate.planning.live_world import Neighbour
+    from palpate.planning.problem import Problem
 
 
 class Run(Protocol):
@@ -42,6 +49,16 @@ class Run(Protocol):
     @property
     def world(self) -> World | None:
         """The rigid bodies that the tools of all pairs touch."""
+        ...
+
+    @property
+    def rigs(self) -> Rigs:
+        """The rigs of all pairs."""
+        ...
+
+    @property
+    def pairs(self) -> Mapping[str, Paired]:
+        """The sessions of all pairs."""
         ...
 
 
@@ -98,6 +115,21 @@ class Paired(LiveSession):
     def _keep(self, ticks: Ticks, snapshots: list[Snapshot]) -> None:
         super()._keep(ticks, snapshots)
         self.met.add(ticks)
+
+    def _problem(self) -> Problem:
+        from palpate.planning.problem import Problem
+
+        return Problem.of_pair(self._run.rigs, self.name)
+
+    def _neighbours(self) -> Sequence[Neighbour]:
+        from palpate.planning.problem import neighbour
+
+        others = {name: session for name, session in self._run.pairs.items() if name != self.name}
+        return [(neighbour(name, session.rig), session.joints) for name, session in others.items()]
+
+    def joints(self) -> Array:
+        """The newest joint positions (n,) of the follower [rad, m]."""
+        return np.asarray(self.latest()["q_follower"])[: self.rig.arms.follower.n]
 
     def _body_places(self) -> Mapping[str, Array]:
         return {} if self._run.world is None else self._run.world.drawn()

@@ -9,13 +9,13 @@ from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from palpate import _core
 from palpate.base import stop_signals
-from palpate.base.errors import PalpateError, SceneError, StateError
+from palpate.base.errors import PalpateError, PlanningError, SceneError, StateError
 from palpate.record.ticks import Ticks, as_ticks
 from palpate.scene import held
 from palpate.scene.live_targets import PERIOD
@@ -26,6 +26,7 @@ from palpate.session import tool_exchange
 from palpate.session.backlog import loop_first
 from palpate.session.camera import CameraArm
 from palpate.session.controls import Controls
+from palpate.session.execution import GUARD, PlanExecution
 from palpate.session.live import DRAIN
 from palpate.session.operator_seat import OperatorSeat
 from palpate.session.pair import Paired, PairSession
@@ -36,6 +37,9 @@ from palpate.session.session import BATCH, UNWATCHED_BATCH
 from palpate.session.state import State
 from palpate.session.summary import Summary
 from palpate.session.swap import swapped
+
+if TYPE_CHECKING:
+    from palpate.planning.result import Plan
 
 States = Mapping[str, State]
 """State of each pair at its newest tick, by name."""
@@ -306,6 +310,20 @@ class PairsSession:
         for session in self.pairs.values():
             session.limit_record(size / len(self.pairs))
 
+    def execute(self, plan: Plan, speed: float = 1.0, guard: float = GUARD) -> PlanExecution:
+        """Let a plan move the follower of the pair that it names as its arm; as `Session.execute`.
+
+        Where the instruments of the other pairs are counts as everything else that moves.
+
+        Raises:
+            PlanningError, StateError: as `Session.execute`, and if no pair has the name of the plan's arm.
+        """
+        if plan.arm not in self._pairs:
+            names = ", ".join(self._pairs)
+            what = f"the plan moves {plan.arm}, and the pairs are {names}"
+            raise PlanningError(what, mend="plan for one of them: palpate plan SCENE --arm NAME")
+        return self._pairs[plan.arm].execute(plan, speed, guard)
+
     def set_recording(self, on: bool) -> None:
         """End the present records, also while the pairs run; True begins new ones with the next tick."""
         for session in self.pairs.values():
@@ -340,9 +358,10 @@ class PairsSession:
 
     def _advance(self, n: int) -> list[list[np.ndarray]]:
         """Run `n` ticks of all pairs, in blocks (rows of each) between which what is beside has its turns."""
-        beside = [p for s in self.pairs.values() for p in (s.tracking, s.sensing) if p is not None]
-        snapshots = any(session.takes_snapshots for session in self.pairs.values())
-        if not beside and self.camera is None and not snapshots and not self.steps_beside:
+        sessions = self.pairs.values()
+        beside = [p for s in sessions for p in (s.tracking, s.sensing) if p is not None]
+        attended = any(session.takes_snapshots or session.executes for session in sessions)
+        if not beside and self.camera is None and not attended and not self.steps_beside:
             return [_core.run_in_turns(self._loops, n)]
         size, done = max(1, round(PERIOD * self.scene.rates.haptic)), []
         while n > 0:
@@ -352,8 +371,9 @@ class PairsSession:
                 for step in self.steps_beside:
                     step(float(self.latest()["t"]))
                 self._seat.steer()
-                for session in self.pairs.values():
+                for session in sessions:
                     session.take_snapshot()
+                    session.look_ahead()
                 self._ticks_to_steps = size
             next_turn = float(self.latest()["t"]) + self._ticks_to_steps / self.scene.rates.haptic
             some = min(self._ticks_to_steps + size * self._idle_periods(next_turn, size, n), n)

@@ -186,7 +186,7 @@ class Session(LiveSession):
     def _advance(self, n: int, hand_W: Array | None = None) -> list[Rows]:
         """Run `n` ticks, with the hand as in `lead`, in blocks between which what is beside the loop has its turns."""
         beside = self.tracking is not None or self.sensing is not None or self.camera is not None
-        if not beside and not self.takes_snapshots and not self._executes and not self.steps_beside:
+        if not beside and not self.takes_snapshots and not self.executes and not self.steps_beside:
             return [self._sim.run(n) if hand_W is None else self.simulation.run(n, hand_W)]
         size, done, at = max(1, round(PERIOD * self.rate)), [], 0
         while n > 0:
@@ -198,7 +198,7 @@ class Session(LiveSession):
                     step(float(self.latest()["t"]))
                 self._steer_camera()
                 self.take_snapshot()
-                self._look_ahead()
+                self.look_ahead()
                 self._ticks_to_tracking = size
             next_turn = float(self.latest()["t"]) + self._ticks_to_tracking / self.rate
             idle = min(self.idle_periods(next_turn, size / self.rate), n)  # those that need no turn
@@ -207,10 +207,6 @@ class Session(LiveSession):
             done.append(self._sim.run(some) if led is None else self.simulation.run(some, led))
             n, at, self._ticks_to_tracking = n - some, at + some, (self._ticks_to_tracking - some) % size
         return done
-
-    @property
-    def _executes(self) -> bool:
-        return self.execution is not None and not self.execution.over
 
     @loop_first()
     def _run_lockstep(self, n: int, on_progress: Callable[[State], None] | None) -> None:

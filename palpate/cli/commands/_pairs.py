@@ -37,6 +37,8 @@ class Options(Protocol):
     host: str
     remote: str | None
     key: Path | None
+    plan: Path | None
+    speed: float
     task: Any
     failed: bool
 
@@ -83,6 +85,11 @@ def _session(command: Options, scene: Scene, say_progress: Callable[[str], None]
     made = DrivenPairs if driven else PairsSession
     session = made(scene, out=command.out or Path(scene.record.folder), seed=command.seed)
     command.task = task_of(session)
+    if command.plan is not None:
+        from palpate.planning import load
+
+        say_progress("checking the plan in the scene")
+        session.execute(load(command.plan), command.speed)
     say_progress("computing the stability certificates")
     for k, rig in enumerate(session.rigs.values()):
         if k == 0:  # the pairs share the objects
@@ -116,6 +123,9 @@ def _run(command: Options, console: Console, session: PairsSession, realtime: bo
         summary = replace(summary, pairs=each)
         for name in each:
             say(console, link.words(name))
+    for name, pair in session.pairs.items():
+        if pair.execution is not None:
+            say(console, f"{name}: {pair.execution.words()}")
     command.failed = any(ended().values())
     return summary
 

@@ -103,9 +103,9 @@ class Command:
         scene = _with_task(Scene.load(self.scene, self.trust), self.seed)
         if self.leader:
             scene = self._with_leader(scene)
-        if self.plan is not None and (scene.pairs or scene.arms.leader.driver is not None):
-            what = "a scene with several pairs" if scene.pairs else "a scene with a driver"
-            raise PalpateError(f"--plan has no effect on {what}", mend="leave it out; palpate ros move moves real arms")
+        if self.plan is not None and not scene.pairs and scene.arms.leader.driver is not None:
+            what = "--plan has no effect on a scene with a driver"
+            raise PalpateError(what, mend="leave it out; palpate ros move moves real arms")
         self._require_remote(scene)
         if scene.pairs:
             from palpate.cli.commands._pairs import run_pairs
