@@ -14,6 +14,7 @@ import yaml
 from palpate.base.errors import OutputError
 
 if TYPE_CHECKING:
+    from palpate.session.console import Console
     from palpate.session.live import LiveSession
 
 KIND = "palpate places 1"
@@ -28,16 +29,17 @@ class PlaceRecorder:
         session: the session, whose console has the pedal.
         file: YAML file, written anew at each press.
         pedal: name of the pedal.
+        console: the console with the pedal, of several pairs; that of the session when left out.
 
     Raises:
         OutputError: the file cannot be written.
     """
 
-    def __init__(self, session: LiveSession, file: Path, pedal: str = PEDAL) -> None:
+    def __init__(self, session: LiveSession, file: Path, pedal: str = PEDAL, console: Console | None = None) -> None:
         self._session, self._file, self._pedal = session, file, pedal
         self.places: list[list[float]] = []  #: joints (n,) [rad, m] of each press
         self._write()
-        session.console.on_change(self._changed)
+        (console or session.console).on_change(self._changed)
 
     def _changed(self, pedal: str, down: bool) -> None:
         if pedal != self._pedal or not down:

@@ -43,10 +43,14 @@ def test_run_report_check_and_certify_speak_of_every_pair(scene, tmp_path, capsy
     assert both["K_N_per_m"] == alone["K_N_per_m"] + both["K_instrument_N_per_m"] == 800.0
 
 
-@pytest.mark.parametrize("arguments", [["--openigtlink", "18944"]])
-def test_options_of_one_pair_are_refused(scene, arguments, capsys):
-    assert main(["run", str(scene), "--headless", *arguments]) == 2
-    assert "the scene has several" in capsys.readouterr().err
+@pytest.mark.usefixtures("without_figures")
+def test_frames_and_places_are_those_of_all_pairs(scene, tmp_path):
+    """What Slicer gets is in tests/trackers/test_openigtlink.py, what a pedal records in tests/session."""
+    pytest.importorskip("pyigtl")
+    more = ["--openigtlink", "18957", "--record-places", tmp_path / "places.yaml"]
+    ran(["run", scene, "--headless", "--duration", "0.1", "--out", tmp_path / "runs", *more],
+        tmp_path / "out.json")  # fmt: skip
+    assert sorted(file.name for file in tmp_path.glob("places*")) == ["places-left.yaml", "places-right.yaml"]
 
 
 @pytest.mark.usefixtures("without_figures")

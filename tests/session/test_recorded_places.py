@@ -57,3 +57,16 @@ def test_a_pedal_records_places_that_a_plan_goes_through(tmp_path):
 def test_a_file_that_cannot_be_written_is_refused_at_once(tmp_path):
     with pytest.raises(OutputError, match="places cannot be written"):
         PlaceRecorder(palpate.Session(palpate.Scene.parse(SCENE)), tmp_path / "none" / "places.yaml")
+
+
+def test_the_pedal_of_several_pairs_records_the_joints_of_each(tmp_path):
+    from palpate.session import PairsSession
+
+    session = PairsSession(palpate.Scene.load("two_hands"))
+    each = {name: PlaceRecorder(one, tmp_path / name, console=session.console) for name, one in session.pairs.items()}
+    session.step(100)
+    session.console.press("coag")
+    for name, recorder in each.items():
+        q = session.pairs[name].latest()["q_follower"][: len(recorder.places[0])]
+        np.testing.assert_allclose(recorder.places, [q], atol=1e-8)
+    session.close()

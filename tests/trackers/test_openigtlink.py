@@ -14,6 +14,7 @@ from palpate.sensing.trackers import Gate, Sighting, SimulatedTracker
 pytest.importorskip("pyigtl", reason="OpenIGTLink needs the extra tracking")
 from palpate.sensing.trackers.openigtlink import OpenIGTLinkServer, OpenIGTLinkTracker
 from palpate.sensing.trackers.sending import FrameSender
+from palpate.session import PairsSession
 
 
 def wait_for(condition, seconds=10.0):
@@ -97,6 +98,27 @@ def test_a_session_sends_its_frames_and_its_force():
     assert found["ball"].matrix[:3, 3] == pytest.approx([100.0, 200.0, 300.0])
     assert found["tool"].matrix[:3, 3] == pytest.approx(1e3 * session.latest()["p_WT"], abs=1e-3)
     assert [float(x) for x in found["force"].string.split()] == [0.0, 0.0, 0.0]
+
+
+def test_several_pairs_send_their_tools_under_their_names():
+    pyigtl = pytest.importorskip("pyigtl")
+    session, found = PairsSession(Scene.load("two_hands")), {}
+    session.step(1)
+    each = ("leader", "follower", "tool", "force")
+    names = {"liver", *(f"{pair} {name}" for pair in ("right", "left") for name in each)}
+    with FrameSender(session.pairs, 0) as sender:
+        client = pyigtl.OpenIGTLinkClient("127.0.0.1", sender.port)
+
+        def complete():
+            found.update({message.device_name: message for message in client.get_latest_messages()})
+            return set(found) >= names
+
+        wait_for(complete)
+        client.communication_thread_stop_requested = True
+    assert set(found) == names
+    for pair, one in session.pairs.items():
+        assert found[f"{pair} tool"].matrix[:3, 3] == pytest.approx(1e3 * one.latest()["p_WT"], abs=1e-3)
+        assert found[f"{pair} leader"].matrix[:3, 3] == pytest.approx(1e3 * one.rig.arms.X_WL[:3, 3], abs=1e-3)
 
 
 def test_felt_points_lie_on_the_organ_in_ras_and_reach_a_client_that_comes_late():

@@ -13,7 +13,8 @@ from palpate.cli.commands._task import task_of, with_result
 from palpate.cli.terminal.output import console_for, say, write_json
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
+    from contextlib import AbstractContextManager
 
     from rich.console import Console
 
@@ -31,13 +32,13 @@ class Options(Protocol):
     seed: int | None
     out: Path | None
     json: Path | None
-    openigtlink: int | None
     pedals: str | None
     port: int
     host: str
     remote: str | None
     key: Path | None
     plan: Path | None
+    record_places: Path | None
     speed: float
     task: Any
     failed: bool
@@ -46,13 +47,14 @@ class Options(Protocol):
         """True if the scene is felt across a network."""
         ...
 
+    def sender(self, sessions: Mapping[str, Any]) -> AbstractContextManager[object]:
+        """What sends the frames of the sessions to 3D Slicer, if it is wanted."""
+        ...
+
 
 def run_pairs(command: Options, scene: Scene, viewer: bool) -> int:
     """Run all pairs of a scene, print their summaries and write the JSON; returns the exit code."""
     console = console_for(command.json)
-    if command.openigtlink is not None:
-        what = "--openigtlink sends the frames of one pair, and the scene has several"
-        raise PalpateError(what, where=scene.where("pairs"), mend="leave it out, or run one pair as a scene of its own")
     driven = [name for name, one in scene.each_pair().items() if one.arms.leader.driver is not None]
     if driven and command.fast:
         what = f"--fast has no effect on a scene with a driver: pair {driven[0]} is felt on a device"
@@ -90,6 +92,12 @@ def _session(command: Options, scene: Scene, say_progress: Callable[[str], None]
 
         say_progress("checking the plan in the scene")
         session.execute(load(command.plan), command.speed)
+    if command.record_places is not None:
+        from palpate.session.places import PlaceRecorder
+
+        for name, pair in session.pairs.items():
+            file = command.record_places.with_stem(f"{command.record_places.stem}-{name}")
+            PlaceRecorder(pair, file, console=session.console)
     say_progress("computing the stability certificates")
     for k, rig in enumerate(session.rigs.values()):
         if k == 0:  # the pairs share the objects
@@ -115,6 +123,7 @@ def _run(command: Options, console: Console, session: PairsSession, realtime: bo
     with (
         PairsProgress(console, duration, mode, near, ended) as progress,
         pedals(command.pedals, session.console, realtime),
+        command.sender(session.pairs),
         joined(session, command.remote, command.key) as link,
     ):
         summary = session.run(duration, realtime=realtime, on_progress=progress)

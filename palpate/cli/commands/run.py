@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from palpate.scene import Scene
-    from palpate.session import Session
+    from palpate.session import LiveSession, Session
     from palpate.session.remote.link import RemoteLink
     from palpate.session.summary import Summary
     from palpate.session.tasks import TaskRun
@@ -71,7 +71,8 @@ class Command:
     plan: Annotated[Path | None, arg(metavar="FILE.yaml")] = None
     """Let this motion plan move the tool first (palpate plan --out); the hand takes over at its end."""
     record_places: Annotated[Path | None, arg(metavar="FILE.yaml")] = None
-    """Store the follower's joints at each press of the pedal coag: start, way points and goal of a plan."""
+    """Store the follower's joints at each press of the pedal coag: start, way points and goal of a plan; of several
+    pairs in FILE-PAIR.yaml for each."""
     speed: float = 1.0
     """Pace of the plan, 1: as planned [-]."""
     remote: Annotated[str | None, arg(metavar="HOST:PORT")] = None
@@ -163,14 +164,17 @@ class Command:
 
             say("checking the plan in the scene")
             session.execute(load(self.plan), self.speed)
-        if self.record_places is not None:
-            from palpate.session.places import PlaceRecorder
-
-            PlaceRecorder(session, self.record_places)
+        self._record_places(session)
         doubts.warn_of_coarse_meshes(session.scene, session.rig.surfaces)
         say("computing the stability certificate")
         warn_outside(session.rig)
         return session
+
+    def _record_places(self, session: LiveSession) -> None:
+        if self.record_places is not None:
+            from palpate.session.places import PlaceRecorder
+
+            PlaceRecorder(session, self.record_places)
 
     def _run(self, session: Session, console: Console, realtime: bool) -> Summary:
         from palpate.cli.commands._remote import joined
@@ -182,7 +186,7 @@ class Command:
         mode = "real time" if realtime else "lockstep, as fast as possible"
         with (
             Progress(console, duration, mode, session.nearest) as progress,
-            self._sender(session),
+            self.sender(session),
             pedals(self.pedals, session.console, realtime),
             joined(session, self.remote, self.key) as link,
         ):
@@ -209,6 +213,7 @@ class Command:
         def begin() -> DrivenSession:
             session = DrivenSession(scene, self.out or Path(scene.record.folder))
             self.task = task_of(session)
+            self._record_places(session)
             say(console, f"{session.scene.arms.leader.driver} feels {scene.title}: at most "
                 f"{session.scene.stability.force_cap:g} N, {session.rate:g} Hz; Ctrl-C ends it")  # fmt: skip
             return session
@@ -217,6 +222,7 @@ class Command:
             with (
                 DeviceLine(console, session.nearest) as line,
                 pedals(self.pedals, session.console, True),
+                self.sender(session),
                 joined(session, self.remote, self.key) as link,
             ):
                 summary = session.run(self.duration, on_progress=line)
@@ -245,12 +251,13 @@ class Command:
         elif self.key is not None:
             raise PalpateError("--key has no effect without --remote", mend="give --remote HOST:PORT, or leave it out")
 
-    def _sender(self, session: Session) -> AbstractContextManager[object]:
+    def sender(self, sessions: LiveSession | Mapping[str, LiveSession]) -> AbstractContextManager[object]:
+        """What sends the frames of the session, or of the pairs by name, to 3D Slicer, if it is wanted."""
         if self.openigtlink is None:
             return nullcontext()
         from palpate.sensing.trackers.sending import FrameSender
 
-        return FrameSender(session, self.openigtlink)
+        return FrameSender(sessions, self.openigtlink)
 
     def _refuse_contradictions(self) -> None:
         if self.realtime and self.fast:

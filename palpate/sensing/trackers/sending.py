@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Protocol, Self
 
 import numpy as np
@@ -24,6 +24,10 @@ SPACING, MOST_POINTS = 1e-3, 2000
 """Smallest distance of two felt points [m], and most points of an object."""
 
 
+OF_PAIR = ("leader", "follower", "tool")
+"""Frames that each pair has for itself."""
+
+
 class _Session(Protocol):
     rig: Rig
 
@@ -37,19 +41,21 @@ class FrameSender:
 
     TRANSFORM messages carry the pose in the world of each frame of the scene, each object, both arms' bases, and the
     `tool`, under the frame's name. The STRING message `force` holds the force on the operator's hand, three numbers in
-    the world's axes [N]. POINT messages hold the places where each object was felt (`FeltPoints`), under the name
+    the world's axes [N]. With several pairs, `tool`, `force` and the bases of the arms have the name of their pair in
+    front: `right tool`. POINT messages hold the places where each object was felt (`FeltPoints`), under the name
     ``felt`` and the object's: they lie on the segmentation of which the object was made. Make it in the main thread.
 
     Args:
-        session: the session.
+        sessions: the session; of several pairs, their sessions by name.
         port: port of the server; 0 for a free one.
 
     Raises:
         MissingExtraError: pyigtl is not installed. PortError: the port cannot be used.
     """
 
-    def __init__(self, session: _Session, port: int = PORT) -> None:
-        self._session, self._server, self._felt = session, OpenIGTLinkServer(port), FeltPoints()
+    def __init__(self, sessions: _Session | Mapping[str, _Session], port: int = PORT) -> None:
+        self._sessions = sessions if isinstance(sessions, Mapping) else {"": sessions}
+        self._server, self._felt = OpenIGTLinkServer(port), FeltPoints()
         self._repeated = 0.0
         self.port = self._server.port
         self._stop = threading.Event()
@@ -68,16 +74,26 @@ class FrameSender:
 
     def _run(self) -> None:
         while not self._stop.wait(1.0 / RATE):
-            tick, rig = self._session.latest(), self._session.rig
-            self._felt.take(tick, list(object_poses(rig, tick).items()))
+            ticks = {name: one.latest() for name, one in self._sessions.items()}
+            for name, tick in ticks.items():
+                self._felt.take(tick, list(object_poses(self._sessions[name].rig, tick).items()))
             if self._server.is_connected:
-                self._send(time.time(), tick, rig)
+                now = time.time()
+                self._send_poses(now, ticks)
+                self._send_points(now)
 
-    def _send(self, now: float, tick: Ticks, rig: Rig) -> None:
-        for name, X in poses(rig, tick).items():
+    def _send_poses(self, now: float, ticks: Mapping[str, Ticks]) -> None:
+        found: dict[str, Array] = {}
+        for pair, tick in ticks.items():
+            rig = self._sessions[pair].rig
+            of_pair = {name: f"{pair} {name}".strip() for name in (*OF_PAIR, "force")}
+            found |= {of_pair.get(name, name): X for name, X in poses(rig, tick).items()}
+            F_H_W = rig.arms.X_WL[:3, :3] @ tick["F_H_L"]
+            self._server.send_text(of_pair["force"][: wire.LONGEST_NAME], " ".join(f"{x:.4f}" for x in F_H_W))
+        for name, X in found.items():
             self._server.send_pose(name, X, now)
-        F_H_W = rig.arms.X_WL[:3, :3] @ tick["F_H_L"]
-        self._server.send_text("force", " ".join(f"{x:.4f}" for x in F_H_W))
+
+    def _send_points(self, now: float) -> None:
         for name in self._felt.points if now - self._repeated > REPEAT else self._felt.changed:
             points = self._felt.points[name] * [-1.0, -1.0, 1.0]  # LPS to RAS
             self._server.send_points(f"felt {name}"[: wire.LONGEST_NAME], points, now)
