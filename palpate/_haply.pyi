@@ -45,6 +45,7 @@ class Device(palpate._core.Driver):
         events: Connection | None,
         *,
         device: str,
+        address: str,
         grip: str,
         list: str,
         vector: bool,
@@ -53,8 +54,9 @@ class Device(palpate._core.Driver):
         workspace: float,
     ) -> None:
         """
-        service: the connection after its inventory; events: that of the events, or None. device, grip: their ids; list:
-        the list of the messages in which the grip is; vector: the service is 3.5 or later.
+        service: the connection after its inventory; events: that of the events, or None. device, grip: their ids;
+        address: the id of the device as JSON, as the service wrote it; list: the list of the messages in which the grip
+        is; vector: the service is 3.5 or later.
         """
 
     def read(self, X: Annotated[NDArray[numpy.float64], "(4, 4)"]) -> tuple[int, float] | None:

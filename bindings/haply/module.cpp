@@ -116,15 +116,16 @@ void bind_device(nb::module_& m) {
       .def(
           "__init__",
           [](Device* self, std::shared_ptr<WebSocket> service, std::shared_ptr<WebSocket> events,
-             const std::string& device, const std::string& grip, const std::string& list, bool vector, double rate,
-             double force_max, double workspace) {
-            new (self)
-                Device({device, grip, list, vector, rate, force_max, workspace}, std::move(service), std::move(events));
+             const std::string& device, const std::string& address, const std::string& grip, const std::string& list,
+             bool vector, double rate, double force_max, double workspace) {
+            new (self) Device({device, address, grip, list, vector, rate, force_max, workspace}, std::move(service),
+                              std::move(events));
           },
-          "service"_a, "events"_a.none(), nb::kw_only(), "device"_a, "grip"_a, "list"_a, "vector"_a, "rate"_a,
-          "force_max"_a, "workspace"_a,
+          "service"_a, "events"_a.none(), nb::kw_only(), "device"_a, "address"_a, "grip"_a, "list"_a, "vector"_a,
+          "rate"_a, "force_max"_a, "workspace"_a,
           "service: the connection after its inventory; events: that of the events, or None. device, grip: their ids; "
-          "list: the list of the messages in which the grip is; vector: the service is 3.5 or later.")
+          "address: the id of the device as JSON, as the service wrote it; list: the list of the messages in which the "
+          "grip is; vector: the service is 3.5 or later.")
       .def(
           "read",
           [](Device& self, OnePose X) -> std::optional<std::tuple<int, double>> {

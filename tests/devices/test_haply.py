@@ -72,15 +72,21 @@ def test_each_version_of_the_service_feels_the_plane_and_ends_with_zero(service,
     assert len(ticks) / summary.duration_s == pytest.approx(500.0, rel=0.2)
 
 
-def test_pose_comes_from_position_and_grip_and_a_force_keeps_its_axes(service):
+@pytest.mark.parametrize(
+    "buttons",
+    [{"a": True, "b": True, "c": False}, {"down": True, "up": True, "right": False, "left": False},
+     {"a": False, "down": True, "up": True}],
+    ids=["versegrip", "ruko", "both"],
+)  # fmt: skip
+def test_pose_comes_from_position_and_grip_and_a_force_keeps_its_axes(service, buttons):
     turn = Rotation.from_euler("xyz", [20, -30, 40], degrees=True)
-    service.grip = Grip(orientation=tuple(turn.as_quat()), buttons={"a": True, "b": True, "c": False})
+    service.grip = Grip(orientation=tuple(turn.as_quat()), buttons=buttons)
     driver = Haply(haply(service).removeprefix("haply:"))
     driver.open()
-    X, _, gripper, buttons = driver.read()
+    X, _, gripper, pressed = driver.read()
     assert X[:3, :3] == pytest.approx(turn.as_matrix(), abs=1e-9)
     assert X[:3, 3] == pytest.approx(MIDDLE, abs=0.07)
-    assert (gripper, buttons) == (0.0, 0x301), "a is the clutch, b closes the gripper; both are pressed"
+    assert (gripper, pressed) == (0.0, 0x301), "a is the clutch, b closes the gripper; both are pressed"
     driver.write(np.array([0.1, -0.2, 0.3, 0.0, 0.0, 0.0]))
     driver.read()
     assert service.log[-1][1] == pytest.approx([0.1, -0.2, 0.3])
@@ -351,8 +357,9 @@ class Strange:
 
         connection = service.websocket(Address("127.0.0.1", self.port))
         return _haply.Device(
-            connection, None, device="04C3", grip="", list="", vector=True, rate=500.0, force_max=3.0, workspace=0.1
-        )
+            connection, None, device="04C3", address='"04C3"', grip="", list="", vector=True, rate=500.0,
+            force_max=3.0, workspace=0.1,
+        )  # fmt: skip
 
     def __enter__(self):
         return self
@@ -391,8 +398,9 @@ def test_messages_that_nobody_asked_for_leave_no_delay():
     [([{}, {}], [True, True]), ([{"status": {"calibrated": True, "ready": True}}, {}], [True, True]),
      ([{"status": {"calibrated": False}}, {}], [False, False]),
      ([{"status": {"ready": False}}, {}, {"status": {"ready": True}}], [False, False, True]),
-     ([{"status": "idle"}], [False]), ([{"status": {"calibrated": 1}}], [False])],
-    ids=["never", "once", "not calibrated", "ready again", "a text", "a number"],
+     ([{"status": "idle"}], [False]), ([{"status": {"calibrated": 2}}], [False]),
+     ([{"status": {"calibrated": 0}}, {"status": {"calibrated": 1, "ready": None}}], [False, True])],
+    ids=["never", "once", "not calibrated", "ready again", "a text", "a number", "1 for true"],
 )  # fmt: skip
 def test_a_status_that_a_message_leaves_out_is_the_last_one(statuses, read):
     def serve(wire):

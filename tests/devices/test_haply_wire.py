@@ -151,8 +151,8 @@ def test_state_of_service_is_read_where_keys_come_in_any_order():
     text = json.dumps({"x": 1, "inverse3": [other, "no entry", ours]})
     server = Scripted(frame(text.encode()))
     device = _haply.Device(
-        server.connection(), None, device="04C3", grip="", list="", vector=True, rate=500.0, force_max=3.0,
-        workspace=0.1,
+        server.connection(), None, device="04C3", address='"04C3"', grip="", list="", vector=True, rate=500.0,
+        force_max=3.0, workspace=0.1,
     )  # fmt: skip
     X = np.eye(4)
     while device.read(X) is None:

@@ -43,7 +43,7 @@ Device::Device(Options options, std::shared_ptr<WebSocket> service, std::shared_
       service_(std::move(service)),
       events_(std::move(events)),
       reader_(options_.device, options_.grip, options_.list),
-      command_(options_.device, options_.vector),
+      command_(options_.address, options_.vector),
       valid_(loop::now_ns()) {
   info_.abi = PALPATE_DRIVER_ABI;
   const std::string name = "Haply " + options_.device;
@@ -141,7 +141,7 @@ Reading Device::judge(const Measured& found, loop::DeviceState& state) noexcept 
   }
   state.X_LH[15] = 1.0;
   state.V_LH.reset();
-  if (options_.grip.empty()) state.V_LH = {found.v[0], found.v[1], found.v[2], 0.0, 0.0, 0.0};
+  if (options_.grip.empty() && found.moving) state.V_LH = {found.v[0], found.v[1], found.v[2], 0.0, 0.0, 0.0};
   state.clutch = found.a;
   state.buttons = (found.a ? PALPATE_BUTTON_CLUTCH | PALPATE_BUTTON_OWN(0) : 0u) |
                   (found.b ? PALPATE_BUTTON_OWN(1) : 0u) | (found.c ? PALPATE_BUTTON_COAG | PALPATE_BUTTON_OWN(2) : 0u);

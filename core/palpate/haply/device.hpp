@@ -16,6 +16,7 @@ namespace palpate::haply {
 /// What is known of the device before the first reading.
 struct Options {
   std::string device;        ///< id of the Inverse3 or Minverse
+  std::string address;       ///< the same id as JSON, a text in its quotes or a number, as the service wrote it
   std::string grip, list;    ///< id of the grip, and its list in the messages; both empty without a grip
   bool vector = true;        ///< the service is 3.5 or later
   double rate = 2000.0;      ///< messages per second [Hz]

@@ -3,7 +3,9 @@
 #include <boost/json/src.hpp>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
@@ -22,15 +24,39 @@ bool is_text(const json::value* at, std::string_view text) noexcept {
   return found != nullptr && std::string_view(found->data(), found->size()) == text;
 }
 
-bool flag(const json::value* at, bool otherwise) noexcept {
-  const bool* found = at == nullptr ? nullptr : at->if_bool();
-  return found == nullptr ? otherwise : *found;
+bool left_out(const json::value* at) noexcept { return at == nullptr || at->is_null(); }
+
+/// A number without a fraction, from 0 on.
+std::optional<std::uint64_t> whole_number(const json::value* at) noexcept {
+  if (at == nullptr) return std::nullopt;
+  if (at->is_uint64()) return at->get_uint64();
+  if (at->is_int64() && at->get_int64() >= 0) return static_cast<std::uint64_t>(at->get_int64());
+  return std::nullopt;
 }
+
+/// True or false, or 1 or 0; nothing for anything else.
+std::optional<bool> truth(const json::value* at) noexcept {
+  if (at == nullptr) return std::nullopt;
+  if (at->is_bool()) return at->get_bool();
+  const std::optional<std::uint64_t> n = whole_number(at);
+  return n && *n <= 1 ? std::optional(*n == 1) : std::nullopt;
+}
+
+bool flag(const json::value* at, bool otherwise) noexcept { return truth(at).value_or(otherwise); }
 
 /// Takes a flag that a message may leave out, and keeps the last one then; false if it is of another kind.
 bool keep(const json::value* at, bool& last) noexcept {
   last = flag(at, last);
-  return at == nullptr || at->is_bool();
+  return left_out(at) || truth(at).has_value();
+}
+
+/// True if this is the id of a device, as a text or as a number.
+bool is_id(const json::value* at, std::string_view id) noexcept {
+  const std::optional<std::uint64_t> n = whole_number(at);
+  if (!n) return is_text(at, id);
+  char digits[20];
+  const char* end = std::to_chars(digits, digits + sizeof(digits), *n).ptr;
+  return id == std::string_view(digits, static_cast<std::size_t>(end - digits));
 }
 
 /// A finite number; false, and `out` as it was, for anything else.
@@ -67,7 +93,7 @@ const json::value* entry(const json::value* list, std::string_view id) noexcept 
   const json::array* entries = list->if_array();
   if (entries == nullptr) return nullptr;
   for (const json::value& one : *entries) {
-    if (is_text(member(&one, "device_id"), id)) return &one;
+    if (is_id(member(&one, "device_id"), id)) return &one;
   }
   return nullptr;
 }
@@ -76,9 +102,10 @@ void read_grip(const json::value* grip, Measured& out) noexcept {
   const json::value* state = member(grip, "state");
   const json::value* buttons = member(state, "buttons");
   out.oriented = numbers(member(state, "orientation"), out.q);
-  out.a = flag(member(buttons, "a"), flag(member(state, "button"), false));
-  out.b = flag(member(buttons, "b"), false);
-  out.c = flag(member(buttons, "c"), false);
+  const auto pressed = [](const json::value* at) noexcept { return flag(at, false); };
+  out.a = pressed(member(buttons, "a")) || pressed(member(buttons, "down")) || pressed(member(state, "button"));
+  out.b = pressed(member(buttons, "b")) || pressed(member(buttons, "up"));
+  out.c = pressed(member(buttons, "c")) || pressed(member(buttons, "right"));
   out.awake = flag(member(member(grip, "status"), "awake"), true);
   number(member(state, "battery_level"), out.battery);
 }
@@ -116,8 +143,9 @@ Parsed Reader::read(std::string_view text, Measured& out) noexcept {
   out = {};
   const json::value *state = member(device, "state"), *status = member(device, "status");
   if (!numbers(member(state, "cursor_position"), out.p)) return Parsed::malformed;
-  if (!numbers(member(state, "cursor_velocity"), out.v)) return Parsed::malformed;
-  if (status != nullptr && !status->is_object()) return Parsed::malformed;
+  out.moving = !left_out(member(state, "cursor_velocity"));
+  if (out.moving && !numbers(member(state, "cursor_velocity"), out.v)) return Parsed::malformed;
+  if (!left_out(status) && !status->is_object()) return Parsed::malformed;
   if (!keep(member(status, "calibrated"), calibrated_) || !keep(member(status, "ready"), ready_)) {
     return Parsed::malformed;
   }
@@ -132,7 +160,7 @@ Event Reader::read_event(std::string_view text) noexcept {
   const json::value *name = member(&whole, "name"), *data = member(&whole, "data");
   if (is_text(name, "invalid-value")) return Event::invalid;
   const json::value* id = member(data, "device_id");
-  const bool ours = is_text(id, device_), grip = !grip_.empty() && is_text(id, grip_);
+  const bool ours = is_id(id, device_), grip = !grip_.empty() && is_id(id, grip_);
   if (is_text(name, "device-sleep")) return grip ? Event::sleep : Event::none;
   if (is_text(name, "device-battery-low") || is_text(name, "device-battery-critical")) {
     return grip ? Event::battery : Event::none;
@@ -146,8 +174,8 @@ Event Reader::read_event(std::string_view text) noexcept {
   return is_text(kind, "stall_detected") ? Event::stall : Event::other;
 }
 
-ForceMessage::ForceMessage(const std::string& device, bool vector) {
-  const std::string head = R"({"inverse3":[{"device_id":")" + device + R"(","commands":{"set_cursor_force":{")" +
+ForceMessage::ForceMessage(const std::string& id, bool vector) {
+  const std::string head = R"({"inverse3":[{"device_id":)" + id + R"(,"commands":{"set_cursor_force":{")" +
                            (vector ? "vector" : "values") + R"(":{"x":)";
   if (head.size() > text_.size() - 256) throw std::invalid_argument("the id of the device is too long");
   std::memcpy(text_.data(), head.data(), head.size());

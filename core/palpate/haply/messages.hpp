@@ -14,8 +14,9 @@ namespace palpate::haply {
 /// What one answer of the service says about a device and its grip.
 struct Measured {
   std::array<double, 3> p{}, v{};               ///< position and velocity in the device's base [m, m/s]
+  bool moving = true;                           ///< the velocity is in the answer
   std::array<double, 4> q{0.0, 0.0, 0.0, 1.0};  ///< orientation of the grip in that base: x, y, z, w
-  bool a = false, b = false, c = false;         ///< buttons of the grip
+  bool a = false, b = false, c = false;         ///< buttons of the grip; of a Ruko grip down, up, right
   bool calibrated = true, ready = true;         ///< status of the device
   bool oriented = false, awake = true;          ///< the grip is in the answer; it does not sleep
   double battery = 1.0;                         ///< charge of the grip, 0 to 1 [-]
@@ -57,8 +58,9 @@ class Reader {
 /// A command of a force, formatted without an allocation.
 class ForceMessage {
  public:
-  /// vector: true for service 3.5, which calls the force `vector`; earlier ones call it `values`.
-  ForceMessage(const std::string& device, bool vector);
+  /// id: that of the device as JSON, a text in its quotes or a number, as the service wrote it. vector: true for
+  /// service 3.5, which calls the force `vector`; earlier ones call it `values`.
+  ForceMessage(const std::string& id, bool vector);
   /// The text of a command with the force [N] in the axes of the base, until the next call.
   std::string_view text(double x, double y, double z) noexcept;
 

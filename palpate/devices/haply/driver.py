@@ -19,8 +19,11 @@ from palpate.devices.haply.service import (
     compiled,
     entries,
     grip_of,
+    id_of,
+    part,
     receive,
     request,
+    truth,
     version,
     websocket,
 )
@@ -38,6 +41,8 @@ class Found:
     """A device that the service has named, checked and set."""
 
     id: str
+    address: str
+    """Its id as JSON, as the service wrote it: a text or a number."""
     minverse: bool
     handedness: str
     grip: str
@@ -82,14 +87,14 @@ class Haply(Driver):
         Raises:
             DeviceError: the service or the device is missing, not calibrated, or cannot be set as wanted.
         """
-        part = compiled()
+        core = compiled()
         at = Address.parse(self.options.url)
         dialect = version(at)
         service = websocket(at)
         self.found = found = _prepare(service, at, self.options, dialect)
-        device: _haply.Device = part.Device(
-            service, _events(at), device=found.id, grip=found.grip, list=found.list, vector=dialect >= (3, 5),
-            rate=self.options.rate, force_max=self.options.force_max,
+        device: _haply.Device = core.Device(
+            service, _events(at), device=found.id, address=found.address, grip=found.grip, list=found.list,
+            vector=dialect >= (3, 5), rate=self.options.rate, force_max=self.options.force_max,
             workspace=_EDGE["minverse" if found.minverse else "inverse3"],
         )  # fmt: skip
         return device
@@ -133,12 +138,11 @@ def _events(at: Address) -> _haply.Connection | None:
 def _prepare(service: _haply.Connection, at: Address, options: HaplySection, dialect: tuple[int, int]) -> Found:
     """Choose the device, set it, read its settings back, and check that its numbers mean what we think."""
     device = _chosen(receive(service, at), options.id, at)
-    id = str(device["device_id"])
-    kind = "minverse" if _is_minverse(device) else "inverse3"
+    id, minverse = id_of(device), _is_minverse(device)
     if options.gravity is not None:
         _set_gravity(at, id, options.gravity)
     first: Json = {"session": {"force_render_full_state": {}}}
-    entry: Json = {"device_id": id, "commands": {"probe_position": {}}}
+    entry: Json = {"device_id": device["device_id"], "commands": {"probe_position": {}}}
     if dialect >= (3, 5):
         first["session"]["configure"] = {"profile": {"name": "palpate"}}
         entry["configure"] = {"basis": {"permutation": "XYZ"}, "damping": {"scalar": options.damping}}
@@ -147,16 +151,18 @@ def _prepare(service: _haply.Connection, at: Address, options: HaplySection, dia
     service.send(json.dumps({**first, "inverse3": [entry]}))
     message = receive(service, at)
     device = _chosen(message, id, at)
-    config = device.get("config") or {}
+    config = part(device, "config")
     _check(id, device, config, options)
     grip, where = grip_of(message, options.grip, at)
-    settings = {key: config[key] for key in ("gravity_compensation", "filters") if key in config}
-    return Found(id, kind == "minverse", str(config.get("handedness", "")), grip, where, settings)
+    settings: Json = {key: config[key] for key in ("gravity_compensation", "filters") if key in config}
+    return Found(
+        id, json.dumps(device["device_id"]), minverse, str(config.get("handedness", "")), grip, where, settings
+    )
 
 
 def _chosen(message: Json, wanted: str | None, at: Address) -> Json:
     devices = entries(message, "inverse3")
-    ids = [str(device.get("device_id")) for device in devices]
+    ids = [id_of(device) for device in devices]
     if not ids:
         mend = "connect it and switch it on; start the service first, then the device"
         raise DeviceError(f"the service on {at} knows no Inverse3 or Minverse", mend=mend)
@@ -171,8 +177,8 @@ def _chosen(message: Json, wanted: str | None, at: Address) -> Json:
 
 
 def _is_minverse(device: Json) -> bool:
-    config = device.get("config") or {}
-    info = config.get("device_info") or {}
+    config = part(device, "config")
+    info = part(config, "device_info")
     return "minverse" in (config.get("type"), info.get("device_type")) or 6 in (
         info.get("device_type"),
         info.get("model"),
@@ -203,7 +209,7 @@ def _same(told: Any, wanted: Any) -> bool:
     if isinstance(wanted, dict):
         return isinstance(told, dict) and all(_same(told.get(key), value) for key, value in wanted.items())
     if isinstance(wanted, bool) or isinstance(told, bool):
-        return told is wanted
+        return truth(told) is wanted
     if isinstance(wanted, (int, float)) and isinstance(told, (int, float)):
         return abs(told - wanted) <= 1e-5 * max(1.0, abs(wanted))
     return bool(told == wanted)
@@ -215,18 +221,18 @@ def _check(id: str, device: Json, config: Json, options: HaplySection) -> None:
     Raises:
         DeviceError: it is not calibrated, its axes or its scale are changed, or a filter is not as set.
     """
-    if (device.get("status") or {}).get("calibrated") is not True:
+    if truth(part(device, "status").get("calibrated")) is not True:
         mend = "calibrate it in Haply Hub, with the grip in its inkwell, and start again"
         raise DeviceError(f"device {id} is not calibrated", why="its positions may be mirrored", mend=mend)
-    basis = (config.get("basis") or config.get("coordinate_system") or {}).get("permutation", "XYZ")
+    basis = (part(config, "basis") or part(config, "coordinate_system")).get("permutation", "XYZ")
     if basis != "XYZ":
         what, mend = f"device {id} has the axes {basis!r}", "set its basis to XYZ in Haply Hub"
         raise DeviceError(what, why="forces and positions would be turned", mend=mend)
-    for name, given in (("mount", config.get("mount")), ("transform", (device.get("state") or {}).get("transform"))):
-        if not _is_identity(given or {}):
+    for name, given in (("mount", part(config, "mount")), ("transform", part(part(device, "state"), "transform"))):
+        if not _is_identity(given):
             what, mend = f"device {id} has a {name} of {given}", "reset it in Haply Hub; place the base by leader.base"
             raise DeviceError(what, why="forces and positions would be turned or scaled", mend=mend)
-    filters = config.get("filters") or {}
+    filters = part(config, "filters")
     wanted: Json = {"damping": {"scalar": options.damping}} if filters else {}
     if options.force_gate is not None:
         wanted["force_gate"] = {"gain": options.force_gate}
@@ -238,7 +244,7 @@ def _check(id: str, device: Json, config: Json, options: HaplySection) -> None:
 def _is_identity(transform: Json) -> bool:
     unit = {"position": "", "rotation": "w", "scale": "xyz"}
     return all(
-        abs(float(value) - (1.0 if axis in unit[part] else 0.0)) < 1e-6
-        for part in unit
-        for axis, value in (transform.get(part) or {}).items()
+        isinstance(value, (int, float)) and abs(value - (1.0 if axis in unit[name] else 0.0)) < 1e-6
+        for name in unit
+        for axis, value in part(transform, name).items()
     )

@@ -24,7 +24,7 @@ PORT, EVENTS_ABOVE = 10001, 19
 """Port of HTTP and of the WebSocket; the events are this much above."""
 GRIPS = ("wireless_verse_grip", "custom_verse_grip", "verse_grip")
 """Lists of grips in the messages, the preferred ones first."""
-_TIMEOUT = 2.0  # of each answer before the cycle begins [s]
+_TIMEOUT = 5.0  # of each answer before the cycle begins; on a busy machine 2 s were too short [s]
 _MAGIC = b"258EAFA5-E914-47DA-95CA-C5AB0DC85B11"  # RFC 6455, 1.3
 _START = "install and start Haply Hub or the Inverse Service, then the device; or: palpate device stand-in haply"
 
@@ -185,11 +185,42 @@ def receive(connection: _haply.Connection, at: Address) -> Json:
 
 
 def entries(message: Json, kind: str) -> list[Json]:
-    """The devices of a list in a message; service 3.0 has an object with their ids as keys instead."""
+    """The devices of a list in a message; service 3.0 has an object with their ids as keys instead.
+
+    What has no id, a text or a number from 0 on, is no device.
+    """
     given = message.get(kind)
     if isinstance(given, dict):
-        return [{"device_id": id, **entry} for id, entry in given.items() if isinstance(entry, dict)]
-    return [entry for entry in given or [] if isinstance(entry, dict)] if isinstance(given, list) else []
+        given = [{**entry, "device_id": id} for id, entry in given.items() if isinstance(entry, dict)]
+    listed = given if isinstance(given, list) else []
+    return [entry for entry in listed if isinstance(entry, dict) and _is_id(entry.get("device_id"))]
+
+
+def _is_id(given: Any) -> bool:
+    return isinstance(given, str) or (type(given) is int and 0 <= given < 2**64)
+
+
+def id_of(entry: Json) -> str:
+    """The id of one of the `entries`, as a text."""
+    return str(entry["device_id"])
+
+
+def truth(given: Any) -> Any:
+    """True and False for 1 and 0, as some write them; anything else as it is."""
+    return bool(given) if isinstance(given, int) and given in (0, 1) else given
+
+
+def part(entry: Json, name: str) -> Json:
+    """An object in an entry; empty if it is left out or null.
+
+    Raises:
+        DeviceError: it is something else.
+    """
+    given = entry.get(name)
+    if given is not None and not isinstance(given, dict):
+        what = f"the service gives {name} as {given!r:.40}, which is no object"
+        raise DeviceError(what, mend="update the service; if it is the newest, report this")
+    return given or {}
 
 
 def grip_of(message: Json, wanted: str | None, at: Address) -> tuple[str, str]:
@@ -203,7 +234,7 @@ def grip_of(message: Json, wanted: str | None, at: Address) -> tuple[str, str]:
     if wanted == "none":
         return "", ""
     grips = [(entry, kind) for kind in GRIPS for entry in entries(message, kind)]
-    ids = [str(entry.get("device_id")) for entry, _ in grips]
+    ids = [id_of(entry) for entry, _ in grips]
     if wanted is not None:
         if wanted not in ids:
             known = f"it knows {', '.join(dict.fromkeys(ids))}" if ids else "it knows none"
@@ -211,5 +242,5 @@ def grip_of(message: Json, wanted: str | None, at: Address) -> tuple[str, str]:
             raise DeviceError(f"the service on {at} knows no grip {wanted!r}", why=known, mend=mend)
         return wanted, grips[ids.index(wanted)][1]
     awake = [(id, kind) for id, (entry, kind) in zip(ids, grips, strict=True)
-             if (entry.get("status") or {}).get("awake", True) is True]  # fmt: skip
+             if truth(part(entry, "status").get("awake", True)) is True]  # fmt: skip
     return awake[0] if awake else ("", "")

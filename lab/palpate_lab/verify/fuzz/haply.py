@@ -83,7 +83,8 @@ def _judge_state(reader: Any, text: bytes, sound: bool) -> bool:
     try:
         message = json.loads(text)
         device = next(entry for entry in entries(message, "inverse3") if entry.get("device_id") == "04C3")
-        named = [device["state"][key] for key in ("cursor_position", "cursor_velocity")]
+        still = dict.fromkeys("xyz", 0.0)  # a velocity that is left out
+        named = [device["state"]["cursor_position"], device["state"].get("cursor_velocity") or still]
         expected = [[float(vector[axis]) for axis in "xyz"] for vector in named]
     except (ValueError, KeyError, TypeError, StopIteration, OverflowError) as error:
         what = f"numbers were accepted that Python does not find: {type(error).__name__}: {error}"
