@@ -14,7 +14,7 @@ from palpate.devices.certificate import DeviceModel
 from palpate.devices.driver import Driver, Facts, facts
 from palpate.devices.identify import AxisFit, fit_axis, noise, resolution, uneven_steps
 from palpate.devices.simulated import SimulatedDevice
-from palpate.devices.trace import PUSH, Trace, command, opened, pose_of, rounds
+from palpate.devices.trace import PUSH, RESTS, Trace, command, moved_at_rest, opened, pose_of, rounds
 
 REST = 1.0
 """Duration of the measurement at rest [s]."""
@@ -26,6 +26,7 @@ _STUCK = 1e-4  # range of the first motion below which the device is not pushed 
 _STROKE = 0.08  # range of the motion of the middle half period, as a share of the workspace
 _WIDTH = 0.6  # width of the fit's test functions over the shortest half period
 _REPEATS = 6
+_GAPS = 3.0  # 99th percentile of the time between two readings over its mean from which on they are irregular
 _MISFIT, _SMALL = 3.0, 2e-3  # residual over noise, and residual [N], from which on the model is doubted
 
 
@@ -135,7 +136,7 @@ def measure(driver: Driver, name: str, before_push: Callable[[], None] = lambda:
         before_push: called after the rest of a device that pushes; what it raises ends the measurement.
 
     Raises:
-        DeviceError: the driver is invalid or failed, or the device moves against its force.
+        DeviceError: the driver is invalid or failed, the handle does not rest, or moves against its force.
     """
     known = facts(driver, name)
     with opened(driver):
@@ -145,6 +146,7 @@ def measure(driver: Driver, name: str, before_push: Callable[[], None] = lambda:
         rounds(driver, known, _SETTLE)
         rest = rounds(driver, known, REST)
         if known.force_max > 0.0:
+            _require_rest(name, rest)
             before_push()
         pushed = [_bench_axis(driver, known, axis) for axis in range(3)] if known.force_max > 0.0 else []
     axes = tuple(_axis(i, rest, pushed) for i in range(3))
@@ -153,6 +155,14 @@ def measure(driver: Driver, name: str, before_push: Callable[[], None] = lambda:
         mend = f"reverse the sign of this axis in the force, or in the pose and the force; palpate device test {name}"
         raise DeviceError(f"device {name} moves against the force along {wrong}", mend=mend)
     return Bench(name, rate, interval, fresh, axes, any(trace.stopped for trace, _ in pushed))  # type: ignore[arg-type]
+
+
+def _require_rest(name: str, rest: Trace) -> None:
+    moved = moved_at_rest(rest)
+    if moved >= RESTS:
+        what = f"the handle of {name} moved by {1e3 * moved:.2g} mm in {REST:g} s without a force"
+        mend = "let go of it and lay it down; the stand-in moves its own unless it is started with --free"
+        raise DeviceError(what, mend=mend)
 
 
 def alternating(axis: int, halves: tuple[float, ...], repeats: int) -> tuple[float, list[tuple[float, Array]]]:
@@ -200,8 +210,21 @@ def _axis(i: int, rest: Trace, pushed: list[tuple[Trace, float]]) -> AxisBench:
     uneven = 0.0 if step else uneven_steps(rest.p[:, i], trace.p[:, i])
     still = noise(rest.t, rest.p[:, i], step)
     error = float(np.hypot(still, (step or uneven) / np.sqrt(12.0)))
-    fit = fit_axis(trace.t, trace.p[:, i], trace.F[:, i], width, error) if width else None
+    try:
+        fit = fit_axis(trace.t, trace.p[:, i], trace.F[:, i], width, error) if width else None
+    except np.linalg.LinAlgError:
+        what = f"the pushes along {'xyz'[i]} do not tell mass, friction and delay apart"
+        why = "the handle did not follow the force: somebody held it, or readings and forces were late"
+        raise DeviceError(what, why=why, mend="let go of the handle, end other programs, and measure again") from None
+    if width and fit is None and _irregular(trace):
+        what = f"the readings came up to {1e3 * float(np.diff(trace.t).max()):.2g} ms apart during the pushes"
+        raise DeviceError(what, mend="end other programs, or lower the rate of the driver, and measure again")
     return AxisBench("xyz"[i], still, step or uneven or None, uneven > 0.0, fit, float(np.ptp(trace.p[:, i])))
+
+
+def _irregular(trace: Trace) -> bool:
+    gaps = np.diff(trace.t)
+    return float(np.percentile(gaps, 99)) > _GAPS * float(trace.t[-1] - trace.t[0]) / len(gaps)
 
 
 def _timing(driver: Driver, known: Facts) -> tuple[float, float, float]:

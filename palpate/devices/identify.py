@@ -119,6 +119,7 @@ def fit_axis(t: Array, x: Array, F: Array, width: float = 0.05, error: float = 0
 
     Raises:
         DeviceError: the residual still falls at the longest delay that is searched.
+        LinAlgError: motion and force do not tell the parameters apart.
     """
     dt = float(np.median(np.diff(t)))
     half = max(4, round(0.5 * width / dt))
@@ -192,7 +193,7 @@ def _best_delay(A: Array, b: Array, shapes: Array) -> tuple[int, float, Array]:
     part = np.clip(part, 0.0, 1.0)
     targets = b[:-1] + part[:, None] * np.diff(b, axis=0)
     found = np.linalg.solve(R, (targets @ Q).T).T
-    noise = np.square(found[:, _NOISY] @ shapes).sum(axis=1)
+    noise = np.maximum(np.square(found[:, _NOISY] @ shapes).sum(axis=1), 1e-300)
     cost = np.square(rest[:-1] + part[:, None] * change).sum(axis=1) / noise
     best = int(np.argmin(cost))
     return best, float(part[best]), found[best]
@@ -203,8 +204,13 @@ def _unattenuated(A: Array, b: Array, noise: Array) -> Array:
 
     Plain least squares takes the noise for motion, so mass and damping come out too small (errors in variables;
     Fuller, Measurement Error Models, 1987).
+
+    Raises:
+        LinAlgError: the columns do not tell the parameters apart.
     """
     size = np.linalg.norm(A, axis=0)
+    if not (size > 0.0).all():
+        raise np.linalg.LinAlgError("no force while the device moved")
     H = A.T @ A
     H[np.ix_(_NOISY, _NOISY)] -= noise
     return np.asarray(np.linalg.solve(H / np.outer(size, size), A.T @ b / size) / size)

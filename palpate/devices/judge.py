@@ -10,7 +10,7 @@ from palpate.base.arrays import Array
 from palpate.base.errors import DeviceError, PalpateError
 from palpate.devices.driver import Driver, Facts, facts
 from palpate.devices.simulated import SimulatedDevice
-from palpate.devices.trace import PUSH, Trace, rounds
+from palpate.devices.trace import PUSH, RESTS, Trace, moved_at_rest, rounds
 
 _READ = 1.0  # duration of the readings at rest [s]
 _PUSH_TIME = 0.15  # longest push in one direction [s]
@@ -54,13 +54,19 @@ def judge_driver(driver: Driver, name: str, push: bool) -> list[Check]:
             driver.held = False
         trace = rounds(driver, known, _READ)
         found = [Check("open", True, "ok"), *check_readings(trace), check_rate(trace, known)]
-        if push and known.force_max > 0.0 and all(check.passed for check in found if check.name != "rate"):
-            found += [check_push(driver, known, axis) for axis in range(3)]
+        if push and known.force_max > 0.0 and _sound(found):
+            found.append(check_rest(trace))
+            found += [check_push(driver, known, axis) for axis in range(3)] if _sound(found) else []
         return found
     except DeviceError as error:
         return [Check("open", True, "ok"), Check("readings", False, error.what, error.mend)]
     finally:
         driver.close()
+
+
+def _sound(found: list[Check]) -> bool:
+    """True if nothing but the rate is wrong."""
+    return all(check.passed for check in found if check.name != "rate")
 
 
 def check_readings(trace: Trace) -> list[Check]:
@@ -91,6 +97,15 @@ def check_rate(trace: Trace, known: Facts) -> Check:
     rate = (len(trace.t) - 1) / max(float(trace.t[-1] - trace.t[0]), 1e-9)
     mend = "state the rate that the device reaches, or make read() return without waiting"
     return Check("rate", rate >= 0.9 * known.rate, f"{rate:.0f} Hz of {known.rate:g} Hz", mend)
+
+
+def check_rest(trace: Trace) -> Check:
+    """The handle rests without a force, so that what a push moves is its own."""
+    moved = moved_at_rest(trace)
+    mend = "let go of the handle and lay it down; the stand-in moves its own unless it is started with --free"
+    return Check(
+        "rest", moved < RESTS, f"the handle moved by {1e3 * moved:.2g} mm in {_READ:g} s without a force", mend
+    )
 
 
 def check_push(driver: Driver, known: Facts, axis: int) -> Check:

@@ -16,6 +16,8 @@ from palpate.devices.simulated import SimulatedDevice
 
 PUSH = 0.5
 """Largest force of a measurement [N]."""
+RESTS = 1e-3
+"""Largest motion without a force of a handle that rests [m]."""
 _CATCH_UP = 0.1  # lateness that is caught up, so that a busy machine does not lower the mean rate [s]
 _REACH = 0.25  # share of the workspace that a measurement may use, from where it starts
 
@@ -33,6 +35,11 @@ class Trace:
     def p(self) -> Array:
         """Positions (n, 3) [m]."""
         return np.asarray(self.X[:, :3, 3])
+
+
+def moved_at_rest(trace: Trace) -> float:
+    """Largest distance of a reading from the first one [m]."""
+    return float(np.linalg.norm(trace.p - trace.p[0], axis=1).max())
 
 
 def rounds(

@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import replace
+from itertools import count
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from drivers import Still
 import palpate
 from palpate.base.errors import DeviceError, RecordingError
 from palpate.cli import main
-from palpate.devices import Driver, Reading
+from palpate.devices import Driver, Reading, bench
 from palpate.devices.bench import measure
 from palpate.devices.identify import fit_axis, noise, resolution
 from palpate.devices.judge import judge_driver
@@ -217,7 +218,14 @@ def exchanged(wrench):
     return wrench[[1, 0, 2, 3, 4, 5]]
 
 
+def drifting():
+    """A handle that moves by 2 um in each reading."""
+    n, along_x = count(), np.outer([1.0, 0.0, 0.0, 0.0], [0.0, 0.0, 0.0, 2e-6])
+    return Broken(lambda X: X + along_x * next(n))
+
+
 FAULTS = {
+    "rest": drifting(),
     "finite": Broken(lambda X: X + np.nan),
     "rigid": Broken(lambda X: np.vstack([np.hstack([np.eye(3), np.zeros((3, 1))]), [[0.1, 0, 0, 1]]])),
     "right-handed": Broken(lambda X: X @ np.diag([1.0, -1, 1, 1])),
@@ -268,6 +276,36 @@ def test_a_device_that_moves_against_its_force_is_refused():
     reversed_z = Broken(force=lambda w: w * [1, 1, -1, 0, 0, 0])
     with pytest.raises(DeviceError, match="reversed moves against the force along z"):
         measure(reversed_z, "reversed")
+
+
+def test_a_handle_that_moves_without_a_force_is_not_pushed():
+    """The hand of a stand-in, for example: axes were called wrong, and the bench ended in a traceback."""
+    names = [check.name for check in judge_driver(drifting(), "moving", push=True)]
+    assert names[-1] == "rest"
+    with pytest.raises(DeviceError, match=r"moved by 2 mm .* without a force"):
+        measure(drifting(), "moving")
+
+
+def test_motion_that_does_not_come_from_the_force_is_refused(monkeypatch):
+    t = np.arange(3000) / 1000
+    x = 0.02 * np.sin(4 * np.pi * t)
+    monkeypatch.setattr(bench, "fit_axis", lambda *_: fit_axis(t, x, np.zeros(3000), 0.1, 1e-5))
+    with pytest.raises(DeviceError, match="do not tell mass, friction and delay apart"):
+        measure(SimulatedDevice(), "other")
+
+
+def test_a_machine_that_is_too_busy_for_the_pushes_is_named(monkeypatch):
+    """The bench said that the device was not pushed, or hardly moved."""
+    real = bench._push
+
+    def busy(*words):
+        trace = real(*words)
+        return replace(trace, t=trace.t + 0.02 * (np.arange(len(trace.t)) // 20))
+
+    monkeypatch.setattr(bench, "_push", busy)
+    monkeypatch.setattr(bench, "fit_axis", lambda *_: None)
+    with pytest.raises(DeviceError, match="ms apart during the pushes"):
+        measure(SimulatedDevice(), "busy")
 
 
 def test_no_push_exceeds_what_the_driver_allows():
