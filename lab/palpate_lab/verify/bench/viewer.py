@@ -1,7 +1,12 @@
-"""Frames per second of the viewer in a headless browser that renders by software, beside those of an empty page."""
+"""Frames per second of the viewer in a headless browser that renders by software, beside those of an empty page.
+
+A picture at rest is not drawn, and many scenes last no longer than a page needs to load: the hand is therefore moved
+by `SWAY` besides its path, as a person does who drags it.
+"""
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -20,6 +25,9 @@ if TYPE_CHECKING:
 _RATE = 1000.0  # of the bare loop [Hz]
 SETTLE = 12.0
 """Time in which the picture finds its resolution before the measurement [s]."""
+SWAY, SWAY_PERIOD = 0.004, 3.0
+"""Displacement of the hand [m], and its period [s]."""
+_STEP = 1.0 / 60.0  # between two displacements [s]
 READY = "window.__viserTestpoints && window.__viserTestpoints.rendererInfo.render.frame > 5"
 _FRAMES = """new Promise(done => {
   const info = window.__viserTestpoints.rendererInfo, began = performance.now(), times = [];
@@ -158,12 +166,25 @@ def shown(scene: str, quality: str) -> Iterator[tuple[str, Callable[[], int], Ca
         viewer = LiveViewer(session, stage_of(session.rig), port=0)
         loops = [session]
     viewer.picture.choose(quality)
+    stop = threading.Event()
+    swaying = threading.Thread(target=_sway, args=(loops, stop), daemon=True)
     try:
         session.start()
+        swaying.start()
         yield viewer.url, lambda: viewer.frames, lambda: sum(int(one.timing["missed_ticks"]) for one in loops)
     finally:
+        stop.set()
         session.stop()
         viewer.close()
+
+
+def _sway(loops: list[LiveSession], stop: threading.Event) -> None:
+    """Move the hands about their paths until `stop`."""
+    began = time.monotonic()
+    while not stop.wait(_STEP):
+        turn = 2.0 * np.pi * (time.monotonic() - began) / SWAY_PERIOD
+        for one in loops:
+            one.change(p_hand_offset_W=SWAY * np.array([np.sin(turn), np.cos(turn) - 1.0, np.sin(2.0 * turn)]))
 
 
 def table(found: list[dict[str, Any]]) -> str:
