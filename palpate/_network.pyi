@@ -248,6 +248,13 @@ class ModelEstimate:
     def shift(self, arg: Annotated[NDArray[numpy.float64], "(3,)"], /) -> None: ...
 
     @property
+    def normal(self) -> Annotated[NDArray[numpy.float64], "(3,)"]:
+        """Of a plane: outward unit normal in W; zero: an object (3,)."""
+
+    @normal.setter
+    def normal(self, arg: Annotated[NDArray[numpy.float64], "(3,)"], /) -> None: ...
+
+    @property
     def K(self) -> float:
         """Stiffness [N/m]."""
 
@@ -380,7 +387,7 @@ class Datagram:
 
 PACKET_SIZE: int = 172
 
-PACKET_VERSION: int = 1
+PACKET_VERSION: int = 2
 
 FLAG_ENGAGED: int = 1
 
@@ -586,6 +593,13 @@ class EndOptions:
     def radius(self, arg: float, /) -> None: ...
 
     @property
+    def planes(self) -> bool:
+        """Surfaces that the scene does not have are felt as planes."""
+
+    @planes.setter
+    def planes(self, arg: bool, /) -> None: ...
+
+    @property
     def drag(self) -> float:
         """Damping of the hand in the mode passivity [N s/m]."""
 
@@ -750,7 +764,7 @@ class ModelUpdate:
 class LocalModel:
     """The objects of a scene with parameters that arrive over the network."""
 
-    def __init__(self, options: UpdateOptions, scene: palpate._core.Snapshot) -> None: ...
+    def __init__(self, options: UpdateOptions, scene: palpate._core.Snapshot, planes: bool = False) -> None: ...
 
     def take(self, estimate: ModelEstimate) -> None:
         """Takes an estimate as the goal of its object."""
@@ -778,9 +792,15 @@ class LocalModel:
     def scene(self) -> palpate._core.Snapshot:
         """The objects as they are rendered."""
 
+    def rendered(self, i: int) -> ModelEstimate:
+        """The parameters of object i as they are rendered."""
+
     @property
     def updates(self) -> list[ModelUpdate]:
         """The updates of all objects, in order."""
+
+def concealed(scene: palpate._core.Snapshot, names: Sequence[str]) -> palpate._core.Snapshot:
+    """A copy of a scene in which no tool feels the objects with these names."""
 
 def displaced(
     scene: palpate._core.Snapshot,
@@ -1143,6 +1163,13 @@ class TrialOptions:
 
     @round_trip.setter
     def round_trip(self, arg: float, /) -> None: ...
+
+    @property
+    def after_release(self) -> bool:
+        """Forces count once the first touch has ended as well."""
+
+    @after_release.setter
+    def after_release(self, arg: bool, /) -> None: ...
 
     @property
     def seed(self) -> int:

@@ -1,3 +1,8 @@
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
+
+#include <algorithm>
+
 #include "convert.hpp"
 #include "doc.hpp"
 #include "network/bindings.hpp"
@@ -52,6 +57,7 @@ void bind_options(nb::module_& m) {
   nb::class_<EndOptions>(m, "EndOptions", "What both ends have alike.")
       .def_rw("mode", &EndOptions::mode, "Mode."_doc)
       .def_rw("radius", &EndOptions::radius, "Radius of the tool's sphere [m]."_doc)
+      .def_rw("planes", &EndOptions::planes, "Surfaces that the scene does not have are felt as planes."_doc)
       .def_rw("drag", &EndOptions::drag, "Damping of the hand in the mode passivity [N s/m]."_doc);
   nb::class_<SiteOptions, EndOptions>(m, "SiteOptions", "Options of the follower's end.")
       .def(nb::init<>())
@@ -97,7 +103,7 @@ void bind_learning(nb::module_& m) {
       .def_prop_ro("tank", &ModelUpdate::tank, "Energy in the tank [J].")
       .def_prop_ro("paid", &ModelUpdate::paid, "Energy that updates have added to the springs [J].");
   nb::class_<LocalModel>(m, "LocalModel", "The objects of a scene with parameters that arrive over the network.")
-      .def(nb::init<const UpdateOptions&, scene::Snapshot>(), "options"_a, "scene"_a)
+      .def(nb::init<const UpdateOptions&, scene::Snapshot, bool>(), "options"_a, "scene"_a, "planes"_a = false)
       .def("take", &LocalModel::take, "estimate"_a, "Takes an estimate as the goal of its object.")
       .def("step", &LocalModel::step, "p"_a, "v"_a, "F"_a, "radius"_a, "t"_a, "dt"_a,
            "Updates for a tool with this radius at p (3,) [m] with velocity v (3,) [m/s] and contact force F (3,) [N], "
@@ -106,6 +112,7 @@ void bind_learning(nb::module_& m) {
            "Moving objects are shown ahead of the time that step() is given, where the loop's clock is not the site's "
            "[s].")
       .def_prop_ro("scene", &LocalModel::scene, "The objects as they are rendered.")
+      .def("rendered", &LocalModel::rendered, "i"_a, "The parameters of object i as they are rendered.")
       .def_prop_ro("updates", &LocalModel::updates, "The updates of all objects, in order.");
 }
 
@@ -118,7 +125,17 @@ scene::Snapshot displaced(scene::Snapshot scene, const Vec3& shift, double stiff
   return scene;
 }
 
+/// A copy of a scene in which no tool feels the objects with these names.
+scene::Snapshot concealed(scene::Snapshot scene, const std::vector<std::string>& names) {
+  for (scene::Object& object : scene.objects) {
+    if (std::find(names.begin(), names.end(), object.name) != names.end()) object.is_virtual = false;
+  }
+  return scene;
+}
+
 void bind_peer(nb::module_& m) {
+  m.def("concealed", &concealed, "scene"_a, "names"_a,
+        "A copy of a scene in which no tool feels the objects with these names.");
   m.def(
       "displaced", &displaced, "scene"_a, "shift"_a, "stiffness"_a = 0.0,
       "A copy of a scene with all objects displaced by shift (3,) [m], and with another stiffness [N/m]; 0: as it is.");

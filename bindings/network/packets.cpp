@@ -28,6 +28,7 @@ void bind_datagram(nb::module_& m) {
       .def(nb::init<>())
       .def_rw("object", &ModelEstimate::object, "Index of the object; 65535: none yet."_doc)
       .def_rw("shift", &ModelEstimate::shift, "Displacement from its place in the scene, in W (3,) [m]."_doc)
+      .def_rw("normal", &ModelEstimate::normal, "Of a plane: outward unit normal in W; zero: an object (3,)."_doc)
       .def_rw("K", &ModelEstimate::K, "Stiffness [N/m]."_doc)
       .def_rw("B", &ModelEstimate::B, "Damping along the normal [N s/m]."_doc)
       .def_rw("mu", &ModelEstimate::mu, "Friction coefficient [-]."_doc)

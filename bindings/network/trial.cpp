@@ -48,6 +48,7 @@ void bind_trial_options(nb::module_& m) {
       .def_rw("settle", &TrialOptions::settle,
               "Time after first touch and three round trips that does not count [s]."_doc)
       .def_rw("round_trip", &TrialOptions::round_trip, "Nominal round trip [s]."_doc)
+      .def_rw("after_release", &TrialOptions::after_release, "Forces count once the first touch has ended as well."_doc)
       .def_rw("seed", &TrialOptions::seed, "Seed of links and noise."_doc)
       .def(
           "push",

@@ -16,6 +16,7 @@ from palpate.base.arrays.yaml_loader import load
 from palpate.record.reader import Record
 from palpate.record.ticks import Ticks
 from palpate.report.digest import Digest
+from palpate.scene.remote import UNKNOWN
 
 _GAP = 0.05  # contacts with a shorter break count as one touch [s]
 _PART = 100_000  # ticks whose motion is looked at together
@@ -89,9 +90,10 @@ class Run:
 
     @property
     def object_names(self) -> list[str]:
-        """Names of the scene's objects, in the scene's order."""
+        """Names of the scene's objects, in the scene's order, and of the plane that is felt beside them."""
         objects = self.setting("objects")
-        return [str(o.get("name")) for o in objects if isinstance(o, dict)] if isinstance(objects, list) else []
+        names = [str(o.get("name")) for o in objects if isinstance(o, dict)] if isinstance(objects, list) else []
+        return [*names, UNKNOWN]
 
     @property
     def tracked_frames(self) -> list[str]:

@@ -24,7 +24,7 @@ from palpate.ros.background import BackgroundNode
 from palpate.ros.crtk_arm import FIND, refusal
 from palpate.ros.newest import Newest
 from palpate.scene.rig import Rig
-from palpate.session.remote.site import PATIENCE, site_options
+from palpate.session.remote.site import PATIENCE, known, site_options
 
 STALE = 0.1
 """Age from which a measured pose or force is too old [s]."""
@@ -59,7 +59,7 @@ class RosPatient:
     ) -> None:  # fmt: skip
         self.arm, self._force, self._tip, self._say = arm, force, axes == "tip", say
         self._X_WB = np.asarray(rig.arms.X_WB, np.float64)
-        self._site = _network.Site(site_options(rig), rig.snapshot)
+        self._site = _network.Site(site_options(rig), known(rig))
         self._inbox: deque[tuple[_network.Datagram, float]] = deque(maxlen=_MOST)
         self._newest = Newest()
         self._state: Any = None  # newest operating state

@@ -8,6 +8,9 @@ from pydantic import Field
 
 from palpate.base.values import Positive, Section, Vector
 
+UNKNOWN = "unknown surface"
+"""Name of the plane that is felt where a scene has no object; its number is that of the objects."""
+
 
 class RemoteSection(Section):
     """The other end of a link, and the simulated site that ``palpate serve follower`` runs."""
@@ -24,3 +27,7 @@ class RemoteSection(Section):
     """where the objects of the simulated site are, less where this scene has them, in W [m]"""
     site_stiffness: Positive | None = None
     """stiffness of the objects of the simulated site; as in this scene when left out [N/m]"""
+    planes: bool = False
+    """true: what the tool touches where this scene has no object is felt as a plane, which the site estimates"""
+    hidden: tuple[str, ...] = ()
+    """objects that the simulated site alone has: the hand knows nothing of them"""

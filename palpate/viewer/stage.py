@@ -14,6 +14,7 @@ from palpate.record.snapshots import BodyTrack, Track
 from palpate.record.ticks import Ticks
 from palpate.scene.graspable import GraspableSection
 from palpate.scene.placed_ecm import PlacedEcm
+from palpate.scene.remote import UNKNOWN
 from palpate.scene.tool import LinkSphere
 from palpate.world.bodies.shapes import Solid
 
@@ -205,7 +206,8 @@ class Stage:
         """Contact pairs with the force of the surface before all caps, the strongest first."""
         pairs = zip(tick["touch_sphere"], tick["touch_object"], tick["touch_force"], strict=True)
         names = ["tip", *(sphere.name for sphere in self.spheres), *self.carried]
+        objects = [*(obj.name for obj in self.objects), UNKNOWN]
         return [
-            f"{names[int(s)]} on {self.objects[int(o)].name}: {force:.2f} N before caps"
+            f"{names[int(s)]} on {objects[int(o)]}: {force:.2f} N before caps"
             for s, o, force in list(pairs)[: int(tick["contacts"])]
         ]

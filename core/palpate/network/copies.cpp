@@ -33,9 +33,7 @@ const Vec3& Copies::touch(std::size_t copy, const Guess& guess, double mu) noexc
 }
 
 const Prediction& Copies::step(const Estimator& estimator, const Vec3& p, double t) noexcept {
-  if (std::abs(t - t_) > kApart) {
-    for (auto& copy : copies_) copy->tool.reset();
-  }
+  if (std::abs(t - t_) > kApart) reset();
   const ModelEstimate now = estimator.estimate();
   if (touching_ == 0) {
     wide_ = std::clamp(2.0 * estimator.sd_mu(), kLeastWide, kMostWide);

@@ -19,6 +19,12 @@ class Copies {
  public:
   /// object: as the scene has it; radius: of the tool's sphere [m].
   Copies(const scene::Object& object, double radius);
+  /// Moves the object without a contact being lost: friction keeps its anchors in W.
+  void place(const Vec3& p_WO) noexcept { X_WO_.p = p_WO; }
+  /// The object is another one: all contacts begin anew.
+  void reset() noexcept {
+    for (auto& copy : copies_) copy->tool.reset();
+  }
   /// Contacts of the tool at p [m] at the time t of the scene [s]. A copy that was left out for kApart begins anew.
   const Prediction& step(const Estimator& estimator, const Vec3& p, double t) noexcept;
   /// Contact with the object as estimated, valid while the prediction is touching.

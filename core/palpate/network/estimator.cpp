@@ -8,15 +8,15 @@
 namespace palpate::network {
 namespace {
 
-constexpr double kFelt = 0.06;        // [N] smaller forces are no contact
-constexpr double kMissing = 0.2;      // [N] predicted force from which a contact that is not felt tells something
-constexpr double kPressed = 0.15;     // [N] normal force from which the force across it tells something
-constexpr double kFriction = 0.3;     // [-] standard deviation of an unknown friction coefficient
-constexpr double kUneven = 0.025;      // [-] error of the force across the normal, as a share of the normal force
-constexpr double kUnsettled = 0.2;    // [-] the same, as a share of the error along the normal
+constexpr double kFelt = 0.06;       // [N] smaller forces are no contact
+constexpr double kMissing = 0.2;     // [N] predicted force from which a contact that is not felt tells something
+constexpr double kPressed = 0.15;    // [N] normal force from which the force across it tells something
+constexpr double kFriction = 0.3;    // [-] standard deviation of an unknown friction coefficient
+constexpr double kUneven = 0.025;    // [-] error of the force across the normal, as a share of the normal force
+constexpr double kUnsettled = 0.2;   // [-] the same, as a share of the error along the normal
 constexpr double kCorrelated = 4.0;  // [measurements] for which these errors last
-constexpr double kBend = 0.5;         // [-] share of the second differences that counts as error
-constexpr double kExpected = 6.0;     // [-] squared innovation over its variance that needs no other cause
+constexpr double kBend = 0.5;        // [-] share of the second differences that counts as error
+constexpr double kExpected = 6.0;    // [-] squared innovation over its variance that needs no other cause
 constexpr double kLeastAside = 1e-4, kMostAside = 1.5e-3;  // [m] of a perturbed place
 // Random walk per measurement across the normal: place 0.3 mm and friction 0.05 in the square root of a second.
 constexpr double kWalkAcross = 9e-8 * 4e-3, kWalkMu = 2.5e-3 * 4e-3;
@@ -39,6 +39,11 @@ Estimator::Estimator(const EstimatorOptions& options) : options_(options) {
   Vec variance;
   variance << options.sd_K * options.sd_K, place * place, place * place, place * place, 1.0, kFriction * kFriction;
   P_ = variance.asDiagonal();
+  normal_ = options.normal;
+  if (options.sd_along >= 0.0) {
+    const double along = options.K * options.sd_along;
+    P_.block<3, 3>(1, 1) += (along * along - place * place) * normal_ * normal_.transpose();
+  }
   spread();
 }
 
@@ -118,6 +123,29 @@ void Estimator::forget_place() noexcept {
   P_.block<1, 3>(0, 1).setZero();
   P_.block<3, 1>(1, 0).setZero();
   P_.block<3, 3>(1, 1) += Mat3::Identity() * place * place;
+}
+
+void Estimator::wander(double along, double across) noexcept {
+  const Mat3 out = normal_ * normal_.transpose();
+  P_.block<3, 3>(1, 1) += theta_[0] * theta_[0] * (along * out + across * (Mat3::Identity() - out));
+}
+
+// K (shift - now) = K shift - now K: linear in theta.
+Vec3 Estimator::recentre() noexcept {
+  const Vec3 now = theta_.segment<3>(1) / theta_[0];
+  Mat T = Mat::Identity();
+  T.block<3, 1>(1, 0) = -now;
+  theta_.segment<3>(1).setZero();
+  P_ = (T * P_ * T.transpose()).eval();
+  return now;
+}
+
+void Estimator::turn(const Mat3& R) noexcept {
+  Mat T = Mat::Identity();
+  T.block<3, 3>(1, 1) = R;
+  P_ = (T * P_ * T.transpose()).eval();
+  normal_ = R * normal_;
+  spread();
 }
 
 // Place and friction from the force across the normal.

@@ -23,6 +23,8 @@ struct EstimatorOptions {
   double sd_force = 0.02;    ///< noise of the measured force [N]
   double sd_model = 0.01;    ///< error of the linear law, as a share of the force [-]
   double most_shift = 0.03;  ///< largest displacement that is believed [m]
+  double sd_along = -1.0;    ///< standard deviation of the place along `normal`; negative: as the others [m]
+  Vec3 normal = Vec3::UnitZ();
 };
 
 /// One measurement: where the tool is relative to the object of the scene, and what it feels. All vectors in W.
@@ -73,6 +75,12 @@ class Estimator {
   [[nodiscard]] Guess guess(int j, int side) const noexcept;
   /// The estimate; `object` is left as it is.
   [[nodiscard]] ModelEstimate estimate() const noexcept;
+  /// The place becomes less certain: variances along the last normal and across it grow [m^2].
+  void wander(double along, double across) noexcept;
+  /// Makes the present place the new origin of the shift, which becomes zero; returns the shift until now [m].
+  Vec3 recentre() noexcept;
+  /// Turns the covariance of the place with the object.
+  void turn(const Mat3& R) noexcept;
   /// Standard deviation of the friction coefficient [-].
   [[nodiscard]] double sd_mu() const noexcept { return std::sqrt(std::max(P_(5, 5), 0.0)); }
   /// Force along the normal that the estimate predicts, at least 0 [N].

@@ -18,7 +18,7 @@ LinkState first(std::size_t objects) {
 
 LoopEnd::LoopEnd(const LoopEndOptions& options, scene::Snapshot scene)
     : options_(options),
-      model_(options.update, std::move(scene)),
+      model_(options.update, std::move(scene), options.planes),
       state_(first(model_.updates().size())),
       now_(first(model_.updates().size())) {}
 
@@ -93,7 +93,7 @@ void LoopEnd::publish(const loop::LocalTool& tool, double now) noexcept {
   now_.paid = 0.0;
   for (std::size_t i = 0; i < now_.models.size(); ++i) {
     const ModelUpdate& update = model_.updates()[i];
-    now_.models[i] = update.now();
+    now_.models[i] = model_.rendered(i);
     now_.tank = std::min(now_.tank, update.tank());
     now_.paid += update.paid();
   }

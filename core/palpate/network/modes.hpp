@@ -14,6 +14,7 @@ enum class Mode {
 struct EndOptions {
   Mode mode = Mode::model;
   double radius = 0.002;  ///< radius of the tool's sphere [m]
+  bool planes = false;    ///< mode model: surfaces that the scene does not have are felt as planes
   double drag = 1.0;      ///< mode passivity: damping of the hand, whose energy the far tool may spend [N s/m]
 };
 

@@ -21,14 +21,25 @@ ModelEstimate as_given(const scene::Object& object) {
   return out;
 }
 
+// The scene, and the plane if it is wanted.
+scene::Snapshot with_plane(scene::Snapshot scene, bool planes) {
+  if (planes) scene.objects.push_back(LocalPlane::object());
+  return scene;
+}
+
 }  // namespace
 
-LocalModel::LocalModel(const UpdateOptions& options, scene::Snapshot scene) : given_(std::move(scene)), shown_(given_) {
+LocalModel::LocalModel(const UpdateOptions& options, scene::Snapshot scene, bool planes)
+    : planes_(planes), given_(with_plane(std::move(scene), planes)), shown_(given_), plane_(options.force_rate) {
   for (const scene::Object& object : given_.objects) {
     goals_.push_back(as_given(object));
     updates_.emplace_back(options, goals_.back());
     rubbing_.emplace_back();
   }
+  if (!planes) return;
+  UpdateOptions of_shift = options;
+  of_shift.force_rate *= LocalPlane::kShiftShare;
+  updates_.back() = ModelUpdate(of_shift, goals_.back());
 }
 
 void LocalModel::take(const ModelEstimate& estimate) noexcept {
@@ -56,11 +67,13 @@ double LocalModel::Rubbing::step(const Vec3& across, const Vec3& v, double K, do
 void LocalModel::step(const Vec3& p, const Vec3& v, const Vec3& F, double radius, double t, double dt) noexcept {
   for (std::size_t i = 0; i < updates_.size(); ++i) {
     scene::Object& object = shown_.objects[i];
+    ModelEstimate goal = goals_[i];
+    if (is_plane(i)) plane_.aim(p, F, radius, updates_[i].now().shift, dt, object, goal);
     const Pose X_WO = object.pose(t);
     const Vec3 p_O = X_WO.inverse() * p;
     const scene::Nearest c = object.surface->nearest(p_O);
     Held held{radius - signed_distance(c, p_O), X_WO.R * c.normal, 0.0};
-    const ModelEstimate& before = updates_[i].now();
+    const ModelEstimate before = updates_[i].now();
     if (held.depth > 0.0) {
       const Vec3 relative = v - object.motion.velocity(p, t);
       const double along = held.normal.dot(relative);
@@ -70,9 +83,9 @@ void LocalModel::step(const Vec3& p, const Vec3& v, const Vec3& F, double radius
     } else {
       rubbing_[i] = {};
     }
-    const ModelEstimate& now = updates_[i].step(goals_[i], held, dt);
+    const ModelEstimate& now = updates_[i].step(goal, held, dt);
     const Vec3 place = object.X_WO.p;
-    object.X_WO.p = given_.objects[i].X_WO.p + now.shift;
+    object.X_WO.p = is_plane(i) ? Vec3(place + now.shift - before.shift) : Vec3(given_.objects[i].X_WO.p + now.shift);
     object.correction = object.X_WO.p - place;
     object.material.K = given_.objects[i].material.K * (now.K / given_.objects[i].material.K.mean());
     // A spring whose force is held for a tick gives energy away as a damping of -K dt / 2 would: this takes it back.
@@ -81,9 +94,18 @@ void LocalModel::step(const Vec3& p, const Vec3& v, const Vec3& F, double radius
   }
 }
 
+ModelEstimate LocalModel::rendered(std::size_t i) const noexcept {
+  ModelEstimate out = updates_[i].now();
+  if (is_plane(i) && !goals_[i].normal.isZero(0.0)) {
+    out.shift = shown_.objects[i].X_WO.p;
+    out.normal = shown_.objects[i].X_WO.R.col(2);
+  }
+  return out;
+}
+
 Operator::Operator(const OperatorOptions& options, scene::Snapshot scene)
     : options_(options),
-      model_(options.update, std::move(scene)),
+      model_(options.update, std::move(scene), options.planes),
       contact_("proxy", {.radius = options.radius}),
       stability_(options.stability, 1.0 / options.rate) {}
 

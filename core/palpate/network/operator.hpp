@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "palpate/contact/tool.hpp"
+#include "palpate/network/local_plane.hpp"
 #include "palpate/network/model_update.hpp"
 #include "palpate/network/modes.hpp"
 #include "palpate/network/peer.hpp"
@@ -32,7 +33,8 @@ struct HandInput {
 /// motion of this tick is executed: moving objects stand at the site's time of execution.
 class LocalModel {
  public:
-  LocalModel(const UpdateOptions& options, scene::Snapshot scene);
+  /// planes: a last object is the plane of surfaces that the scene does not have.
+  LocalModel(const UpdateOptions& options, scene::Snapshot scene, bool planes = false);
   /// Takes the newest estimate of one object as its goal.
   void take(const ModelEstimate& estimate) noexcept;
   /// Updates the parameters for a tool at p with this radius, at the time t of the scene [s]. v: velocity of the tool
@@ -44,6 +46,8 @@ class LocalModel {
   /// The objects as they are rendered.
   [[nodiscard]] const scene::Snapshot& scene() const noexcept { return shown_; }
   [[nodiscard]] const std::vector<ModelUpdate>& updates() const noexcept { return updates_; }
+  /// The parameters of an object as they are rendered.
+  [[nodiscard]] ModelEstimate rendered(std::size_t i) const noexcept;
 
  private:
   struct Rubbing {
@@ -51,10 +55,14 @@ class LocalModel {
     double total = 0.0, highest = 0.0, kept_before = 0.0;  ///< [J]
   };
 
+  [[nodiscard]] bool is_plane(std::size_t i) const noexcept { return planes_ && i + 1 == updates_.size(); }
+
+  bool planes_;
   scene::Snapshot given_, shown_;
   std::vector<ModelEstimate> goals_;
   std::vector<ModelUpdate> updates_;
   std::vector<Rubbing> rubbing_;
+  LocalPlane plane_;
 };
 
 /// The operator's end with its own contact and the stage `stability`.

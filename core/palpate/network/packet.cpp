@@ -54,7 +54,9 @@ bool transfer(Cursor<kReads> c, Datagram& d, Eigen::Quaterniond& q, std::uint32_
   c.vector(d.model.shift);
   ModelEstimate& m = d.model;
   for (double* x : {&m.K, &m.B, &m.mu, &m.sd_K, &m.sd_shift, &m.margin}) c.template field<float>(*x);
-  for (double unused = 0.0; double* x : {&unused, &unused, &unused, &unused}) c.template field<float>(*x);
+  c.vector(m.normal);
+  double unused = 0.0;
+  c.template field<float>(unused);
   c.template field<std::uint32_t>(d.flags);
   c.template field<std::uint32_t>(m.object);
   std::uint32_t zero = 0;
@@ -83,6 +85,9 @@ bool decode(std::span<const std::uint8_t> bytes, Datagram& out) noexcept {
   if (!transfer(Cursor<true>(copy.data()), d, q, version) || version != kVersion) return false;
   if (!(d.X.p.array().abs() < kReach).all() || !(d.model.shift.array().abs() < kReach).all()) return false;
   if (std::abs(q.norm() - 1.0) > 1e-3 || d.model.K < 0.0 || d.model.B < 0.0 || d.model.mu < 0.0) return false;
+  const double length = d.model.normal.norm();
+  if (length != 0.0 && std::abs(length - 1.0) > 1e-3) return false;
+  if (length != 0.0) d.model.normal /= length;
   d.X.R = q.normalized().toRotationMatrix();
   out = d;
   return true;

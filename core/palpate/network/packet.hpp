@@ -11,7 +11,7 @@
 namespace palpate::network {
 
 /// Version of the packet's layout; other versions are refused.
-inline constexpr std::uint8_t kVersion = 1;
+inline constexpr std::uint8_t kVersion = 2;
 /// Bytes of a packet before encryption.
 inline constexpr std::size_t kPacketSize = 6 * 8 + 27 * 4 + 3 * 4 + 4;
 
@@ -25,15 +25,20 @@ enum Flag : std::uint32_t {
   kUnmodelled = 1u << 5,  ///< site: the measured force disagrees with the model by more than its margin
 };
 
+/// Distance from its last touch beyond which a plane is not believed [m].
+inline constexpr double kPlaneReach = 0.03;
+
 /// What the site has learnt about one object.
 struct ModelEstimate {
-  std::uint16_t object = 0xffff;  ///< index of the object in the scene; 0xffff: none yet
-  Vec3 shift = Vec3::Zero();      ///< displacement from its place in the scene, in W [m]
-  double K = 0.0, B = 0.0;        ///< stiffness [N/m], damping [N s/m] along the normal
-  double mu = 0.0;                ///< friction coefficient [-]
-  double sd_K = 0.0;              ///< standard deviation of K [N/m]
-  double sd_shift = 0.0;          ///< standard deviation of the shift along the touched normal [m]
-  double margin = 0.0;            ///< rms of the measured force minus that of this estimate [N]
+  /// Index of the object in the scene; their number: the plane of a surface that the scene does not have; 0xffff: none.
+  std::uint16_t object = 0xffff;
+  Vec3 shift = Vec3::Zero();   ///< displacement from its place in the scene; of a plane: a point on it, in W [m]
+  Vec3 normal = Vec3::Zero();  ///< outward unit normal of a plane, in W; zero: an object of the scene
+  double K = 0.0, B = 0.0;     ///< stiffness [N/m], damping [N s/m] along the normal
+  double mu = 0.0;             ///< friction coefficient [-]
+  double sd_K = 0.0;           ///< standard deviation of K [N/m]
+  double sd_shift = 0.0;       ///< standard deviation of the shift along the touched normal [m]
+  double margin = 0.0;         ///< rms of the measured force minus that of this estimate [N]
 };
 
 /// The state of one end at one moment, in W.

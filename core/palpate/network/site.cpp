@@ -35,11 +35,15 @@ bool possible(const SiteInput& in) noexcept {
 }  // namespace
 
 Site::Site(const SiteOptions& options, scene::Snapshot scene)
-    : options_(options), scene_(std::move(scene)), account_(options.allowance) {
+    : options_(options),
+      scene_(std::move(scene)),
+      unknown_(options.estimator, options.radius),
+      account_(options.allowance) {
   require("remote", options.force_cap > 0.0, "force_cap", options.force_cap, "must be above 0 N");
   require("remote", options.mass > 0.0, "mass", options.mass, "must be above 0 kg");
   require("remote", options.speed > 0.0 && options.catch_up > 0.0, "speed", options.speed, "must be above 0 m/s");
   require("remote", options.turn > 0.0, "turn", options.turn, "must be above 0 rad/s");
+  if (options.planes) scene_.objects.push_back(Unknown::object(options.estimator));
   for (const scene::Object& object : scene_.objects) {
     EstimatorOptions o = options.estimator;
     o.K = object.material.K.mean();
@@ -103,38 +107,51 @@ void Site::book(const SiteInput& in) noexcept {
 
 // Shows the nearest object and the measured force to its estimator.
 void Site::learn(const SiteInput& in) noexcept {
-  double nearest = kFar;
-  int touched = -1;
+  near_ = Near{};
+  nearest_ = -1;
   Touch touch;
-  for (std::size_t i = 0; i < scene_.objects.size(); ++i) {
-    const scene::Object& object = scene_.objects[i];
-    const Pose X_WO = object.pose(in.t);
-    const Vec3 shift = estimators_[i].estimate().shift;  // the surface is asked where the object is believed to be
-    const Vec3 p_O = X_WO.inverse() * (in.X.p - shift);
-    const scene::Nearest c = object.surface->nearest(p_O);
-    const double gap = signed_distance(c, p_O) - options_.radius;
-    if (!(std::abs(gap) < nearest)) continue;
-    nearest = std::abs(gap);
-    touched = static_cast<int>(i);
-    const Vec3 n = X_WO.R * c.normal;
-    const Vec3 v = object.motion.velocity(in.X.p, in.t);
-    touch = {-gap - n.dot(shift), n, in.v - v, in.F};
-    const ModelEstimate now = estimators_[i].estimate();
-    near_ = {gap, kSure * now.sd_shift, n, v, now.K + now.sd_K};
+  const std::size_t known = scene_.objects.size() - (options_.planes ? 1 : 0);
+  for (std::size_t i = 0; i < known; ++i) consider(i, in, touch);
+  if (options_.planes) {
+    unknown_.seek(in.X.p, in.F, near_.gap < near_.unsure + kBrake, scene_.objects[known], estimators_[known],
+                  *copies_[known]);
+    if (unknown_.exists()) consider(known, in, touch);
   }
-  if (touched < 0) near_ = Near{};
-  if (touched < 0) return;
-  const auto k = static_cast<std::size_t>(touched);
+  if (nearest_ >= 0) tell(static_cast<std::size_t>(nearest_), in, touch);
+}
+
+// Takes an object as the nearest one if it is.
+void Site::consider(std::size_t i, const SiteInput& in, Touch& touch) noexcept {
+  const scene::Object& object = scene_.objects[i];
+  if (!object.is_virtual) return;
+  const Pose X_WO = object.pose(in.t);
+  const ModelEstimate now = estimators_[i].estimate();
+  const Vec3 p_O = X_WO.inverse() * (in.X.p - now.shift);  // the surface is asked where the object is believed to be
+  const scene::Nearest c = object.surface->nearest(p_O);
+  const double gap = signed_distance(c, p_O) - options_.radius;
+  if (!(std::abs(gap) < std::min(std::abs(near_.gap), kFar))) return;
+  nearest_ = static_cast<int>(i);
+  const Vec3 n = X_WO.R * c.normal;
+  const Vec3 v = object.motion.velocity(in.X.p, in.t);
+  touch = {-gap - n.dot(now.shift), n, in.v - v, in.F};
+  near_ = {gap, kSure * now.sd_shift, n, v, now.K + now.sd_K};
+}
+
+// Shows a touch of the object to its estimator.
+void Site::tell(std::size_t i, const SiteInput& in, Touch touch) noexcept {
   Prediction prediction;
-  if (copies_[k] != nullptr && nearest < kClose) {
-    prediction = copies_[k]->step(estimators_[k], in.X.p, in.t);
-    const Contact& c = copies_[k]->contact();
+  if (copies_[i] != nullptr && std::abs(near_.gap) < kClose) {
+    prediction = copies_[i]->step(estimators_[i], in.X.p, in.t);
+    const Contact& c = copies_[i]->contact();
     if (prediction.touching) {
       touch.normal = c.normal;
-      touch.depth = c.depth - c.normal.dot(estimators_[k].estimate().shift);
+      touch.depth = c.depth - c.normal.dot(estimators_[i].estimate().shift);
     }
   }
-  if (estimators_[k].step(touch, prediction)) touched_ = touched;
+  if (!estimators_[i].step(touch, prediction)) return;
+  touched_ = nearest_;
+  if (options_.planes && i + 1 == scene_.objects.size())
+    unknown_.follow(in.X.p, in.F, scene_.objects[i], estimators_[i], *copies_[i]);
 }
 
 // A step of the goal that comes near to a surface no faster than the account can pay for the tool's kinetic energy.
@@ -219,6 +236,8 @@ Datagram Site::send() const noexcept {
   if (touched_ >= 0) {
     d.model = estimators_[static_cast<std::size_t>(touched_)].estimate();
     d.model.object = static_cast<std::uint16_t>(touched_);
+    if (options_.planes && touched_ + 1 == static_cast<int>(scene_.objects.size()))
+      unknown_.describe(d.model, scene_.objects.back());
     if (d.model.margin > kDisagrees) d.flags |= kUnmodelled;
   }
   peer_.stamp(d, in_.t);

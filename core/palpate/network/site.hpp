@@ -11,6 +11,7 @@
 #include "palpate/network/peer.hpp"
 #include "palpate/network/playout.hpp"
 #include "palpate/network/port.hpp"
+#include "palpate/network/unknown.hpp"
 #include "palpate/scene/snapshot.hpp"
 
 namespace palpate::network {
@@ -89,6 +90,8 @@ class Site {
  private:
   void book(const SiteInput& in) noexcept;
   void learn(const SiteInput& in) noexcept;
+  void consider(std::size_t i, const SiteInput& in, Touch& touch) noexcept;
+  void tell(std::size_t i, const SiteInput& in, Touch touch) noexcept;
   void follow(const SiteInput& in, double dt) noexcept;
   [[nodiscard]] Vec3 allowed(const Vec3& step, const SiteInput& in, double dt) noexcept;
   [[nodiscard]] double pending(const SiteInput& in, const Vec3& out, double left) const noexcept;
@@ -104,7 +107,9 @@ class Site {
   SiteGoal goal_;
   SiteInput in_;
   Near near_;
+  int nearest_ = -1;  ///< nearest object; -1: none
   int touched_ = -1;  ///< object that was touched last; -1: none
+  Unknown unknown_;   ///< with planes: the last object of the scene
   double account_, hand_in_ = 0.0;
   Port port_;  ///< of the tool: out is work on the tissue
   bool started_ = false, aligning_ = true;

@@ -176,13 +176,14 @@ void Trial::judge(double t) noexcept {
   result_.energy_ports = std::min(result_.energy_ports, hand_net_ - instrument_.work());
   const bool touching = F_true_.norm() > kTouch || F_.norm() > kTouch;
   if (first_touch_ < 0.0 && instrument_.force().norm() > kTouch) first_touch_ = t;
+  released_ = released_ || (first_touch_ >= 0.0 && !touching);
   const double error = (F_ - F_true_).norm();
   const double explained = (K + 2000.0) * ((x_ - x_before_).norm() + v_surface.norm() * kDt);
   result_.kick = std::max(result_.kick, (F_ - F_before_).norm() - explained);
   if (options_.push.t >= 0.0) judge_push(t, error);
   judge_outage(t);
   linked_for_ = operator_.linked() ? linked_for_ + kDt : 0.0;
-  if (!touching || linked_for_ < kLong || first_touch_ < 0.0 ||
+  if (!touching || linked_for_ < kLong || first_touch_ < 0.0 || (options_.after_release && !released_) ||
       t < first_touch_ + 3.0 * options_.round_trip + options_.settle)
     return;
   ++counted_;

@@ -29,10 +29,11 @@ struct TrialOptions {
   double handle_mass = 0.3;        ///< [kg]
   double handle_damping = 0.5;     ///< [N s/m]
   double hand_mass = 0.1, hand_damping = 5.0, hand_stiffness = 300.0;
-  double clock_offset = 3.7;  ///< of the site's clock [s]
-  double clock_drift = 2e-5;  ///< [-]
-  double settle = 0.5;        ///< forces count this long after the first touch and three round trips [s]
-  double round_trip = 0.0;    ///< nominal, for that time [s]
+  double clock_offset = 3.7;   ///< of the site's clock [s]
+  double clock_drift = 2e-5;   ///< [-]
+  double settle = 0.5;         ///< forces count this long after the first touch and three round trips [s]
+  double round_trip = 0.0;     ///< nominal, for that time [s]
+  bool after_release = false;  ///< true: forces count once the first touch has ended as well
   Push push;
   std::uint64_t seed = 0;
 };
@@ -104,7 +105,7 @@ class Trial {
   double depth_ = 0.0;
   long counted_ = 0;
   std::uint64_t ticks_ = 0;
-  bool pushed_ = false, was_wrong_ = false;
+  bool pushed_ = false, was_wrong_ = false, released_ = false;
   SiteGoal goal_;
   TrialResult result_;
 };

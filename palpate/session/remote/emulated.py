@@ -5,7 +5,7 @@ from __future__ import annotations
 from palpate import _network
 from palpate.scene import held
 from palpate.session.network.conditions import Network
-from palpate.session.remote.site import mode, world
+from palpate.session.remote.site import known, mode, planes, world
 from palpate.session.session import Session
 
 
@@ -24,8 +24,9 @@ def emulate(session: Session, link: Network, seed: int = 0) -> None:
     site = follower.site
     hand.radius = site.radius = rig.scene.contact.radius
     hand.mode = site.mode = _network.Mode[mode(rig.scene)]
+    hand.planes = site.planes = planes(rig.scene)
     follower.site, follower.rate = site, session.rate
     options.operator_end, options.follower = hand, follower
     options.to_site, options.to_operator, options.seed = link.to_site, link.to_operator, seed
     session.linked = True
-    session.attach(_network.EmulatedEnd(options, rig.snapshot, world(rig)))
+    session.attach(_network.EmulatedEnd(options, known(rig), world(rig)))

@@ -15,16 +15,18 @@ import numpy as np
 from palpate import __version__, _network
 from palpate.base.errors import PalpateError
 from palpate.scene import held
+from palpate.scene.remote import UNKNOWN
 from palpate.session.live import LiveSession
 from palpate.session.network import channel as channels
 from palpate.session.pairs import PairsSession
 from palpate.session.remote.pump import Pump
-from palpate.session.remote.site import PATIENCE, digest, mode, parts
+from palpate.session.remote.site import PATIENCE, digest, known, mode, parts, planes
 
 MENDS = {
     "another operator": "end the other session, or wait until it has ended",
     "another scene": "use the same scene file on both machines",
     "Palpate": "install the same version on both machines",
+    "packets": "install the same version on both machines",
     "clocks": "set the clocks of both machines, e.g. by NTP",
 }
 """What to do about a refusal, by a part of its words."""
@@ -38,15 +40,17 @@ class _Hand:
     def __init__(self, session: LiveSession, mode: str) -> None:
         self.session, options = session, _network.LoopEndOptions()
         options.radius = session.rig.scene.contact.radius
-        options.mode = _network.Mode[mode]
-        self.end = _network.LoopEnd(options, session.rig.snapshot)
+        options.mode, options.planes = _network.Mode[mode], planes(session.scene)
+        self.end = _network.LoopEnd(options, known(session.rig))
 
     def figures(self) -> dict[str, Any]:
         """What the link has measured of this pair; keys as in docs/json/run.md."""
-        now, objects = self.end.state(), self.session.rig.snapshot.objects
+        now, names = self.end.state(), [obj.name for obj in self.session.rig.snapshot.objects]
+        names += [UNKNOWN] * (len(now.models) - len(names))
         models = [
-            {"object": obj.name, "stiffness_N_per_m": model.K, "shift_m": [float(x) for x in model.shift],
-             "margin_N": model.margin} for obj, model in zip(objects, now.models, strict=True)
+            {"object": name, "stiffness_N_per_m": model.K, "shift_m": [float(x) for x in model.shift],
+             "margin_N": model.margin, "normal": [float(x) for x in model.normal] if any(model.normal) else None}
+            for name, model in zip(names, now.models, strict=True)
         ]  # fmt: skip
         return {
             "received": int(now.received),
@@ -107,6 +111,7 @@ class RemoteLink:
             channel.send(
                 {
                     "version": __version__,
+                    "packets": _network.PACKET_VERSION,
                     "scene": digest({name: hand.session.rig.scene for name, hand in self._hands.items()}),
                     "time": time.time(),
                 }
@@ -190,14 +195,19 @@ class RemoteLink:
     def words(self, pair: str = "") -> str:
         """One line about the link and what a pair has learnt."""
         f = self.figures(pair)
-        learnt = "".join(
-            f"; {m['object']}: {m['stiffness_N_per_m']:.0f} N/m, moved by {1e3 * math.hypot(*m['shift_m']):.1f} mm"
-            for m in f["models"] if self.mode == "model"
-        )  # fmt: skip
+        learnt = "".join(_learnt(m) for m in f["models"] if self.mode == "model")
         ages = f"newest packet {f['age_p50_ms']:.0f} ms old (99 %: {f['age_p99_ms']:.0f})"
         counts = f"{f['received']} packets received, {f['outages']} outages"
         of = f" of {pair}" if pair else ""
         return f"remote {f['at']}{of}: round trip {f['round_trip_ms']:.0f} ms, {ages}, {counts}{learnt}"
+
+
+def _learnt(model: dict[str, Any]) -> str:
+    """What was learnt of an object, or of the plane where the scene has none."""
+    name, K = model["object"], model["stiffness_N_per_m"]
+    if name != UNKNOWN:
+        return f"; {name}: {K:.0f} N/m, moved by {1e3 * math.hypot(*model['shift_m']):.1f} mm"
+    return "" if model["normal"] is None else f"; {name}: a plane of {K:.0f} N/m"
 
 
 def _sessions(session: LiveSession | PairsSession) -> dict[str, LiveSession]:

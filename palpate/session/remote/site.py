@@ -15,6 +15,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 
 from palpate import __version__, _core, _network
+from palpate.base.errors import SceneError
 from palpate.scene import held
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
@@ -38,6 +39,8 @@ def digest(scenes: Mapping[str, Scene]) -> str:
         each[name] = scene.model_dump(mode="json", include={"objects", "frames", "contact", "arms"})
         each[name]["arms"].pop("leader", None)
         each[name]["mode"] = mode(scene)
+        if scene.remote is not None:
+            each[name] |= scene.remote.model_dump(mode="json", include={"planes", "hidden"})
     return sha256(json.dumps(each, sort_keys=True).encode()).hexdigest()[:16]
 
 
@@ -45,6 +48,31 @@ def parts(payload: bytes, pairs: int) -> list[bytes] | None:
     """The bytes of each pair's datagram in a packet; None if they are not those of so many pairs."""
     n = _network.PACKET_SIZE
     return [payload[i * n : (i + 1) * n] for i in range(pairs)] if len(payload) == pairs * n else None
+
+
+def known(rig: Rig) -> _core.Snapshot:
+    """The objects as both ends know them: of the scene, without those that only the simulated site has.
+
+    Raises:
+        SceneError: an object to hide does not exist, or the mode has no planes.
+    """
+    section, scene = rig.scene.remote, rig.scene
+    if section is None:
+        return rig.snapshot
+    names = [obj.name for obj in scene.objects]
+    for name in section.hidden:
+        if name not in names:
+            raise SceneError(f"remote.hidden: no object is named {name!r}", where=scene.where("remote", "hidden"),
+                             mend=f"choose from: {', '.join(names)}")  # fmt: skip
+    if section.planes and section.mode != "model":
+        raise SceneError(f"remote.planes: the mode {section.mode} has no model", where=scene.where("remote", "planes"),
+                         mend="choose mode: model, or leave planes out")  # fmt: skip
+    return _network.concealed(rig.snapshot, list(section.hidden)) if section.hidden else rig.snapshot
+
+
+def planes(scene: Scene) -> bool:
+    """True if surfaces that the scene does not have are felt as planes."""
+    return scene.remote is not None and scene.remote.planes
 
 
 def world(rig: Rig) -> _core.Snapshot:
@@ -85,14 +113,14 @@ def simulated(rig: Rig, rate: float) -> _network.Follower:
     options = _network.FollowerOptions()
     options.site, options.rate = site_options(rig), rate
     X_WT = rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0)
-    return _network.Follower(options, rig.snapshot, world(rig), X_WT)
+    return _network.Follower(options, known(rig), world(rig), X_WT)
 
 
 def site_options(rig: Rig) -> _network.SiteOptions:
     """Options of the follower's end for a scene."""
     options = _network.SiteOptions()
     options.radius = rig.scene.contact.radius
-    options.mode = _network.Mode[mode(rig.scene)]
+    options.mode, options.planes = _network.Mode[mode(rig.scene)], planes(rig.scene)
     return options
 
 
@@ -252,6 +280,8 @@ class FollowerServer:
 
     def _fault(self, hello: dict[str, Any]) -> str | None:
         """Why an operator's end may not connect; None if it may."""
+        if (theirs := hello.get("packets", 1)) != _network.PACKET_VERSION:
+            return f"this end has packets of version {_network.PACKET_VERSION}, the other one of version {theirs}"
         if hello.get("version") != __version__:
             return f"this end has Palpate {__version__}, the other one {hello.get('version')}"
         mine = digest({name: rig.scene for name, rig in self.rigs.items()})

@@ -39,7 +39,7 @@ class Command(SweepStudy):
         from palpate_lab.studies.network.figures import draw
         from palpate_lab.studies.network.result import StudyResult
         from palpate_lab.studies.network.words import tables
-        from palpate_lab.studies.network.work import MODES, alarms, conditions, moving, random_runs
+        from palpate_lab.studies.network.work import MODES, UNKNOWN, alarms, conditions, moving, random_runs
 
         for mode in self.modes:
             if mode not in MODES:
@@ -54,7 +54,8 @@ class Command(SweepStudy):
             network(name)  # a wrong name is told before the computation starts
         sweep = self.sweeper(console)
         rows = conditions(names, self.modes, sweep, self.seed)
-        random, ran = random_runs(self.runs, self.modes, sweep, self.seed)
+        felt = (*self.modes, UNKNOWN) if "model" in self.modes else self.modes
+        random, ran = random_runs(self.runs, felt, sweep, self.seed)
         worlds = moving(sweep, self.seed) if "model" in self.modes else []
         told = alarms([name for name in names if "outage" not in name], self.hours, sweep, self.seed)
         found: StudyResult = {"simulated": True, "seed": self.seed, "conditions": rows, "random": random,

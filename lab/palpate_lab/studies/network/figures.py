@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from palpate.base.plotting.style import CAP, DEPTH, FORCE, INK, MUTED, Canvas, png
 from palpate_lab.studies.network.result import Ran, StudyResult
 
-_COLOURS = {"model": FORCE, "passivity": DEPTH, "direct": CAP}
+_COLOURS = {"model": FORCE, "unknown": INK, "passivity": DEPTH, "direct": CAP}
 
 
 def draw(found: StudyResult, ran: Sequence[Ran], folder: Path) -> Path:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cache
 from typing import cast
 
@@ -20,6 +21,8 @@ from palpate_lab.studies.network.result import Alarm, Moving, Ran, Random, Row
 from palpate_lab.studies.network.worlds import WORLDS, Motion, World, options, places
 
 MODES = ("model", "passivity", "direct")
+UNKNOWN = "unknown"
+"""Of random runs: the mode model in worlds that the scene of both ends does not have."""
 ROUND_TRIPS = (0.02, 0.1, 0.21, 0.5, 0.7)
 """Of the moving worlds [s]."""
 LONGEST = 0.5  # round trip of the random runs [s]
@@ -49,7 +52,7 @@ def figures(r: _network.TrialResult) -> dict[str, float]:
 
 def trial(mode: str, link: Network, world: World, motion: Motion, seed: int) -> tuple[_network.TrialResult, Array]:
     """One trial: its figures, and a row per tick (n, 19) with the columns trial_columns()."""
-    o = options(mode, motion.hand, link.round_trip, seed)
+    o = options(mode, motion.hand, link.round_trip, seed, world.hidden)
     o.to_site, o.to_operator = link.to_site, link.to_operator
     return _network.trial(o, world.snapshot(True), world.snapshot(False), motion.path(world, link.round_trip))
 
@@ -111,7 +114,8 @@ def draw(seed: int) -> tuple[Network, World, Motion]:
 
 def _random(point: Point, seed: int) -> dict[str, float]:
     link, world, motion = draw(point["run"])
-    r, _ = trial(point["mode"], link, world, motion, point["run"])
+    mode, hidden = ("model", True) if point["mode"] == UNKNOWN else (point["mode"], False)
+    r, _ = trial(mode, link, replace(world, hidden=hidden), motion, point["run"])
     return {**figures(r), "asked_round_trip_ms": 1e3 * link.round_trip}
 
 

@@ -55,6 +55,8 @@ class World:
     """True orientation relative to the scene, about the x axis [rad]."""
     breathing: tuple[float, float] = (0.0, 4.0)
     """Amplitude along z [m], and period [s]: a motion that both ends know."""
+    hidden: bool = False
+    """True: the scene of both ends has no object; what the tool touches is felt as a plane."""
 
     @property
     def top(self) -> Array:
@@ -64,6 +66,8 @@ class World:
 
     def snapshot(self, true: bool) -> _core.Snapshot:
         """The world as it is, or as the scene has it."""
+        if self.hidden and not true:
+            return _core.Snapshot([])
         surface, _ = _surface(self.kind)
         X, c, s = np.eye(4), np.cos(self.turn), np.sin(self.turn)
         if true:
@@ -120,11 +124,12 @@ def places(world: World, rows: int = 2, columns: int = 3, apart: float = 0.005) 
     return np.asarray(world.top + beside)
 
 
-def options(mode: str, hand: str, round_trip: float, seed: int) -> _network.TrialOptions:
-    """Options of a trial of this mode with this hand; links are added by the caller."""
+def options(mode: str, hand: str, round_trip: float, seed: int, hidden: bool = False) -> _network.TrialOptions:
+    """Options of a trial of this mode with this hand in a hidden or known world; links are added by the caller."""
     o = _network.TrialOptions()
     ends, site, stability = o.operator_end, o.site, o.operator_end.stability
     ends.mode = site.mode = _network.Mode[mode]
+    ends.planes = site.planes = hidden
     ends.radius = site.radius = RADIUS
     stability.allowance, stability.moving_share = 3e-4, 1.0
     if mode == "direct":
@@ -132,5 +137,5 @@ def options(mode: str, hand: str, round_trip: float, seed: int) -> _network.Tria
     ends.stability, o.operator_end, o.site = stability, ends, site
     preset = PRESETS[hand]
     o.hand_mass, o.hand_damping, o.hand_stiffness = preset.mass, preset.damping, preset.stiffness
-    o.round_trip, o.seed = round_trip, seed
+    o.round_trip, o.seed, o.after_release = round_trip, seed, hidden
     return o
