@@ -6,7 +6,7 @@ import os
 import threading
 import time
 import weakref
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from datetime import datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -33,6 +33,8 @@ class RecordedLoop:
     """True if the record holds the signals of contact with other pairs."""
     linked = False
     """True if the record holds the signals of a remote site."""
+    video: Callable[[], tuple[bytes, float] | None] | None = None
+    """The newest JPEG picture of a remote camera and its delay [s], while a link has one."""
 
     def __init__(self, rig: Rig, loop: Loop, rate: float, seed: int, out: str | os.PathLike[str] | None) -> None:
         self.scene, self.rig, self.seed = rig.scene, rig, seed

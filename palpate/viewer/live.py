@@ -28,6 +28,7 @@ from palpate.viewer.soft_objects import SoftObjects
 from palpate.viewer.source import Source
 from palpate.viewer.stage import Stage
 from palpate.viewer.surgeon import SurgeonView
+from palpate.viewer.video import VideoPanel
 
 FRAME_RATE = 30.0
 """Update rate of poses and arrows [Hz]."""
@@ -85,6 +86,7 @@ class LiveViewer:
         self.guidance = (
             None if steered is None else FixturePanel(self._server, stage.fixtures, self._drawing.fixtures, steered)
         )
+        self._video = VideoPanel(self._server.gui)
         self._rates = None
         if isinstance(source, LiveSession):
             with self._gauges.panel.add_tab("Rates", viser.Icon.CLOCK):
@@ -151,6 +153,7 @@ class LiveViewer:
                 self.soft.show()
             if self._clouds is not None:
                 self._clouds.show(float(tick["t"]))
+            self._video.show(getattr(self._source, "video", None))
             self.control_panel.show(tick)
             self.control_panel.resize_ball(self._server, self.picture.scale)
             self._gauges.add(tick)

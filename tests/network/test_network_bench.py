@@ -15,13 +15,15 @@ def test_both_ends_are_measured_beside_forged_packets_of_which_none_is_accepted(
     file = tmp_path / "n.json"
     assert main(["bench", "network", "--seconds", "2", "--flood", "3000", "--json", str(file)]) == 0
     found = json.loads(file.read_text())
-    control, linked, flooded = found["rows"]
+    control, linked, filmed, flooded = found["rows"]
     assert control["follower_ticks"] is None
     assert linked["follower_ticks"] > 500
+    assert filmed["run"] == "linked, video"
+    assert filmed["follower_ticks"] > 500
     assert linked["refused"] < 10  # the last ones, after the end
     assert flooded["refused"] > 500
     assert linked["accepted_forged"] == flooded["accepted_forged"] == 0
-    assert bench.table(found).row_count == 3
+    assert bench.table(found).row_count == 4
 
 
 @pytest.mark.long

@@ -8,13 +8,15 @@ nonce of a packet is its number, which is sent in clear; a window refuses number
 
 from __future__ import annotations
 
+import contextlib
 import json
 import re
 import secrets
 import socket
 import struct
+import threading
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from palpate import _network
@@ -28,7 +30,7 @@ DATAGRAM = _HEAD.size + _network.PACKET_SIZE + TAG
 _LARGEST = 2048  # of what is read from a socket of packets [bytes]
 _MOST = 64  # packets that are read at once
 _HELLO = b"PALPATE-REMOTE-1"
-_LONGEST = 65536  # of a message of the reliable channel [bytes]
+_LONGEST = 1 << 19  # of a message of the reliable channel: a picture of the camera [bytes]
 _INFO = b"palpate remote 1"
 
 
@@ -95,11 +97,14 @@ class Channel:
     opener: Opener  #: of packets from it
     _to: Sealer
     _from: Opener
+    _sending: threading.Lock = field(default_factory=threading.Lock)
 
     def send(self, message: dict[str, Any]) -> None:
-        """Send a message."""
-        data = self._to.seal(json.dumps(message).encode())
-        self.connection.sendall(struct.pack("<I", len(data)) + data)
+        """Send a message; any thread may call."""
+        text = json.dumps(message).encode()
+        with self._sending:
+            data = self._to.seal(text)
+            self.connection.sendall(struct.pack("<I", len(data)) + data)
 
     def receive(self) -> dict[str, Any] | None:
         """The next message; None at the end of the connection.
@@ -123,7 +128,9 @@ class Channel:
         return message
 
     def close(self) -> None:
-        """End the connection."""
+        """End the connection; a thread that waits for a message gets None."""
+        with contextlib.suppress(OSError):
+            self.connection.shutdown(socket.SHUT_RDWR)
         self.connection.close()
 
 
@@ -140,13 +147,13 @@ def arrived(udp: socket.socket) -> Iterator[tuple[bytes, tuple[str, int]]]:
 
 
 def _exactly(connection: socket.socket, n: int) -> bytes | None:
-    data = b""
+    data = bytearray()
     while len(data) < n:
         part = connection.recv(n - len(data))
         if not part:
             return None
         data += part
-    return data
+    return bytes(data)
 
 
 def shake_hands(connection: socket.socket, key: bytes, operator: bool) -> Channel:

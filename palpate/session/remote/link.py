@@ -18,6 +18,7 @@ from palpate.scene import held
 from palpate.scene.remote import UNKNOWN
 from palpate.session.live import LiveSession
 from palpate.session.network import channel as channels
+from palpate.session.network.video import Picture, received
 from palpate.session.pairs import PairsSession
 from palpate.session.remote.pump import Pump
 from palpate.session.remote.site import PATIENCE, digest, known, mode, parts, planes
@@ -98,6 +99,8 @@ class RemoteLink:
         self._pump = Pump(self._udp, rate, self._receive, self._send)
         self._thread = threading.Thread(target=self._pump.run, name="palpate-remote", daemon=True)
         self.sent = 0  #: packets
+        self._picture: Picture | None = None  # the newest one of the remote camera
+        self._listener = threading.Thread(target=self._listen, name="palpate-channel", daemon=True)
 
     def _connect(self, key: bytes) -> channels.Channel:
         host, port = self._at
@@ -148,7 +151,9 @@ class RemoteLink:
         for hand in self._hands.values():
             hand.session.linked = True
             hand.session.attach(hand.end)
+            hand.session.video = self.video
         self._thread.start()
+        self._listener.start()
 
     def close(self) -> None:
         """Stop, and tell the follower."""
@@ -156,9 +161,12 @@ class RemoteLink:
         if self._thread.is_alive():
             self._thread.join()
         for hand in self._hands.values():
+            hand.session.video = None
             if not hand.session.running:
                 hand.session.attach(None)
         self._channel.close()
+        if self._listener.is_alive():
+            self._listener.join()
         self._udp.close()
 
     def _receive(self) -> None:
@@ -168,6 +176,25 @@ class RemoteLink:
             states = None if payload is None else parts(payload, len(self._hands))
             for hand, state in zip(self._hands.values(), states or (), strict=False):
                 hand.end.receive(state, now)
+
+    def _listen(self) -> None:
+        """Take the pictures of the remote camera until the connection ends."""
+        with contextlib.suppress(OSError, ValueError, channels.RefusedError):
+            while (message := self._channel.receive()) is not None:
+                if "video" not in message:
+                    continue
+                self._channel.send({"seen": message["video"]})
+                self._picture = received(message) or self._picture
+
+    def video(self) -> tuple[bytes, float] | None:
+        """The newest JPEG picture of the remote camera, and how long ago it was captured [s]; None before the first.
+
+        The delay is measured by the synchronised clocks, so its error is at most half of the round trip.
+        """
+        picture, now = self._picture, self.state
+        if picture is None or not now.known:
+            return None
+        return picture.jpeg, time.monotonic() - (picture.t - now.offset)
 
     def _send(self) -> None:
         with contextlib.suppress(OSError):

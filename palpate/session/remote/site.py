@@ -21,6 +21,7 @@ from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
 from palpate.session.network import channel as channels
 from palpate.session.network.relay import close, listen
+from palpate.session.network.video import Sender, VideoSource
 from palpate.session.remote.pump import Pump
 
 PATIENCE = 5.0  # for the first messages of a connection [s]
@@ -145,6 +146,7 @@ class FollowerServer:
         rate: packets per second [Hz].
         say: takes lines for the user.
         patients: what follows each pair; simulated instruments when left out.
+        video: the camera whose pictures the operator sees.
 
     Raises:
         PalpateError: the port is taken, or the scene has bodies.
@@ -152,7 +154,7 @@ class FollowerServer:
 
     def __init__(
         self, rigs: Rig | Mapping[str, Rig], key: bytes, host: str, port: int, rate: float, say: Callable[[str], None],
-        patients: Sequence[Patient] = (),
+        patients: Sequence[Patient] = (), video: VideoSource | None = None,
     ) -> None:  # fmt: skip
         self.rigs = {"": rigs} if isinstance(rigs, Rig) else dict(rigs)  #: of all pairs, by name
         for rig in self.rigs.values():
@@ -165,6 +167,7 @@ class FollowerServer:
         self._pump = Pump(self._udp, rate, self._receive, self._send)
         self.stopped, self._changing = self._pump.stopped, threading.Lock()  #: the event ends `run`
         self._master: _Master | None = None
+        self.video = None if video is None else Sender(video, self._show)  #: sends the pictures
         self.strangers = 0  #: packets that were refused
         self.sent = 0  #: packets
         self.cpu = 0.0  #: processor time of the process while it ran [s]
@@ -191,12 +194,16 @@ class FollowerServer:
     def run(self) -> None:
         """Follow until `stop`."""
         threading.Thread(target=self._accept, name="palpate-accept", daemon=True).start()
+        if self.video is not None:
+            threading.Thread(target=self.video.run, name="palpate-video", daemon=True).start()
         begin = time.process_time()
         for one in self.followers:
             one.start()
         try:
             self._pump.run()
         finally:
+            if self.video is not None:
+                self.video.stop()
             for one in self.followers:
                 one.stop()
             self.cpu = time.process_time() - begin
@@ -255,17 +262,20 @@ class FollowerServer:
                 if fault is None and before is not None and time.monotonic() - before.heard < PATIENCE:
                     fault = f"another operator drives this follower: {before.name}"
                 if fault is None:
+                    channel.send({"ok": True})  # before any picture
+                    if self.video is not None:
+                        self.video.forget()
                     master = self._master = _Master(channel, f"{peer[0]}:{peer[1]}", heard=time.monotonic())
                     for one in self.followers:
                         one.forget_operator()
             if fault is not None:
                 channel.send({"error": fault})
                 return
-            channel.send({"ok": True})
             self._say(f"operator at {peer[0]}:{peer[1]}")
             connection.settimeout(None)
-            while channel.receive() is not None:
-                pass
+            while (message := channel.receive()) is not None:
+                if self.video is not None and master is not None and self._master is master:
+                    self.video.seen(message.get("seen"))
         except (OSError, ValueError, channels.RefusedError) as error:
             if not isinstance(error, OSError):
                 self._say(f"refused {peer[0]}:{peer[1]}: {str(error).splitlines()[0]}")
@@ -277,6 +287,13 @@ class FollowerServer:
                         one.forget_operator()
                     self._say("the operator has left; the tool holds")
             connection.close()
+
+    def _show(self, message: dict[str, Any]) -> bool:
+        """Send a picture to the operator's end, if there is one."""
+        master = self._master
+        if master is not None:
+            master.channel.send(message)
+        return master is not None
 
     def _fault(self, hello: dict[str, Any]) -> str | None:
         """Why an operator's end may not connect; None if it may."""

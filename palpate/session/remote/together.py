@@ -33,8 +33,9 @@ class Together:
         RemoteLink(session, link.at, link.key)
     """
 
-    def __init__(self, scene: Scene, network: str) -> None:
+    def __init__(self, scene: Scene, network: str, video: str | None = None) -> None:
         self._scene, self._network, self._stack = scene, network, ExitStack()
+        self._more = [] if video is None else ["--video", video]
         self.at = ("127.0.0.1", 0)  #: address of the relay
         self.follower = 0  #: port of the follower's end
         self.key = b""  #: the shared key
@@ -52,7 +53,7 @@ class Together:
         with ExitStack() as opened:
             opened.push(self._stack.pop_all())
             self.follower = self._start(
-                opened, "follower", self._scene.file, "--port", "0", "--key", str(folder / "key")
+                opened, "follower", self._scene.file, "--port", "0", "--key", str(folder / "key"), *self._more
             )
             to = f"127.0.0.1:{self.follower}"
             port = self._start(opened, "relay", "--to", to, "--network", self._network, "--port", "0")

@@ -24,9 +24,9 @@ class Command:
     json: Annotated[Path | None, arg(metavar="FILE")] = None
     """Write the figures as JSON (docs/json/bench-network.md); - for the standard output."""
     seconds: float = 20.0
-    """Duration of each of three runs [s]."""
+    """Duration of each of four runs [s]."""
     flood: float = 5000.0
-    """Forged packets per second in the third run [Hz]."""
+    """Forged packets per second in the fourth run [Hz]."""
     network: str = "netfi-delay-2"
     """What the relay between both ends does (docs/network.md)."""
 

@@ -1,7 +1,7 @@
 """`palpate bench network`: a session across a network beside one without, and both beside packets of strangers.
 
-Three runs of the same scene in real time: without a link (the control), with a follower process behind a relay, and the
-same while another process sends forged packets to both ends.
+Four runs of the same scene in real time: without a link (the control), with a follower process behind a relay, the same
+with pictures of a camera, and the same while another process sends forged packets to both ends.
 """
 
 from __future__ import annotations
@@ -9,26 +9,31 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import tempfile
 import time
 import warnings
 from contextlib import ExitStack
+from functools import partial
+from pathlib import Path
 from typing import TypedDict
 
+import numpy as np
 from rich.table import Table
 
 from palpate.base.errors import PalpateError
 from palpate.scene import Scene
 from palpate.scene.rig import Rig, build
 from palpate.session import Session
+from palpate.session.network.channel import MAGIC
 from palpate.session.remote.link import RemoteLink
 from palpate.session.remote.together import Together
 
 FLOOD = """
 import secrets, socket, sys, time
 udp = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-forged = [b"PLP\\x01" + secrets.token_bytes(16 + 188) for _ in range(256)]
+forged = [bytes.fromhex(sys.argv[1]) + secrets.token_bytes(16 + 188) for _ in range(256)]
 forged += [secrets.token_bytes(n) for n in range(256)]
-ports, rate, sent, begin = [int(p) for p in sys.argv[2:]], float(sys.argv[1]), 0, time.monotonic()
+ports, rate, sent, begin = [int(p) for p in sys.argv[3:]], float(sys.argv[2]), 0, time.monotonic()
 try:
     while True:
         while sent < rate * (time.monotonic() - begin):
@@ -38,7 +43,7 @@ try:
 except BaseException:
     pass
 """
-"""Program that sends forged packets at a rate [Hz] to ports of this machine until it is ended."""
+"""Program that sends forged packets with this beginning (hexadecimal) at a rate [Hz] to ports here until it is ended."""
 _END = re.compile(
     r"(\d+) ticks, (\d+) missed, (\d+) packets sent, (\d+) refused, largest force (\S+) N, (\S+) s of processor time"
 )
@@ -69,7 +74,7 @@ class NetworkBench(TypedDict):
 
 
 def run(seconds: float, flood: float, network: str) -> NetworkBench:
-    """All three runs of the scene `remote`."""
+    """All four runs of the scene `remote`."""
     scene = Scene.load("remote")
     section = scene.remote
     assert section is not None
@@ -77,8 +82,21 @@ def run(seconds: float, flood: float, network: str) -> NetworkBench:
         warnings.simplefilter("ignore")
         rig = build(scene)
     control, alone = _alone(rig, seconds)
-    rows = [control, *(_linked(rig, network, seconds, rate, alone) for rate in (0.0, flood))]
+    with tempfile.TemporaryDirectory(prefix="palpate-video-") as folder:
+        _pictures(Path(folder))
+        linked = partial(_linked, rig, network, seconds, alone)
+        rows = [control, linked(0.0), linked(0.0, folder), linked(flood)]
     return {"simulated": True, "seconds": seconds, "rate_Hz": section.rate, "flood_Hz": flood, "rows": rows}
+
+
+def _pictures(folder: Path) -> None:
+    """Pictures of a camera of 640 x 480 pixels, of about 50 KiB."""
+    from PIL import Image
+
+    rng = np.random.default_rng(0)
+    for k in range(8):
+        rough = Image.fromarray(rng.integers(0, 256, (96, 128, 3), np.uint8)).resize((640, 480))
+        rough.save(folder / f"{k}.jpg", quality=85)
 
 
 def _alone(rig: Rig, seconds: float) -> tuple[Row, float]:
@@ -91,14 +109,14 @@ def _alone(rig: Rig, seconds: float) -> tuple[Row, float]:
             "refused": None, "accepted_forged": 0}, spent  # fmt: skip
 
 
-def _linked(rig: Rig, network: str, seconds: float, flood: float, alone: float) -> Row:
+def _linked(rig: Rig, network: str, seconds: float, alone: float, flood: float, video: str | None = None) -> Row:
     section, session = rig.scene.remote, Session(rig.scene, rig=rig)
     assert section is not None
-    with Together(rig.scene, network) as both:
+    with Together(rig.scene, network, video) as both:
         with RemoteLink(session, both.at, both.key, section.rate) as link, ExitStack() as stack:
             if flood:
                 ports = [str(both.follower), str(link.port)]
-                stranger = subprocess.Popen([sys.executable, "-c", FLOOD, str(flood), *ports])
+                stranger = subprocess.Popen([sys.executable, "-c", FLOOD, MAGIC.hex(), str(flood), *ports])
                 stack.callback(stranger.wait)
                 stack.callback(stranger.terminate)
             before = time.process_time()
@@ -110,7 +128,7 @@ def _linked(rig: Rig, network: str, seconds: float, flood: float, alone: float) 
         raise PalpateError("the follower's end broke off", why=" | ".join(both.words[-6:]), mend="run it by itself")
     ticks, missed, sent, refused, _, cpu = (float(x) for x in ended.groups())
     return {
-        "run": "linked, flooded" if flood else "linked",
+        "run": "linked, flooded" if flood else "linked" if video is None else "linked, video",
         "missed_ticks": summary.missed_ticks,
         "cycle_p99_us": summary.cycle_p99_us,
         "operator_cpu": max(spent - alone, 0.0) / seconds,

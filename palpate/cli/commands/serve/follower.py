@@ -44,6 +44,8 @@ class Command:
     """With --arm: topic of the measured force of the tissue on its tool (WrenchStamped); one for each arm."""
     force_axes: Literal["base", "tip"] = "base"
     """With --arm: axes of that force, of the arm's base (as its measured_cp) or of its tip."""
+    video: Annotated[str | None, arg(metavar="SOURCE")] = None
+    """A camera that the operator sees in the viewer: http://... of motion JPEG, or a folder of *.jpg files."""
     network: bool = False
     """With --arm: ROS 2 communicates with other machines; otherwise only within this one."""
 
@@ -57,6 +59,7 @@ class Command:
         from palpate.scene.rig import build
         from palpate.scene.together import build_pairs
         from palpate.session.network.keys import default_path, read_key, require_cryptography
+        from palpate.session.network.video import source
         from palpate.session.remote.site import FollowerServer
 
         require_cryptography()
@@ -64,12 +67,16 @@ class Command:
         scene = Scene.load(self.scene)
         rigs = build_pairs(scene) if scene.pairs else {"": build(scene)}
         rate = scene.remote.rate if scene.remote is not None else 1000.0
+        camera = None if self.video is None else source(self.video)
         arms = self._arms(rigs, lambda line: say(console, line))
-        server = FollowerServer(rigs, key, self.host, self.port, rate, lambda line: say(console, line), arms)
+        server = FollowerServer(rigs, key, self.host, self.port, rate, lambda line: say(console, line), arms,
+                                camera)  # fmt: skip
         say(console, f"listening on {self.host} port {server.port}; Ctrl-C ends it")
         with stop_signals.deferred(server.stopped):
             server.run()
         counts = f"{server.ticks} ticks, {server.missed} missed, {server.sent} packets sent, {server.strangers} refused"
+        if server.video is not None:
+            say(console, f"{server.video.sent} pictures sent, {server.video.dropped} dropped")
         say(console, f"{counts}, largest force {server.largest:.2f} N, {server.cpu:.2f} s of processor time")
         return 0
 
