@@ -43,7 +43,7 @@ try:
 except BaseException:
     pass
 """
-"""Program that sends forged packets with this beginning (hexadecimal) at a rate [Hz] to ports here until it is ended."""
+"""Program that sends forged packets with this beginning (hexadecimal) at a rate [Hz] to ports until it is ended."""
 _END = re.compile(
     r"(\d+) ticks, (\d+) missed, (\d+) packets sent, (\d+) refused, largest force (\S+) N, (\S+) s of processor time"
 )
