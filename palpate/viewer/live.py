@@ -98,8 +98,7 @@ class LiveViewer:
         if isinstance(source, LiveSession) and any(obj.soft for obj in stage.objects):
             self.soft = SoftObjects(self._server.gui, stage, self._drawing, source)
         self.inset = views.add_buttons(self._server, stage, self._drawing)
-        camera = getattr(source, "camera", None)
-        self._camera = camera
+        camera = self._camera = getattr(source, "camera", None)
         self.surgeon = None
         if camera is not None and stage.ecm is not None:
             self.surgeon = SurgeonView(
