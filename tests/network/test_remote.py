@@ -12,7 +12,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from palpate import __version__
+from palpate import __version__, _network
 from palpate.base.errors import PalpateError, SceneError
 from palpate.cli import main
 from palpate.record.reader import Record
@@ -166,11 +166,17 @@ def test_a_second_master_another_scene_version_key_or_clock_is_refused(rig, foll
     links.RemoteLink(session(rig), at(follower), KEY).close()  # the right one still may
 
 
+def test_packets_of_another_version_are_refused_by_name(rig, follower):
+    hello = {"version": __version__, "scene": sites.digest({"": rig.scene}), "time": time.time()}
+    assert follower._fault(hello) == "this end has packets of version 2, the other one of version 1"
+    assert follower._fault(hello | {"packets": "x"}).endswith("the other one of version x")
+
+
 @pytest.mark.parametrize(
     "stamp", ["noon", None, [1.0], 10**400, float("nan"), float("inf")], ids=lambda one: str(one)[:8]
 )
 def test_a_time_that_is_no_time_is_refused_with_words(rig, follower, stamp):
-    hello = {"version": __version__, "scene": sites.digest({"": rig.scene})}
+    hello = {"version": __version__, "packets": _network.PACKET_VERSION, "scene": sites.digest({"": rig.scene})}
     assert follower._fault(hello | {"time": time.time()}) is None
     assert re.search("states its time as|clocks of both machines differ", follower._fault(hello | {"time": stamp}))
 
