@@ -71,7 +71,8 @@ def passivity_answer(found: Result) -> list[str]:
         f"In these runs with the layer the lowest energy is {mj(lowest)} mJ, without it "
         f"{mj(by['off']['lowest_port_J'])} mJ",
         f"Of the wall alone, {by['alone']['rendered_below_bound']} runs miss the bound",
-        f"changes the force of {percent(all_runs['changed'] / all_runs['runs'])} % of the runs by 1 % or more",
+        f"changes the force of {percent(all_runs['changed'] / all_runs['runs'])} % of the runs "
+        f"({both(all_runs['changed'], all_runs['runs'])}) by 1 % or more",
     ]
 
 

@@ -80,7 +80,11 @@ def wall_hands(found: Result) -> list[str]:
     (people,) = {row["hands"]["people"] for row in found["rows"]}
     assert found["rows"][-1]["hands"]["limit_cycle_share"] == 0.0
     left = round(found["rows"][1]["hands"]["limit_cycle_share"] * people)
-    return [*phrases, f"Left: {people} other hands", f"left out are {left} of {people} at 5, none at 10 and 20"]
+    return [
+        *phrases,
+        f"Left: {people} other hands",
+        f"left out are {left} of {people} ({both(left, people)}) at 5, none at 10 and 20",
+    ]
 
 
 def wall_unmet(found: Result) -> list[str]:
