@@ -30,6 +30,7 @@ from palpate.viewer.server import close_server, open_server, url
 from palpate.viewer.soft_objects import SoftObjects
 from palpate.viewer.stage import Stage
 from palpate.viewer.surgeon import SurgeonView
+from palpate.viewer.video import VideoPanel
 
 COLORS: tuple[Color, ...] = (
     (38, 110, 200), (222, 120, 20), (40, 150, 90), (150, 70, 180),
@@ -181,6 +182,7 @@ class PairsViewer:
         world, words = getattr(seat, "world", None), getattr(seat, "task_words", None)
         self._bodies = None if world is None else BodiesDrawing(self.picture.scene, stage.solids, world.drawn)
         self._task = None if words is None else TaskWords(gui, words)
+        self._video = VideoPanel(gui)
         self.soft = None
         if any(obj.soft for obj in stage.objects):
             self.soft = SoftObjects(gui, stage, self.drawings[name], sources[name])
@@ -235,6 +237,7 @@ class PairsViewer:
                 next(iter(self.drawings.values())).show_ecm(self._camera.q)
             if self.soft is not None:
                 self.soft.show()
+            self._video.show(next(iter(self._sources.values())).video)  # one camera for all pairs
             self._gauges.add(ticks)
             slower = LIGHT_SLOWER if self.picture.light else 1
             if self.frames % (slower * FRAMES_PER_READOUT) == 0:

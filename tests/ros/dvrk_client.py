@@ -50,7 +50,10 @@ class Dvrk:
 
     def _row(self, topic):
         """Row of a topic; other arms have the topics of their kind."""
-        return self._rows.get(topic) or self._rows[topic.replace("/MTML/", "/MTMR/").replace("/ECM/", "/PSM1/")]
+        return (
+            self._rows.get(topic)
+            or self._rows[topic.replace("/MTML/", "/MTMR/").replace("/ECM/", "/PSM1/").replace("/PSM2/", "/PSM1/")]
+        )
 
     def state(self, arm):
         """Name of the operating state of an arm."""
