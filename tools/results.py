@@ -66,6 +66,9 @@ RUNS: dict[str, Run] = {
     "swings": Run("study certificate --swings 500"),
     "passivity": Run("study passivity"),
     "network": Run("study network --runs 200"),
+    "network_unknown": Run(
+        "study network --modes model --conditions none --runs 200 --workers 1", ("conditions", "moving", "alarms")
+    ),
     "extract": Run("study passivity --extract"),
     "registration": Run("study registration", ("layouts",)),
     "loops": Run("fuzz loops --runs 500 --faults 1000000 --resume runs/loops.jsonl", ("faults",)),

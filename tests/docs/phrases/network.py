@@ -55,6 +55,23 @@ def random(found: Result) -> list[str]:
     ]
 
 
+def unknown(found: Result) -> list[str]:
+    """Worlds that the scene does not have, felt as planes."""
+    row = next(row for row in found["random"] if row["mode"] == "unknown")
+    n = row["runs"]
+    felt, rms = (n - row[key] for key in ("felt_outside", "rms_outside"))
+    return [
+        f"| {row['energy_lowest_mJ']:.2f} mJ; {row['not_passive'] or 'none'} of {n} runs below -0.5 "
+        f"(at most {most(row['not_passive'], n)}) |",
+        f"| in {felt} runs ({both(felt, n)}), {row['felt_over_true'][1]:.3f} in the median; "
+        f"99 % of the runs within {row['felt_over_true'][0]:.2f}-{row['felt_over_true'][2]:.2f} |",
+        f"| in {rms} runs ({both(rms, n)}), {row['force_rms_N'][1]:.3f} in the median, "
+        f"99.5 % below {row['force_rms_N'][2]:.2f} |",
+        f"| at most {row['kick_largest_N']:.3f} N |",
+        f"| at most {row['force_site_largest_N']:.2f} N |",
+    ]
+
+
 def passivity(found: Result) -> list[str]:
     row = next(row for row in found["random"] if row["mode"] == "passivity")
     return [
@@ -93,4 +110,7 @@ def outages(found: Result) -> list[str]:
     ]
 
 
-TIES = [Tie("network-figures.md", "network", (conditions, modes, random, passivity, moving, outages))]
+TIES = [
+    Tie("network-figures.md", "network", (conditions, modes, random, passivity, moving, outages)),
+    Tie("network-figures.md", "network_unknown", (unknown,)),
+]
