@@ -90,7 +90,7 @@ def run(seconds: float, flood: float, network: str) -> NetworkBench:
 
 
 def _pictures(folder: Path) -> None:
-    """Pictures of a camera of 640 x 480 pixels, of about 50 KiB."""
+    """Pictures of a camera of 640 x 480 pixels, of about 100 KiB."""
     from PIL import Image
 
     rng = np.random.default_rng(0)
