@@ -98,6 +98,11 @@ class Bench:
         )
 
     @property
+    def irregular(self) -> bool:
+        """True if one in a hundred readings came so late that forces acted long after their time."""
+        return self.interval_p99_us * self.rate_Hz > 1e6 * _GAPS
+
+    @property
     def pushed(self) -> bool:
         """True if a push moved it: mass, friction and model are known."""
         return bool(self._fits())

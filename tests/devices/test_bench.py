@@ -302,6 +302,9 @@ def test_a_machine_that_is_too_busy_for_the_pushes_is_named(monkeypatch):
         trace = real(*words)
         return replace(trace, t=trace.t + 0.02 * (np.arange(len(trace.t)) // 20))
 
+    found = measure(SimulatedDevice(), "quiet")
+    assert replace(found, rate_Hz=1000.0, interval_p99_us=4167.0).irregular
+    assert not replace(found, rate_Hz=1000.0, interval_p99_us=1200.0).irregular
     monkeypatch.setattr(bench, "_push", busy)
     monkeypatch.setattr(bench, "fit_axis", lambda *_: None)
     with pytest.raises(DeviceError, match="ms apart during the pushes"):

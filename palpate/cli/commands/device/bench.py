@@ -182,6 +182,8 @@ def _print(found: Bench, console: Console) -> None:
     console.print(_table(found))
     fresh = f"{100 * found.fresh:.0f} % of the readings are new"
     say(console, f"{found.rate_Hz:.0f} Hz, p99 of the interval {found.interval_p99_us:.0f} us, {fresh}", "rate:")
+    if found.irregular:
+        say(console, "readings came much later than others: end other programs and measure again", "note:", "yellow")
     if found.stopped:
         say(console, "the handle left a quarter of its workspace: a push ended early", "note:", "yellow")
     for doubt in found.doubts():
