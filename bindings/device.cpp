@@ -104,6 +104,20 @@ void bind_driver(nb::module_& m) {
             return nb::make_tuple(size[0], size[1], size[2]);
           },
           "Lengths of the workspace (3) [m].")
+      .def_prop_ro(
+          "resolution", [](const Driver& d) { return d.info().resolution; },
+          "Step of the measured position; 0: unknown [m].")
+      .def_prop_ro(
+          "mass", [](const Driver& d) { return d.info().mass; }, "Moving mass at the handle; 0: unknown [kg].")
+      .def_prop_ro(
+          "delay", [](const Driver& d) { return d.info().delay; },
+          "Time from a measurement to the force on the hand; 0: unknown [s].")
+      .def_prop_ro(
+          "friction", [](const Driver& d) { return d.info().friction; },
+          "Dry friction that certainly resists the handle [N].")
+      .def_prop_ro(
+          "damping", [](const Driver& d) { return d.info().damping; },
+          "Viscous friction that certainly resists the handle [N s/m].")
       .def_prop_ro("notices", &Driver::notices, "What has happened to the device since it was opened: cause; mend.");
   nb::class_<SharedObject, Driver>(m, "SharedObject",
                                    "A driver in C: a shared object with the functions of palpate/loop/driver.h.")

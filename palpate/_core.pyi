@@ -4162,6 +4162,26 @@ class Driver:
         """Lengths of the workspace (3) [m]."""
 
     @property
+    def resolution(self) -> float:
+        """Step of the measured position; 0: unknown [m]."""
+
+    @property
+    def mass(self) -> float:
+        """Moving mass at the handle; 0: unknown [kg]."""
+
+    @property
+    def delay(self) -> float:
+        """Time from a measurement to the force on the hand; 0: unknown [s]."""
+
+    @property
+    def friction(self) -> float:
+        """Dry friction that certainly resists the handle [N]."""
+
+    @property
+    def damping(self) -> float:
+        """Viscous friction that certainly resists the handle [N s/m]."""
+
+    @property
     def notices(self) -> list[str]:
         """What has happened to the device since it was opened: cause; mend."""
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from palpate import _core
 from palpate.base.errors import DeviceError
+from palpate.devices.handle import MASS, AtHandle
 from palpate.devices.loop import DeviceLoop, device_scene
 from palpate.devices.trust import require_trust
 from palpate.record.ticks import Timing
@@ -53,6 +54,16 @@ def native_scene(scene: Scene, name: str, driver: _core.Driver) -> Scene:
     return device_scene(scene, name, driver.rate, cap, driver.moment_max)
 
 
+def at_handle_of(driver: _core.Driver) -> AtHandle:
+    """What a driver of the core states of its handle.
+
+    Raises:
+        DeviceError: friction or damping without resolution.
+    """
+    mass, delay = driver.mass or MASS, driver.delay or None
+    return AtHandle(driver.resolution, mass, delay, driver.friction, driver.damping)
+
+
 class NativeLoop(DeviceLoop):
     """Reads a driver of the core, steps the cycle and writes the wrench, without the interpreter.
 
@@ -67,12 +78,12 @@ class NativeLoop(DeviceLoop):
         rig: the rig of `native_scene`, if it is built already.
 
     Raises:
-        SceneError, MeshError: the scene cannot run.
+        DeviceError: the driver states friction without resolution. SceneError, MeshError: the scene cannot run.
     """
 
     def __init__(self, scene: Scene, name: str, driver: _core.Driver, rig: Rig | None = None) -> None:
         self.driver, self._name = driver, name
-        super().__init__(native_scene(scene, name, driver), workspace=size_of(driver), rig=rig)
+        super().__init__(native_scene(scene, name, driver), at_handle_of(driver), size_of(driver), rig=rig)
         self._thread = _core.DriverThread(self.driver, self.cycle)
 
     def start(self) -> None:

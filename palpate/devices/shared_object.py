@@ -31,6 +31,11 @@ class _Info(ctypes.Structure):
         ("force_max", ctypes.c_double),
         ("moment_max", ctypes.c_double),
         ("workspace", ctypes.c_double * 3),
+        ("resolution", ctypes.c_double),
+        ("mass", ctypes.c_double),
+        ("delay", ctypes.c_double),
+        ("friction", ctypes.c_double),
+        ("damping", ctypes.c_double),
     ]
 
 
@@ -87,6 +92,8 @@ class SharedObject(Driver):
         self.force_max, self.moment_max = info.force_max, info.moment_max
         sizes = (info.workspace[0], info.workspace[1], info.workspace[2])
         self.workspace = sizes if min(sizes) > 0.0 else Driver.workspace
+        self.resolution, self.friction, self.damping = info.resolution, info.friction, info.damping
+        self.mass, self.delay = info.mass or Driver.mass, info.delay or None
 
     def open(self) -> None:
         """Open the device again if it was closed.

@@ -28,6 +28,10 @@ void* palpate_driver_open(const char* argument, palpate_driver_info* info, char*
   snprintf(info->name, sizeof info->name, "test device");
   info->rate = strcmp(argument, "rate") == 0 ? 1e6 : 1000.0;
   info->force_max = 5.0;
+  if (strncmp(d->fault, "handle", 6) == 0) {
+    info->resolution = d->fault[6] ? 0.0 : 5e-6; /* "handle without resolution" */
+    info->mass = 0.3, info->delay = 1e-3, info->friction = 0.08, info->damping = 0.6;
+  }
   info->workspace[0] = info->workspace[1] = info->workspace[2] = 0.1;
   return d;
 }

@@ -168,6 +168,21 @@ def test_intervals_of_an_axis_hold_the_truth():
     assert np.mean(inside) > 0.87  # 96 of 0.95
 
 
+def test_the_attributes_for_a_driver_claim_no_more_friction_than_there_is():
+    """Over 8 devices; the resolution covers six times the noise."""
+    excess = []
+    for seed in range(8):
+        truth = Truth(seed=seed, noise=2e-6, delay=2.25)
+        found = measure(SimulatedDevice(truth=truth), "simulated").attributes()
+        excess += [found[name] / getattr(truth, name) for name in ("friction", "damping") if name in found]
+        assert found["resolution"] >= 0.9 * max(truth.resolution, 6 * truth.noise)
+        assert found["mass"] == pytest.approx(truth.mass, rel=0.05)
+        assert found["delay"] > 2.2e-3
+    assert len(excess) >= 14, "control: they are stated"
+    assert np.mean(np.array(excess) <= 1.0) >= 0.9
+    assert max(excess) < 1.05
+
+
 def test_noise_of_the_position_does_not_make_a_device_lighter():
     """Noise of 0.1 mm: plain least squares takes it for motion, and finds a mass 4 to 5 % too small."""
     found = []
@@ -355,11 +370,14 @@ def test_commands(tmp_path, capsys):
     command = ["device", "bench", "simulated", "--yes", "--out", str(out), "--json", str(figures)]
     assert main([*command, "--weight", "0.1", "--page", str(page)]) == 0
     found = json.loads(figures.read_text())
-    keys = {"name", "rate_Hz", "interval_p99_us", "fresh", "axes", "stopped", "model", "force", "stated"}
+    keys = {"name", "rate_Hz", "interval_p99_us", "fresh", "axes", "stopped", "model", "force", "stated", "attributes"}
     assert keys | {"like", "published", "checks"} == set(found)
     assert found["like"] is None
     assert all(check["passed"] for check in found["checks"])
-    assert yaml.safe_load(out.read_text())["kind"] == "device"
+    model = yaml.safe_load(out.read_text())
+    assert model["kind"] == "device"
+    assert model["notes"]["driver"] == found["attributes"]
+    assert set(found["attributes"]) <= {"resolution", "mass", "delay", "friction", "damping"}
     assert found["force"][0]["gain"] == pytest.approx(1.0, abs=0.01)
     stated = {row["name"]: row for row in found["stated"]}
     assert stated["resolution"]["measured"] == pytest.approx(10.0, rel=1e-3)

@@ -11,8 +11,11 @@ from test_driven import with_driver
 from test_haptics import CAP
 
 from palpate.base.errors import DeviceError
-from palpate.devices import DrivenSession
+from palpate.devices import DrivenSession, loop
+from palpate.devices.driver import facts
+from palpate.devices.handle import AtHandle
 from palpate.devices.native import header_folder
+from palpate.devices.shared_object import SharedObject
 
 SOURCE = Path(__file__).with_name("c_driver.c")
 CC = shutil.which("cc") or shutil.which("gcc")
@@ -42,6 +45,18 @@ def test_good_driver_feels_the_surface_and_ends_with_zero_force(library, tmp_pat
     assert written[-1, 1] == 0.0
     assert not session.failed
     assert "lateness" in summary.scheduler
+
+
+def test_what_a_driver_states_of_its_handle_reaches_the_passivity_layer(library, tmp_path, monkeypatch):
+    seen, port = [], loop.device_port
+    monkeypatch.setattr(loop, "device_port", lambda scene, known: seen.append(known) or port(scene, known))
+    for name in ("handle", "none"):
+        DrivenSession(with_driver(f"{library}:{name},{tmp_path / 'log'}"))
+    assert seen == [AtHandle(5e-6, 0.3, 1e-3, 0.08, 0.6), AtHandle()]
+    known = facts(SharedObject(library, f"handle,{tmp_path / 'log'}"), "handle")
+    assert known.at_handle == seen[0]
+    with pytest.raises(DeviceError, match="only with its resolution"):
+        DrivenSession(with_driver(f"{library}:handle without resolution,{tmp_path / 'log'}"))
 
 
 @pytest.mark.parametrize(("fault", "words"), [("fail", r"read() reported"), ("write", "write() reported")])

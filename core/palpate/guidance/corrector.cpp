@@ -19,6 +19,12 @@ constexpr double kMostCorrection = 0.5;  // [m] a larger correction is rejected
 constexpr double kBeforeTarget = 1e-6;   // [m] distance before a target at which its constraint has a gradient
 constexpr double kJump = 1e-3;           // [m] a border that moves farther in one period has jumped
 
+// Amount by which the mapped goal violates the side of a border that was evaluated at X, linearised there [m]. Another
+// side may be nearer to the goal.
+double beyond(const Constraint& c, const Pose& X, const Input& in) noexcept {
+  return row(c).dot(displacement(in.goal.X_WT_goal, X)) - c.gap;
+}
+
 bool guides_to_surface(const Constraint& c) noexcept { return c.attracts && !c.rotational && c.free.trace() > 1.5; }
 
 }  // namespace
@@ -43,6 +49,12 @@ void Corrector::evaluate(const FixtureStates& states, const Pose& X, const Input
   }
 }
 
+// Violation that is allowed to a constraint evaluated at X: of a border, the fraction of that of its own side.
+double Corrector::allowed(const FixtureState& state, const Constraint& c, const Pose& X, const Input& in) noexcept {
+  if (state.authority >= 1.0 || !has_sides(c)) return state.allowed();
+  return std::max(state.slack, (1.0 - state.authority) * beyond(c, X, in));
+}
+
 // When a fixture appears, is edited or jumps, goal and tool may violate it. The slack allows that violation and
 // decreases at the return speed.
 void Corrector::update_slack(FixtureStates& states, int i, const Input& in) const noexcept {
@@ -50,7 +62,7 @@ void Corrector::update_slack(FixtureStates& states, int i, const Input& in) cons
   const Constraint& c = constraint_[to_index(i)];
   const double pace = return_speed_ * dt_ / (c.rotational ? kLength : 1.0);
   now.slack = std::max(now.slack - pace, 0.0);
-  const bool jumped = c.violation() - now.allowed() > (c.rotational ? kJump / kLength : kJump);
+  const bool jumped = c.violation() - allowed(now, c, X_WT_, in) > (c.rotational ? kJump / kLength : kJump);
   if (!now.needs_slack && !jumped) return;
   now.needs_slack = false;
   now.slack = std::max(c.violation(), c.attracts ? 0.0 : states.evaluate(i, in.tool.X_WT, in).violation());
@@ -58,18 +70,18 @@ void Corrector::update_slack(FixtureStates& states, int i, const Input& in) cons
 
 // Remaining distance of the goal to its border in the coming period, after the allowed violation, the standoff and the
 // border's own motion; negative when violated [m, rad].
-double Corrector::room(const FixtureState& state, const Constraint& c) const noexcept {
+double Corrector::room(const FixtureState& state, const Constraint& c, const Pose& X, const Input& in) const noexcept {
   const double keep = follower_ != nullptr && !c.attracts ? follower_->standoff() : 0.0;
-  return c.gap + state.allowed() - keep - std::max(-c.gap_rate_of_fixture, 0.0) * dt_;
+  return c.gap + allowed(state, c, X, in) - keep - std::max(-c.gap_rate_of_fixture, 0.0) * dt_;
 }
 
-// Largest violation at the last evaluated pose beyond the allowed one [m].
-double Corrector::worst_violation(const FixtureStates& states) const noexcept {
+// Largest violation at the last evaluated pose X beyond the allowed one [m].
+double Corrector::worst_violation(const FixtureStates& states, const Pose& X, const Input& in) const noexcept {
   double worst = 0.0;
   for (int i = 0; i < states.size(); ++i) {
     const Constraint& c = constraint_[to_index(i)];
     if (!has(states, i) || !c.one_sided()) continue;
-    const double lacks = -room(states[i], c);
+    const double lacks = -room(states[i], c, X, in);
     worst = std::max(worst, c.rotational ? kLength * lacks : lacks);
   }
   return worst;
@@ -80,7 +92,7 @@ void Corrector::add_row(const FixtureStates& states, int i, const Constraint& c,
                         const Input& in) noexcept {
   if (!c.one_sided()) return;
   const Vec6 a = row(c);
-  add(a, a.dot(displacement(in.goal.X_WT_goal, X)) - room(states[i], c), states.fixture(i).policy.priority, i);
+  add(a, a.dot(displacement(in.goal.X_WT_goal, X)) - room(states[i], c, X, in), states.fixture(i).policy.priority, i);
 }
 
 // Adds the row with which the tool, which lags its goal, satisfies the constraint as well. Returns the amount by which
@@ -128,8 +140,8 @@ bool Corrector::iterate(const FixtureStates& states, const Input& in, int lastin
     X = displaced(in.goal.X_WT_goal, qp_.y());
     if (status == Qp::Status::stopped || round + 1 == kRounds) break;
     evaluate(states, X, in);
-    if (worst_violation(states) < kTolerance || qp_.rows() + states.size() > Qp::kRows) break;
-    drop_misleading_rows(states, lasting);
+    if (worst_violation(states, X, in) < kTolerance || qp_.rows() + states.size() > Qp::kRows) break;
+    drop_misleading_rows(states, lasting, X, in);
   }
   return true;
 }
@@ -142,7 +154,7 @@ bool Corrector::step(FixtureStates& states, const Input& in) noexcept {
   for (int i = 0; i < states.size(); ++i) {
     if (has(states, i)) update_slack(states, i, in);
   }
-  const double lacks = worst_violation(states);
+  const double lacks = worst_violation(states, X, in);
   const double overtaken = std::max(lacks, add_lasting_rows(states, in));
   const int lasting = qp_.rows();
   Qp::Status status = Qp::Status::solved;
@@ -218,12 +230,12 @@ void Corrector::settle(const FixtureStates& states, const Input& in, int lasting
 // Removes rows that predicted less room than the constraint has at the solution: the border curves away from such a
 // row, which would forbid feasible poses. A row that predicted more room is kept in addition to the newer one, because
 // where walls meet each wall needs its own row.
-void Corrector::drop_misleading_rows(const FixtureStates& states, int from) noexcept {
+void Corrector::drop_misleading_rows(const FixtureStates& states, int from, const Pose& X, const Input& in) noexcept {
   int rows = from;
   for (int r = from; r < qp_.rows(); ++r) {
     const int i = fixture_of_[to_index(r)];
     const Constraint& c = constraint_[to_index(i)];
-    if (!c.attracts && qp_.slack(r) < room(states[i], c)) continue;
+    if (!c.attracts && qp_.slack(r) < room(states[i], c, X, in)) continue;
     fixture_of_[to_index(rows)] = i;
     qp_.move(r, rows++);
   }

@@ -57,14 +57,21 @@ class Corrector {
   }
   void evaluate(const FixtureStates& states, const Pose& X_WT, const Input& in) noexcept;
   void update_slack(FixtureStates& states, int i, const Input& in) const noexcept;
-  [[nodiscard]] double room(const FixtureState& state, const Constraint& c) const noexcept;
-  [[nodiscard]] double worst_violation(const FixtureStates& states) const noexcept;
+  /// True for a border whose sides are told apart: an allowed violation is that of the side to which a goal is moved.
+  [[nodiscard]] static bool has_sides(const Constraint& c) noexcept {
+    return c.one_sided() && !c.attracts && !c.rotational;
+  }
+  [[nodiscard]] static double allowed(const FixtureState& state, const Constraint& c, const Pose& X,
+                                      const Input& in) noexcept;
+  [[nodiscard]] double room(const FixtureState& state, const Constraint& c, const Pose& X,
+                            const Input& in) const noexcept;
+  [[nodiscard]] double worst_violation(const FixtureStates& states, const Pose& X, const Input& in) const noexcept;
   void add(const Vec6& a, double b, int rank, int fixture) noexcept;
   void add_row(const FixtureStates& states, int i, const Constraint& c, const Pose& X, const Input& in) noexcept;
   double add_tool_row(const FixtureStates& states, int i, const Input& in) noexcept;
   double add_lasting_rows(const FixtureStates& states, const Input& in) noexcept;
   bool iterate(const FixtureStates& states, const Input& in, int lasting, Pose& X, Qp::Status& status) noexcept;
-  void drop_misleading_rows(const FixtureStates& states, int from) noexcept;
+  void drop_misleading_rows(const FixtureStates& states, int from, const Pose& X, const Input& in) noexcept;
   static Pose before(const Pose& X, const Input& in) noexcept;
   [[nodiscard]] bool leans(const FixtureStates& states, const Input& in, const Pose& X) const noexcept;
   void settle(const FixtureStates& states, const Input& in, int lasting, Pose& X) noexcept;

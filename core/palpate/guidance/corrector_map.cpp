@@ -32,7 +32,8 @@ void Corrector::linearise(const FixtureStates& states, const Input& in, bool at_
     row.turns = turns(now.constraint);
     row.by_force = now.constraint.by_force;
     const double left = 1.0 - now.authority;
-    if (left > 0.0 && left * now.constraint.violation() > now.slack) row.b = left * scaled_gradient(now.constraint);
+    if (!has_sides(now.constraint) && left > 0.0 && left * now.constraint.violation() > now.slack)
+      row.b = left * scaled_gradient(now.constraint);
   }
   for (int r = 0; curved && r < map_.rows(); ++r) {
     ActiveRow& row = map_.row(r);
@@ -41,7 +42,16 @@ void Corrector::linearise(const FixtureStates& states, const Input& in, bool at_
     for (int i = 0; i < map_.rows(); ++i) corner |= others(i);
     if (!corner) bend(states, row, in);
   }
-  map_.solve(displacement(in.goal.X_WT_goal, X_WT_));
+  const Vec6 y = displacement(in.goal.X_WT_goal, X_WT_);
+  for (int r = 0; r < map_.rows(); ++r) {
+    ActiveRow& row = map_.row(r);
+    if (row.fixture < 0 || !has_sides(states[row.fixture].constraint)) continue;
+    // The side that the row belongs to has moved the goal by the fraction `authority` of its violation.
+    const FixtureState& now = states[row.fixture];
+    const double left = 1.0 - now.authority;
+    if (left > 0.0 && left / now.authority * row.a.dot(y) > now.slack) row.b = left * row.g;
+  }
+  map_.solve(y);
   if (held_) map_.hold();
 }
 

@@ -24,7 +24,9 @@ extern "C" {
 /* Version of these structs and functions. Palpate refuses a driver of another version. */
 #define PALPATE_DRIVER_ABI 1
 
-/* Facts about the device, filled in by open. */
+/* Facts about the device, filled in by open, which finds them all zero. Those from resolution on may stay zero, which
+ * means unknown; `palpate device bench` measures them. The passivity layer then assumes no friction, and takes more force.
+ */
 typedef struct palpate_driver_info {
   uint32_t abi;        /* set to PALPATE_DRIVER_ABI by the driver */
   char name[64];       /* for messages and records */
@@ -32,6 +34,11 @@ typedef struct palpate_driver_info {
   double force_max;    /* largest force that the device may be commanded [N]; 0: it renders no force */
   double moment_max;   /* largest moment [N m]; 0: forces only */
   double workspace[3]; /* lengths of the workspace along the base axes [m] */
+  double resolution;   /* step of the measured position, or six times its noise if that is larger [m] */
+  double mass;         /* moving mass at the handle [kg] */
+  double delay;        /* time from a measurement to the force on the hand [s] */
+  double friction;     /* dry friction that certainly resists the handle; needs resolution [N] */
+  double damping;      /* viscous friction that certainly resists the handle; needs resolution [N s/m] */
 } palpate_driver_info;
 
 /* Buttons of the handle. The clutch acts on this hand at once; the others are pedals of the console. */

@@ -30,6 +30,17 @@ void check_info(const palpate_driver_info& info) {
   if (!within(info.moment_max, 0.0, 10.0)) {
     refuse("moment_max = " + std::to_string(info.moment_max) + " N m must be 0 to 10 N m");
   }
+  if (!within(info.resolution, 0.0, 0.01)) {
+    refuse("resolution = " + std::to_string(info.resolution) + " m must be 0 to 0.01 m");
+  }
+  if (!within(info.mass, 0.0, 100.0)) refuse("mass = " + std::to_string(info.mass) + " kg must be 0 to 100 kg");
+  if (!within(info.delay, 0.0, 0.1)) refuse("delay = " + std::to_string(info.delay) + " s must be 0 to 0.1 s");
+  if (!within(info.friction, 0.0, 100.0)) {
+    refuse("friction = " + std::to_string(info.friction) + " N must be 0 to 100 N");
+  }
+  if (!within(info.damping, 0.0, 1000.0)) {
+    refuse("damping = " + std::to_string(info.damping) + " N s/m must be 0 to 1000 N s/m");
+  }
 }
 
 }  // namespace

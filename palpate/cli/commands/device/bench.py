@@ -90,6 +90,10 @@ class Command:
             say(console, row.in_words(), f"{row.name}:", "" if row.agrees else "yellow")
         if like is not None and not published:
             say(console, f"{published_of(like).source}; nothing to compare", f"{like}:")
+        attributes = found.attributes()
+        if attributes:
+            words = ", ".join(f"{name} = {value:g}" for name, value in attributes.items())
+            say(console, f"{words}: state them in the driver (docs/device.md)", "driver:")
         out, page = self._files(guide)
         if page is not None:
             from palpate.report.device import write_device_page
@@ -99,10 +103,11 @@ class Command:
             say(console, "none: it was not pushed, or did not move, so its mass and friction are unknown", "model:")
             out = None
         if out is not None:
-            found.model().save(out, {"device": self.name, "measured by": "palpate device bench"})
+            notes = {"device": self.name, "measured by": "palpate device bench", "driver": attributes}
+            found.model().save(out, notes)
             say(console, f"{out}; judge it: palpate certify {out} --stiffness 400", "model:")
         model = str(out) if out else None
-        more = {"force": compared, "stated": stated, "like": like, "published": published, "checks": checks}
+        more = {"attributes": attributes, "force": compared, "stated": stated, "like": like, "published": published, "checks": checks}
         write_json(self.json, {**vars(found), "model": model, **more})
         return 0
 

@@ -38,7 +38,8 @@ def case(seed: int, kind: str = "") -> dict[str, int]:
             continue
         run = (2 if loop.run in ("still", "moving", "soft") else 1) * loop.cycles  # slow loops run both ways
         for name, n in (("loops", run), (loop.kind, run), (f"{loop.kind}: failed", verdict.fails),
-                        (f"{loop.kind}: failed in every cycle", verdict.recurs)):  # fmt: skip
+                        (f"{loop.kind}: failed in every cycle", verdict.recurs),
+                        (f"{loop.kind}: returned what lay ready", verdict.returns and not verdict.fails)):  # fmt: skip
             if n:
                 counts[name] = counts.get(name, 0) + int(n)
         if verdict.fails:
@@ -55,6 +56,7 @@ def case(seed: int, kind: str = "") -> dict[str, int]:
             "stored_J": verdict.stored,
             "resolved": verdict.resolved,
             "later_J": verdict.later,
+            "ready_J": verdict.ready,
         }
         raise FaultError(f"{loop.kind}, {loop.run}, loop {k}: {verdict.words()}", counts, details)
     return counts

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -94,6 +95,18 @@ class Device:
         times = np.asarray(self.period * np.arange(len(X)) if t is None else t, dtype=np.float64)
         self.cycle().replay(times, np.ascontiguousarray(X), F)
         return F
+
+    def at_rest(self) -> Callable[[Array], Array]:
+        """The wrench (6,) on the hand in L at rest at a pose of the handle (4, 4), after all poses before it."""
+        cycle, t = self.cycle(), [0.0]
+
+        def wrench(X: Array) -> Array:
+            F = np.zeros((2, 6))
+            cycle.replay(t[0] + self.period * np.arange(1.0, 3.0), np.ascontiguousarray(np.stack([X, X])), F)
+            t[0] += 2 * self.period
+            return F[1]
+
+        return wrench
 
     def force_in_world(self, F: Array) -> Array:
         """Forces on the tool (n, 3) in W of wrenches on the hand (n, 6) in L [N]."""

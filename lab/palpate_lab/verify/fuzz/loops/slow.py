@@ -16,6 +16,8 @@ from palpate_lab.verify.fuzz.loops.ways import Way
 
 STEP, CORNERS = 1.5e-4, 20
 """Distance of the samples of a way [m], and least number of samples on an edge, before any halving."""
+_LONGEST, _PATIENCE = 8000, 100
+"""Steps of a hand that follows the force: in all, and without getting more."""
 DWELL = 2
 """Ticks at each place: contacts follow the motion of the tool by one tick."""
 
@@ -28,6 +30,25 @@ def at_rest(way: Way, cycles: int, device: Device, halvings: int) -> tuple[float
         X = np.concatenate([X, *[X[DWELL:]] * (cycles - 1)])
     F = device.wrenches(X)
     return _ends(work_at_rest(F[DWELL - 1 :: DWELL], X[DWELL - 1 :: DWELL]))
+
+
+def ready(way: Way, device: Device) -> float:
+    """Energy that lies ready at the start of a way: what a hand gets that follows the force from there [J]."""
+    X = device.handle(way.p[:1], way.theta[:1])[0]
+    wrench = device.at_rest()
+    got, most, since = 0.0, 0.0, 0
+    F = wrench(X)[:3]
+    for _ in range(_LONGEST):
+        size = float(np.linalg.norm(F))
+        if not size > 0.0 or since > _PATIENCE:
+            break
+        moved = STEP / 4 * F / size
+        X = X.copy()
+        X[:3, 3] += moved
+        F, before = wrench(X)[:3], F
+        got += float(0.5 * (F + before) @ moved)
+        most, since = max(most, got), 0 if got > most else since + 1
+    return most
 
 
 def on_tissue(way: Way, device: Device, speed: float) -> tuple[float, float]:

@@ -19,6 +19,8 @@ LEAST = 3e-7
 HALVINGS = 4
 """Largest number of halvings of the steps."""
 _LATER, _FINE = 4, 2  # cycles after the first of a failing loop, and halvings of their steps
+_MOST = 400  # cycles in which a failing loop may spend what lay ready
+_FOUND = 1.02  # energy that lay ready, relative to what a hand that follows the force in steps gets
 _SURE = 0.02  # relative change at a halving, below which the work is known
 _SHARE_OF_TISSUE = 1e-2  # in place of SHARE: a soft body is never at rest
 
@@ -36,16 +38,24 @@ class Verdict:
     backwards: bool = False  #: the direction in which the work is the least
     error: float = 0.0  #: distance of the work from its limit for small steps [J]
     resolved: bool = True  #: False: halving the steps still changed the work
-    later: float | None = None  #: of a slow loop that fails: mean work over the cycles after the first [J]
+    later: float | None = None  #: of a slow loop that returns energy: mean work over the cycles after the first [J]
+    ready: float = 0.0  #: energy that lay ready at its start [J]
+    cycles: int = 1  #: cycles over which it was run to spend that
+    spent: float = 0.0  #: work of the hand over these cycles [J]
 
     @property
     def fails(self) -> bool:
-        """True if the loop hands out energy."""
+        """True if the loop hands out energy, in all cycles together more than what lay ready before the first."""
+        return self.returns and (self.later is None or self.spent < self.cycles * self.bound - _FOUND * self.ready)
+
+    @property
+    def returns(self) -> bool:
+        """True if a cycle hands out energy, whether or not it lay ready at the start."""
         return self.work < self.bound
 
     @property
     def recurs(self) -> bool:
-        """True if every cycle hands out energy. Otherwise it is energy that was stored before the first began."""
+        """True if the cycles after the first hand out energy as well."""
         return self.fails and (self.later is None or self.later < self.bound)
 
     @property
@@ -58,7 +68,12 @@ class Verdict:
         way = "backwards" if self.backwards else "forwards"
         change = f"{1e6 * self.error:.3g} uJ"
         known = f"{change} from its limit for small steps" if self.resolved else f"still changing by {change}"
-        again = "" if self.later is None else f", {1e6 * self.later:.4g} uJ in each later cycle"
+        again = ""
+        if self.later is not None:
+            again = (
+                f", {1e6 * self.later:.4g} uJ in each later cycle, {1e6 * self.spent:.4g} uJ in {self.cycles} cycles, "
+                f"{1e6 * self.ready:.4g} uJ ready at the start"
+            )
         return (
             f"{1e6 * self.work:.4g} uJ put in by the hand {way} ({known}){again}, at least {1e6 * self.bound:.3g} uJ "
             f"allowed, {1e6 * self.stored:.4g} uJ stored"
@@ -80,7 +95,7 @@ def judge(loop: Loop, device: Device | None = None) -> Verdict:
     device = device or Device(loop.scene, files.folder())
     if loop.run == "still":
         found = _both_ways(loop, lambda way, k: slow.at_rest(way, loop.cycles, device, k))
-        return replace(found, later=_in_later_cycles(loop, device, found.backwards)) if found.fails else found
+        return _in_later_cycles(loop, device, found) if found.returns else found
     if loop.run == "moving":
         return _both_ways(loop, lambda way, k: slow.on_moving_object(way, loop.scene, k))
     if loop.run == "soft":
@@ -88,11 +103,19 @@ def judge(loop: Loop, device: Device | None = None) -> Verdict:
     return Verdict(*felt.by_hand(loop, device))
 
 
-def _in_later_cycles(loop: Loop, device: Device, backwards: bool) -> float:
-    """Mean work of the hand over the cycles after the first, in the worse direction [J]."""
-    way = loop.way.backwards() if backwards else loop.way
-    (first, _), (all_, _) = (slow.at_rest(way, n * loop.cycles, device, _FINE) for n in (1, 1 + _LATER))
-    return (all_ - first) / _LATER
+def _in_later_cycles(loop: Loop, device: Device, found: Verdict) -> Verdict:
+    """The verdict with what later cycles return, over as many as would return more than what lay ready at the start."""
+    way = loop.way.backwards() if found.backwards else loop.way
+    ready = slow.ready(way, device)
+
+    def work(cycles: int) -> float:
+        return slow.at_rest(way, cycles * loop.cycles, device, _FINE)[0]
+
+    first, few = work(1), work(1 + _LATER)
+    later = (few - first) / _LATER
+    source = max(found.bound - later, 0.0)
+    cycles = min(max(int(np.ceil(2 * ready / source)), _LATER), _MOST) if source > 0.0 else _LATER
+    return replace(found, later=later, ready=ready, cycles=1 + cycles, spent=work(1 + cycles))
 
 
 def _both_ways(loop: Loop, run: Callable[[Way, int], Work], halvings: int = HALVINGS, share: float = SHARE) -> Verdict:
