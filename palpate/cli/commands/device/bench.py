@@ -107,7 +107,14 @@ class Command:
             found.model().save(out, notes)
             say(console, f"{out}; judge it: palpate certify {out} --stiffness 400", "model:")
         model = str(out) if out else None
-        more = {"attributes": attributes, "force": compared, "stated": stated, "like": like, "published": published, "checks": checks}
+        more = {
+            "attributes": attributes,
+            "force": compared,
+            "stated": stated,
+            "like": like,
+            "published": published,
+            "checks": checks,
+        }
         write_json(self.json, {**vars(found), "model": model, **more})
         return 0
 
