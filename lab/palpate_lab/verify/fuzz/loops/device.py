@@ -104,7 +104,7 @@ class Device:
             F = np.zeros((2, 6))
             cycle.replay(t[0] + self.period * np.arange(1.0, 3.0), np.ascontiguousarray(np.stack([X, X])), F)
             t[0] += 2 * self.period
-            return F[1]
+            return np.asarray(F[1])
 
         return wrench
 
