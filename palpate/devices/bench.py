@@ -27,7 +27,6 @@ _STROKE = 0.08  # range of the motion of the middle half period, as a share of t
 _WIDTH = 0.6  # width of the fit's test functions over the shortest half period
 _REPEATS = 6
 _GAPS = 3.0  # 99th percentile of the time between two readings over its mean from which on they are irregular
-_NOISE_STEPS = 6.0  # resolution over noise at rest, so that noise counts as no motion
 _MISFIT, _SMALL = 3.0, 2e-3  # residual over noise, and residual [N], from which on the model is doubted
 
 
@@ -97,21 +96,6 @@ class Bench:
             quantum=max((axis.resolution_m or 0.0) for axis in self.axes),
             friction=max(0.0, min(worst("friction", -1))),
         )
-
-    def attributes(self) -> dict[str, float]:
-        """What a driver may state of this device, by the names of its attributes; empty if it was not pushed.
-
-        Friction and damping are those that certainly resist, at the lower end of their 95 % intervals; the delay is at
-        the upper end, and the resolution covers the noise. Zeros, which say nothing, are left out.
-        """
-        if not self.pushed:
-            return {}
-        model = self.model()
-        resolution = max(max(axis.resolution_m or 0.0, _NOISE_STEPS * axis.noise_m) for axis in self.axes)
-        found = {"resolution": resolution, "mass": self.model(0).mass, "delay": model.delay}
-        if resolution > 0.0:
-            found |= {"friction": model.friction, "damping": model.damping}
-        return {name: float(f"{value:.3g}") for name, value in found.items() if value > 0.0}
 
     @property
     def irregular(self) -> bool:

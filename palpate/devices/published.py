@@ -42,6 +42,7 @@ TABLE = (
     Published("minverse", "docs.haply.co/inverseSDK: a safe sphere of 0.04 m, no other figure"),
 )
 """One row per device. Vendors publish no damping and no delay. A row whose sheet was not seen may be wrong."""
+_NOISE_STEPS = 6.0  # resolution over noise at rest, so that noise counts as no motion
 NAMES = ", ".join(row.device for row in TABLE)
 """The devices of the table, in words."""
 
@@ -72,6 +73,22 @@ class Stated:
             return f"{self.measured:.4g} {self.unit}, published {self.stated:.4g} {self.unit}: {verdict}"
         verdict = "as stated" if self.agrees else "not as stated: correct the attribute of the driver"
         return f"{self.measured:.4g} {self.unit}, stated {self.stated:.4g} {self.unit}: {verdict}"
+
+
+def attributes_of(found: Bench) -> dict[str, float]:
+    """What a driver may state of a device, by the names of its attributes; empty if the device was not pushed.
+
+    Friction and damping are those that certainly resist, at the lower end of their 95 % intervals; the delay is at the
+    upper end, and the resolution covers the noise. Zeros, which say nothing, are left out.
+    """
+    if not found.pushed:
+        return {}
+    model = found.model()
+    resolution = max(max(axis.resolution_m or 0.0, _NOISE_STEPS * axis.noise_m) for axis in found.axes)
+    values = {"resolution": resolution, "mass": found.model(0).mass, "delay": model.delay}
+    if resolution > 0.0:
+        values |= {"friction": model.friction, "damping": model.damping}
+    return {name: float(f"{value:.3g}") for name, value in values.items() if value > 0.0}
 
 
 def stated_by(driver: Driver, found: Bench) -> list[Stated]:

@@ -17,6 +17,7 @@ from palpate.devices import Driver, Reading, bench
 from palpate.devices.bench import measure
 from palpate.devices.identify import fit_axis, noise, resolution
 from palpate.devices.judge import judge_driver
+from palpate.devices.published import attributes_of
 from palpate.devices.simulated import SimulatedDevice, Truth
 
 LIGHT = Truth(mass=0.08, damping=0.2, friction=0.03, noise=0.0, resolution=3e-5, delay=0)
@@ -173,7 +174,7 @@ def test_the_attributes_for_a_driver_claim_no_more_friction_than_there_is():
     excess = []
     for seed in range(8):
         truth = Truth(seed=seed, noise=2e-6, delay=2.25)
-        found = measure(SimulatedDevice(truth=truth), "simulated").attributes()
+        found = attributes_of(measure(SimulatedDevice(truth=truth), "simulated"))
         excess += [found[name] / getattr(truth, name) for name in ("friction", "damping") if name in found]
         assert found["resolution"] >= 0.9 * max(truth.resolution, 6 * truth.noise)
         assert found["mass"] == pytest.approx(truth.mass, rel=0.05)

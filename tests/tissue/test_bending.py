@@ -153,3 +153,15 @@ def test_check_predicts_the_error_of_one_cell(kind, size):
         mesh = boxed(size, 1)
         predicted = inspect_tissue(Tissue(mesh[:2], young=5e3, poisson=nu)).bending_error_percent / 100.0
         assert predicted == pytest.approx(error(mesh, size, kind, nu), rel=0.15)
+
+
+@pytest.mark.parametrize("nu", [0.3, 0.45, 0.49])
+@pytest.mark.parametrize(("long", "wide"), [(1.5, 1), (1.5, 4), (2, 2), (3, 1)])
+def test_check_predicts_the_largest_error_of_stubby_parts_of_two_cells(long, wide, nu):
+    """Bending and twist of plates and bars shorter than four times their thickness: up to 26 % at nu .49."""
+    size = (long * H, wide * H, H)
+    mesh = boxed(size, 2)
+    predicted = inspect_tissue(Tissue(mesh[:2], young=5e3, poisson=nu)).bending_error_percent / 100.0
+    worst = max(abs(error(mesh, size, kind, nu)) for kind in ("bend", "twist"))
+    assert worst <= predicted + 0.005
+    assert predicted <= max(1.35 * worst, 0.16)

@@ -28,7 +28,12 @@ _ONE_CELL = (0.58, 0.40, 0.64, 1.42, 1.77)
 """Excess of the stiffness in bending of plates that are one cell thick, by Poisson's ratio; bars and twist err less."""
 
 _MORE_CELLS = 0.10
-"""Largest error of bending and twist from two cells on [-] (tests/tissue/test_bending.py)."""
+"""Largest error of bending and twist from two cells on [-], of parts four times as long as thick
+(tests/tissue/test_bending.py)."""
+
+_STUBBY = (1.5, 2.0, 3.0, 4.0)
+_SHORT = {0.3: (0.13, 0.12, 0.11, 0.10), 0.45: (0.16, 0.13, 0.11, 0.10), 0.49: (0.26, 0.20, 0.12, 0.10)}
+"""Largest error of shorter parts of two cells, by Poisson's ratio, at these lengths over the thickness [-]."""
 
 _THIN_SHARE = 0.05
 """Share of the nodes in parts of one tetrahedron's thickness from which a body is told to be thin [-]."""
@@ -37,8 +42,11 @@ JUDGED_TIPS = (0.13, 3.5)
 """Radius of a tip over the mean edge of the surface for which `palpate bench tissue --only stillness` judges whether
 the force comes to rest: .15 to 4 cells, where an edge is 1.14 cells [-]."""
 
-JUDGED_PERIOD = 20.0
-"""Longest period of a thread for which it does so [ms]."""
+JUDGED_PERIOD = 4.0
+"""Longest period of a thread for which the force of a body of up to 20 kPa comes to rest within 2 mN [ms]."""
+
+_SWING = 65
+"""Largest force, peak to peak, that swings at rest after a press with longer periods, up to 20 ms [mN]."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +66,7 @@ class TissueFindings:
     thickness_mm: float  # smallest extent at rest, in the axes of the object
     longest_edge_for_tip_mm: float | None  # median edge that the largest tip needs; None: the body is not thin
     one_cell_percent: float  # share of the nodes in parts that are one tetrahedron thick
-    bending_error_percent: float  # predicted: by how much such parts are too stiff in bending; 10 without any, or less
+    bending_error_percent: float  # predicted: by how much such parts, or stubby ones of two cells, are too stiff
 
     tip_over_edge: float  # radius of the largest tip over the mean edge of the surface [-]
 
@@ -68,7 +76,7 @@ def inspect_tissue(soft: Tissue, radius: float = 0.0) -> TissueFindings:
     quality, edges = shapes(soft), edge_lengths(soft)
     thickness = float(np.ptp(soft.nodes, axis=0).min())
     one_cell = float(np.mean(soft.body.layers() == 0))
-    bending = float(np.interp(soft.poisson, _POISSON, _ONE_CELL)) if one_cell > _THIN_SHARE else _MORE_CELLS
+    bending = float(np.interp(soft.poisson, _POISSON, _ONE_CELL)) if one_cell > _THIN_SHARE else _of_more_cells(soft)
     return TissueFindings(
         tets=len(soft.tets),
         nodes=len(soft.nodes),
@@ -88,6 +96,16 @@ def inspect_tissue(soft: Tissue, radius: float = 0.0) -> TissueFindings:
     )
 
 
+def _of_more_cells(soft: Tissue) -> float:
+    """Largest error of bending and twist of a body of two or more cells [-]. It bends over its shorter side, or a bar
+    over its length."""
+    if soft.body.layers().max() > 1:
+        return _MORE_CELLS
+    thickness, *others = np.sort(np.ptp(soft.nodes, axis=0))
+    over = min((side for side in others if side > 1.2 * thickness), default=thickness) / thickness
+    return float(np.interp(soft.poisson, list(_SHORT), [np.interp(over, _STUBBY, row) for row in _SHORT.values()]))
+
+
 def warn_of_tissue(found: TissueFindings, where: str) -> None:
     """Warn of a mesh whose motion or time step suffers."""
     if found.added_mass_percent > MUCH_MASS:
@@ -103,7 +121,7 @@ def warn_of_tissue(found: TissueFindings, where: str) -> None:
             f"{found.edge_mm:.3g} mm: the force on the tip errs by more than 5 %"
         )
         warnings.warn(PalpateWarning(what, mend=f"edges of {needed:.2g} mm, or a smaller tip"), stacklevel=2)
-    if found.bending_error_percent > 100.0 * _MORE_CELLS:
+    if found.one_cell_percent > 100.0 * _THIN_SHARE:
         what = (
             f"{where}: {found.one_cell_percent:.0f} % of the nodes are in parts that are one tetrahedron thick, which "
             f"are about {found.bending_error_percent:.0f} % too stiff in bending"
@@ -122,8 +140,8 @@ def warn_of_tissue(found: TissueFindings, where: str) -> None:
         warnings.warn(PalpateWarning(what, mend=mend), stacklevel=2)
     if found.thread_period_ms > JUDGED_PERIOD:
         what = (
-            f"{where}: its thread steps every {found.thread_period_ms:g} ms: force and rest are judged up to "
-            f"{JUDGED_PERIOD:g} ms"
+            f"{where}: its thread steps every {found.thread_period_ms:g} ms: after a press the force at rest may swing "
+            f"by {_SWING} mN; with {JUDGED_PERIOD:g} ms, and up to 20 kPa, by 2 mN"
         )
         warnings.warn(PalpateWarning(what, mend="a shorter period, or a coarser resolution"), stacklevel=2)
     if found.poor_tets:
@@ -138,9 +156,11 @@ def tissue_words(found: TissueFindings) -> str:
     beside = (
         f"on a thread of its own, every {found.thread_period_ms:g} ms" if found.thread_period_ms else "in the cycle"
     )
+    stiff = found.bending_error_percent
+    bends = f", up to {stiff:.0f} % too stiff in bending" if stiff > 100.0 * _MORE_CELLS else ""
     return (
         f"{found.tets:,} tetrahedra with {found.nodes:,} nodes, edges of {found.edge_mm:.3g} mm (shortest "
         f"{found.shortest_edge_mm:.2g} mm), worst quality {found.worst_quality:.2f}{poor}; time step "
         f"{found.step_ms:.3g} ms with {found.added_mass_percent:.3g} % added mass (without any: "
-        f"{found.stable_step_ms:.3g} ms), {beside}"
+        f"{found.stable_step_ms:.3g} ms), {beside}{bends}"
     )

@@ -64,7 +64,7 @@ class Command:
         from palpate.cli.commands.device._guide import Guide
         from palpate.devices.bench import measure
         from palpate.devices.open import open_python_driver
-        from palpate.devices.published import compare, published_of, stated_by
+        from palpate.devices.published import attributes_of, compare, published_of, stated_by
 
         console = console_for(self.json)
         for file in (self.out, self.json, self.page):
@@ -90,7 +90,7 @@ class Command:
             say(console, row.in_words(), f"{row.name}:", "" if row.agrees else "yellow")
         if like is not None and not published:
             say(console, f"{published_of(like).source}; nothing to compare", f"{like}:")
-        attributes = found.attributes()
+        attributes = attributes_of(found)
         if attributes:
             words = ", ".join(f"{name} = {value:g}" for name, value in attributes.items())
             say(console, f"{words}: state them in the driver (docs/device.md)", "driver:")
