@@ -23,7 +23,7 @@ from palpate.viewer.labels import LabelPlacer
 from palpate.viewer.picture import Picture
 from palpate.viewer.rates_panel import RatesPanel
 from palpate.viewer.run_buttons import Runner
-from palpate.viewer.server import close_server, open_server, url
+from palpate.viewer.server import NARROW, close_server, open_server, url
 from palpate.viewer.soft_objects import SoftObjects
 from palpate.viewer.source import Source
 from palpate.viewer.stage import Stage
@@ -32,8 +32,6 @@ from palpate.viewer.video import VideoPanel
 
 FRAME_RATE = 30.0
 """Update rate of poses and arrows [Hz]."""
-NARROW = 1200
-"""Width of a window up to which the panels are narrow: half of a wider one is left to the picture [pixels]."""
 FRAMES_PER_READOUT, FRAMES_PER_PLOT = 3, 6
 """Frames between two updates of the read-outs (10 Hz) and of the plots (5 Hz)."""
 FRAMES_PER_IDLE = 6
@@ -79,9 +77,7 @@ class LiveViewer:
         self._clouds = None if sensing is None else CloudDrawing(self._server.scene, sensing)
         self._gauges = Gauges(self._server, stage, self._drawing)
         self.control_panel = ControlPanel(self._server, stage, source, runner)
-        self._server.on_client_connect(self._fit_panels)
-        for client in self._server.get_clients().values():
-            self._fit_panels(client)
+        self._wide = True  # the panels
         steered = source.steered if stage.fixtures else None
         self.guidance = (
             None if steered is None else FixturePanel(self._server, stage.fixtures, self._drawing.fixtures, steered)
@@ -120,9 +116,13 @@ class LiveViewer:
         self._thread.join(timeout=2.0)
         close_server(self._server)
 
-    def _fit_panels(self, client: viser.ClientHandle) -> None:
+    def _fit_panels(self) -> None:
         """Leave half of a small window to the picture."""
-        wide = client.camera.image_width > NARROW
+        windows = [browser.window for browser in self.picture.browsers.values() if browser.window > 0]
+        wide = max(windows, default=NARROW + 1) > NARROW
+        if wide == self._wide:
+            return
+        self._wide = wide
         self._gauges.panel.set_width(320 if wide else 195)
         self._server.gui.main_panel.set_width(280 if wide else 195)
 
@@ -158,6 +158,7 @@ class LiveViewer:
             self._gauges.add(tick)
             slower = LIGHT_SLOWER if self.picture.light else 1
             if frame % (slower * FRAMES_PER_READOUT) == 0:
+                self._fit_panels()
                 now = self._source.controls
                 over = not getattr(self._source, "running", True) and float(tick["t"]) > 0.0
                 self._gauges.show(tick, self.control_panel.pause.value, now.stiffness_scale, now.damping_scale, over)

@@ -77,6 +77,7 @@
     dismiss();
     const canvas = document.querySelector("canvas[data-engine]");
     if (canvas) [state.width, state.height] = [canvas.width, canvas.height];
+    state.window = innerWidth;
     state.light = light();
     resolve();
     const send = window.__viserMutable && window.__viserMutable.sendMessage;

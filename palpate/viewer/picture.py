@@ -41,6 +41,7 @@ class Browser:
     width: int = 0  # of the drawn picture [pixels]
     height: int = 0
     scale: float = 1.0  # pixels drawn for a pixel of the window
+    window: int = 0  # width of the window [pixels]; 0: it has not reported
 
 
 def read(report: str) -> Browser | None:
@@ -50,7 +51,7 @@ def read(report: str) -> Browser | None:
         return Browser(
             str(found["renderer"]), bool(found["software"]), bool(found["slow"]),
             float(found["fps"]), int(found["width"]), int(found["height"]),
-            min(max(float(found.get("scale", 1.0)), 0.1), 10.0),
+            min(max(float(found.get("scale", 1.0)), 0.1), 10.0), int(found.get("window", 0)),
         )  # fmt: skip
     except (ValueError, KeyError, TypeError, OverflowError):
         return None

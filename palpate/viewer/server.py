@@ -24,11 +24,14 @@ except ModuleNotFoundError as missing:
 
 
 _GATES: WeakKeyDictionary[viser.ViserServer, Gate] = WeakKeyDictionary()
+NARROW = 1200
+"""Width of a window up to which the panels are narrow: half of a wider one is left to the picture [pixels]."""
 _STYLE = (  # the panels' contents follow their width: by default they keep 220 pixels, and are cut off
-    "<style>@media (max-width:1300px){"
+    "<style>"
     ".mantine-ScrollArea-content{min-width:0!important;width:100%!important;display:block!important}"
     ".uplot-container{max-width:100%}"
-    # a slider beside its label and its number would have no length
+    # in a narrow panel a slider beside its label and its number would have no length
+    f"@media (max-width:{NARROW}px){{"
     ".mantine-Flex-root:has(>div>.mantine-Flex-root>.mantine-Slider-root){flex-direction:column;align-items:stretch!important}"
     "}"
     "</style>"

@@ -115,6 +115,12 @@ def replayed(path):
     ReplaySource(path)
 
 
+def pictures(path):
+    from palpate.session.network.video import Folder
+
+    Folder(path.parent)
+
+
 def journal(path):
     from palpate.base.sweep import journal
 
@@ -219,6 +225,7 @@ READERS = [
     ("experiment/study.py", of("experiment.study", "read_manifest"), "manifest.json", NONE),
     ("session/network/traces.py", of("session.network.traces", "read_trace"), "trace.csv", hostile.csv_files),
     ("session/network/traces.py", of("session.network.traces", "read_trace"), "trace.pcap", hostile.pcap_files),
+    ("session/network/video.py", pictures, "00.jpg", NONE),
     ("session/network/keys.py", of("session.network.keys", "read_key"), "link.key", NONE),
 ]
 """Every reader of files, with hostile files of its format; `hostile.any_files` and `special` are for each of them."""

@@ -18,6 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
+from palpate.base import limits
 from palpate.base.errors import PalpateError
 
 LARGEST = 256 * 1024
@@ -67,7 +68,15 @@ class Folder:
             raise PalpateError(f"{path}: no picture", why="a video is the *.jpg files of a folder in their order",
                                mend="give such a folder, or the address of a camera: http://...")  # fmt: skip
         for file in self._files:
-            if file.stat().st_size > LARGEST or not is_jpeg(file.read_bytes()):
+            try:
+                fits = is_jpeg(limits.read_bytes(file, LARGEST))
+            except OSError as error:
+                raise PalpateError(
+                    f"{file}: cannot be read ({error.strerror})", mend="give a folder of files"
+                ) from None
+            except PalpateError:  # it is too large
+                fits = False
+            if not fits:
                 raise PalpateError(f"{file}: no JPEG picture of at most {LARGEST // 1024} KiB",
                                    mend="write smaller pictures, e.g. of 640 x 480 pixels")  # fmt: skip
 
@@ -75,7 +84,7 @@ class Folder:
         """Yield the files in turn."""
         k, due = 0, time.monotonic()
         while not stopped.wait(max(due - time.monotonic(), 0.0)):
-            yield Picture(self._files[k % len(self._files)].read_bytes(), time.monotonic())
+            yield Picture(limits.read_bytes(self._files[k % len(self._files)], LARGEST), time.monotonic())
             k, due = k + 1, max(due + self._dt, time.monotonic())
 
 
