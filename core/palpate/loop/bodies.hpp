@@ -178,9 +178,9 @@ class Bodies {
 
   BodiesOptions options_;
   std::shared_ptr<const scene::Snapshot> scene_;
-  std::vector<std::unique_ptr<contact::Tool>> touch_;         ///< of each body; null: it touches no object
-  std::vector<std::array<double, 7>> start_;                  ///< pose of each body at the start
-  std::vector<std::vector<double>> first_;                    ///< state of the engine at the start
+  std::vector<std::unique_ptr<contact::Tool>> touch_;  ///< of each body; null: it touches no object
+  std::vector<std::array<double, 7>> start_;           ///< pose of each body at the start
+  std::vector<std::vector<double>> first_;             ///< state of the engine at the start
   static constexpr std::size_t kCoupled = (1 + kMaxBodyLinks) * kMaxBodyTools;  ///< the tools, and their links
   std::array<Mailbox<ToolMotion>, kCoupled> to_engine_;
   std::array<Mailbox<VirtualTool>, kCoupled> to_loop_;

@@ -25,7 +25,8 @@ extern "C" {
 #define PALPATE_DRIVER_ABI 1
 
 /* Facts about the device, filled in by open, which finds them all zero. Those from resolution on may stay zero, which
- * means unknown; `palpate device bench` measures them. The passivity layer then assumes no friction, and takes more force.
+ * means unknown; `palpate device bench` measures them. The passivity layer then assumes no friction, and takes more
+ * force.
  */
 typedef struct palpate_driver_info {
   uint32_t abi;        /* set to PALPATE_DRIVER_ABI by the driver */
