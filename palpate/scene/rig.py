@@ -60,7 +60,8 @@ class Rig:
         o.seed = scene.seed if seed is None else seed
         o.method = scene.contact.method
         _fill(o.contact, scene.contact, "radius", "collision_rate", "release")
-        o.contact.objects = max(o.contact.objects, len(self.snapshot.objects) + 1)  # and the plane of a remote site
+        planes = scene.remote is not None and scene.remote.planes  # an unknown surface of the remote site is one more
+        o.contact.objects = max(o.contact.objects, len(self.snapshot.objects) + planes)
         o.contact.spheres = [sphere.core for sphere in self.spheres]
         if scene.graspable is not None:
             o.contact.spheres += [core for _, core in scene.graspable.spheres()]

@@ -17,6 +17,7 @@ pytest.importorskip("websockets", reason="the stand-in needs the extra haply")
 
 from scipy.spatial.transform import Rotation
 
+from palpate import rebuild
 from palpate.base.errors import DeviceError
 from palpate.devices import DrivenSession
 from palpate.devices.haply import stand_settings
@@ -170,6 +171,10 @@ def test_no_service_is_told_with_the_mend():
 
 
 def test_a_clone_without_boost_is_told_what_to_do(monkeypatch):
+    def refuse(name):
+        raise ImportError(f"palpate.{name} is not compiled")
+
+    monkeypatch.setattr(rebuild, "extension", refuse)  # otherwise it would compile in this clone, beside other tests
     monkeypatch.setitem(sys.modules, "palpate._haply", None)
     monkeypatch.delattr("palpate._haply", raising=False)
     with pytest.raises(DeviceError, match="cannot be compiled") as error:
