@@ -5,6 +5,7 @@ import io
 import threading
 import time
 import warnings
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -41,7 +42,7 @@ def folder(tmp_path):
 
 def sender(pictures, send, bandwidth=1e9):
     class Given:
-        def pictures(self, stopped):
+        def pictures(self, stopped, tell):
             yield from pictures
 
     return video.Sender(Given(), send, bandwidth)
@@ -150,13 +151,39 @@ def test_a_camera_over_http_is_asked_again_when_it_ends(monkeypatch):
 
     with http.server.HTTPServer(("127.0.0.1", 0), Camera) as camera:
         threading.Thread(target=camera.serve_forever, daemon=True).start()
-        stopped, found = threading.Event(), []
-        for picture in video.Mjpeg(f"http://127.0.0.1:{camera.server_port}/").pictures(stopped):
+        stopped, found, told = threading.Event(), [], []
+        for picture in video.Mjpeg(f"http://127.0.0.1:{camera.server_port}/").pictures(stopped, told.append):
             found.append(picture.jpeg)
             if len(found) == 3:
                 stopped.set()
         camera.shutdown()
     assert found == [jpeg(3)] * 3
+    assert set(told) == {f"camera http://127.0.0.1:{camera.server_port}/: it has ended its stream, and is asked again"}
+
+
+def test_a_camera_that_does_not_answer_is_told_once(monkeypatch):
+    monkeypatch.setattr(video, "_PAUSE", 0.01)
+    told = []
+    one = video.Sender(video.Mjpeg("http://127.0.0.1:9/"), lambda message: True, tell=told.append)
+    running = threading.Thread(target=one.run)
+    running.start()
+    time.sleep(0.3)
+    one.stop()
+    running.join(5.0)
+    assert not running.is_alive()
+    assert len(told) == 1
+    assert told[0].startswith("camera http://127.0.0.1:9/: ")
+
+
+def test_a_file_that_has_gone_is_told_and_the_others_are_sent(folder):
+    given, stopped, told, found = video.Folder(folder, 1000.0), threading.Event(), [], []
+    (folder / "2.jpg").unlink()
+    for picture in given.pictures(stopped, told.append):
+        found.append(picture.jpeg)
+        if len(found) == 6:
+            stopped.set()
+    assert found == [jpeg(k) for k in (0, 1, 3, 4, 0, 1)]
+    assert "2.jpg" in told[0]
 
 
 def test_wrong_sources_are_told(tmp_path, capsys):
@@ -173,12 +200,12 @@ def test_wrong_sources_are_told(tmp_path, capsys):
 class Gui:
     """The part of viser that the panel uses."""
 
-    made = 0
+    def __init__(self):
+        self.made = []
 
     def add_html(self, content, order):
-        self.made += 1
-        self.content = content
-        return self
+        self.made.append(SimpleNamespace(content=content))
+        return self.made[-1]
 
 
 def test_the_viewer_shows_the_newest_picture_with_its_delay():
@@ -186,9 +213,21 @@ def test_the_viewer_shows_the_newest_picture_with_its_delay():
     panel = VideoPanel(gui)
     panel.show(None)
     panel.show(lambda: None)
-    assert gui.made == 0
+    assert gui.made == []
     for k in range(3):
         panel.show(lambda k=k: (jpeg(k), 0.1 + 0.01 * k))
-    assert gui.made == 1
-    assert "delay 120 ms" in gui.content
-    assert "data:image/jpeg;base64," in gui.content
+    picture, words = gui.made
+    assert "delay 120 ms" in words.content
+    assert "data:image/jpeg;base64," in picture.content
+
+
+def test_a_picture_that_stands_still_is_told():
+    """A frozen picture beside its last delay would look like a live one."""
+    gui, one = Gui(), jpeg(1)
+    panel = VideoPanel(gui)
+    for age in np.arange(0.05, 3.2, 0.1):
+        panel.show(lambda age=age: (one, age))
+        assert ("delay 50 ms" in gui.made[1].content) == (age < 1.0)
+    assert "no new picture for 3 s" in gui.made[1].content
+    panel.show(lambda: (jpeg(2), 0.04))
+    assert "delay 40 ms" in gui.made[1].content

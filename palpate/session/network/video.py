@@ -10,6 +10,7 @@ import base64
 import binascii
 import contextlib
 import io
+import itertools
 import threading
 import time
 import urllib.request
@@ -45,8 +46,8 @@ class Picture:
 class VideoSource(Protocol):
     """A camera: pictures as they are captured."""
 
-    def pictures(self, stopped: threading.Event) -> Iterator[Picture]:
-        """Yield each picture at its time, until stopped."""
+    def pictures(self, stopped: threading.Event, tell: Callable[[str], None]) -> Iterator[Picture]:
+        """Yield each picture at its time, until stopped. `tell` takes words for the user about missing pictures."""
 
 
 def is_jpeg(data: bytes) -> bool:
@@ -80,12 +81,19 @@ class Folder:
                 raise PalpateError(f"{file}: no JPEG picture of at most {LARGEST // 1024} KiB",
                                    mend="write smaller pictures, e.g. of 640 x 480 pixels")  # fmt: skip
 
-    def pictures(self, stopped: threading.Event) -> Iterator[Picture]:
+    def pictures(self, stopped: threading.Event, tell: Callable[[str], None]) -> Iterator[Picture]:
         """Yield the files in turn."""
-        k, due = 0, time.monotonic()
-        while not stopped.wait(max(due - time.monotonic(), 0.0)):
-            yield Picture(limits.read_bytes(self._files[k % len(self._files)], LARGEST), time.monotonic())
-            k, due = k + 1, max(due + self._dt, time.monotonic())
+        due = time.monotonic()
+        for file in itertools.cycle(self._files):
+            if stopped.wait(max(due - time.monotonic(), 0.0)):
+                return
+            due = max(due + self._dt, time.monotonic())
+            try:
+                data = limits.read_bytes(file, LARGEST)
+            except (OSError, PalpateError) as error:  # it has gone, or another one lies in its place
+                tell(f"picture {file}: {error}")
+                continue
+            yield Picture(data, time.monotonic())
 
 
 class Mjpeg:
@@ -95,9 +103,8 @@ class Mjpeg:
 
     def __init__(self, address: str) -> None:
         self._address = address
-        self.failed = ""  #: why the camera does not answer
 
-    def pictures(self, stopped: threading.Event) -> Iterator[Picture]:
+    def pictures(self, stopped: threading.Event, tell: Callable[[str], None]) -> Iterator[Picture]:
         """Yield the pictures of the camera."""
         while not stopped.is_set():
             try:
@@ -105,11 +112,10 @@ class Mjpeg:
                     for data in parts(answer):
                         if stopped.is_set():
                             return
-                        self.failed = ""
                         yield Picture(data, time.monotonic())
-                self.failed = "the camera has ended its stream"
+                tell(f"camera {self._address}: it has ended its stream, and is asked again")
             except (OSError, ValueError) as error:
-                self.failed = str(error)
+                tell(f"camera {self._address}: {error}; it is asked again")
             stopped.wait(_PAUSE)
 
 
@@ -158,12 +164,15 @@ class Sender:
         video: the source.
         send: sends a message; False while nobody is connected.
         bandwidth: largest mean rate [bit/s].
+        tell: takes words for the user about pictures that are missing; the same words once.
     """
 
     def __init__(
-        self, video: VideoSource, send: Callable[[dict[str, Any]], bool], bandwidth: float = BANDWIDTH
-    ) -> None:
+        self, video: VideoSource, send: Callable[[dict[str, Any]], bool], bandwidth: float = BANDWIDTH,
+        tell: Callable[[str], None] = lambda words: None,
+    ) -> None:  # fmt: skip
         self._video, self._send, self._rate = video, send, bandwidth / 8.0
+        self._tell, self._told = tell, ""
         self._room, self._last = 0.0, time.monotonic()  # bytes that may be sent
         self._flight: dict[int, float] = {}  # numbers and times of pictures that have not arrived
         self._fastest, self._number = float("inf"), 0
@@ -172,11 +181,16 @@ class Sender:
 
     def run(self) -> None:
         """Send until `stop`."""
-        for picture in self._video.pictures(self._stopped):
+        for picture in self._video.pictures(self._stopped, self._once):
             if self._may(len(picture.jpeg)) and self._deliver(picture):
                 self.sent += 1
             else:
                 self.dropped += 1
+
+    def _once(self, words: str) -> None:
+        if words != self._told:
+            self._told = words
+            self._tell(words)
 
     def stop(self) -> None:
         """End `run`."""

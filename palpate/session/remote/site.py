@@ -167,7 +167,7 @@ class FollowerServer:
         self._pump = Pump(self._udp, rate, self._receive, self._send)
         self.stopped, self._changing = self._pump.stopped, threading.Lock()  #: the event ends `run`
         self._master: _Master | None = None
-        self.video = None if video is None else Sender(video, self._show)  #: sends the pictures
+        self.video = None if video is None else Sender(video, self._show, tell=say)  #: sends the pictures
         self.strangers = 0  #: packets that were refused
         self.sent = 0  #: packets
         self.cpu = 0.0  #: processor time of the process while it ran [s]
