@@ -11,6 +11,8 @@ from palpate.record.ticks import STATUS, as_ticks
 DT = 1e-3
 WALL0 = 1.7e9  # system clock at t = 0 [s]
 BIT = {name: bit for name, (bit, _) in STATUS.items()}
+IN = 0.034  # handle position below its start [m]; the tool's centre is then 5 mm below the floor
+RATE_CAP, FORCE_CAP = 50.0, 3.0
 
 
 def crtk_options(**changes):
@@ -91,3 +93,43 @@ class Device:
     def forces(self):
         """Magnitude of the commanded force (n,) [N]; zero if nothing was sent."""
         return np.array([0.0 if F is None else np.linalg.norm(F[:3]) for F in self.F])
+
+
+def pressed(**changes):
+    device = Device(**changes)
+    device.run(0.2)
+    device.run(0.5, to=IN)
+    device.run(0.3)
+    assert device.forces[-1] > 1.0
+    return device
+
+
+def silent(d):
+    pass
+
+
+def nan(d):
+    d.send(p=np.array([np.nan, 0, 0]))
+
+
+def assert_zero_soon_without_a_step_back(device, from_row, within=0.05):
+    """Check that the force is zero `within` [s] after a row, and that it grows below the rate cap."""
+    forces = device.forces
+    assert not forces[from_row + round(within / DT) : from_row + round(within / DT) + 50].any()
+    vectors = np.array([np.zeros(6) if F is None else F for F in device.F])
+    assert (np.diff(forces) <= RATE_CAP * DT * 1.5 + 1e-9).all()
+    assert np.isfinite(vectors).all()
+
+
+GATES = {
+    "following": ("following", False, "not_following"),
+    "clutch": ("clutch", True, "clutched"),
+    "arm_in_fault": ("leader_enabled", False, "not_enabled"),
+    "second_writer": ("second_writer", True, "second_writer"),
+    "other_teleop": ("other_teleop", True, "other_teleop"),
+    "guarded": ("guarded", True, "guarded"),
+    "frame_unsure": ("frame_unsure", True, "frame_unsure"),
+    "two_sources": ("two_sources", True, "two_sources"),
+    "no_listener": ("no_listener", True, "no_listener"),
+    "base_moved": ("base_moved", True, "base_moved"),
+}
