@@ -225,3 +225,30 @@ def test_a_trial_needs_an_object():
     nothing = _core.Snapshot([])
     with pytest.raises(ValueError, match=r"trial\.model.*at least one object"):
         _network.trial(_network.TrialOptions(), nothing, nothing, np.zeros((10, 3)))
+
+
+def led_astray(aside, seconds=10.0):
+    """Estimate and flags of a site whose sensor shows a sphere `aside` [m] for two seconds, and then the true one."""
+    K, R, options, noise = 500.0, 0.03, _network.SiteOptions(), np.random.default_rng(0)
+    options.radius = RADIUS
+    material = _core.Material(K=np.full(3, 300.0))
+    site = _network.Site(options, _core.Snapshot([_core.Object("organ", _core.Sphere(R), material=material)]))
+    state, X, flags = _network.SiteInput(), np.eye(4), 0
+    for k, (p, after) in enumerate(itertools.pairwise(rubbed(seconds, 0.006) + np.array([0.0, 0.0, R]))):
+        away = p - (aside if k < 2000 else np.zeros(3))
+        distance = np.linalg.norm(away)
+        force = max(K * (R + RADIUS - distance), 0.0) * away / distance
+        X[:3, 3] = p
+        state.t, state.X, state.v, state.F = 1e-3 * k, X, (after - p) / 1e-3, force + 0.005 * noise.normal(size=3)
+        site.step(state, 1e-3)
+        flags |= site.send().flags
+    return site.send().model, flags
+
+
+@pytest.mark.parametrize("aside", [(0.02, 0.012, 0.0), (0.015, 0.0, -0.004), (0.025, 0.0, 0.0)])
+def test_an_estimate_that_has_run_away_is_told_and_begins_anew(aside):
+    """It was 2 to 3 cm off for good: slopes that are taken at a wrong place lead farther away."""
+    found, flags = led_astray(np.array(aside))
+    np.testing.assert_allclose(found.shift, 0.0, atol=3e-4)
+    assert pytest.approx(500.0, rel=0.03) == found.K
+    assert flags & _network.FLAG_UNMODELLED

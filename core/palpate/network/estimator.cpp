@@ -17,6 +17,9 @@ constexpr double kUnsettled = 0.2;   // [-] the same, as a share of the error al
 constexpr double kCorrelated = 4.0;  // [measurements] for which these errors last
 constexpr double kBend = 0.5;        // [-] share of the second differences that counts as error
 constexpr double kExpected = 6.0;    // [-] squared innovation over its variance that needs no other cause
+constexpr double kSettling = 0.3;    // weight of a new contradiction across the normal
+constexpr int kContradicted = 10;    // [measurements] until such contradictions tell that the place there is wrong
+constexpr double kReopened = 1e-3;   // [m] standard deviation that the place across the normal gains then
 constexpr double kLeastAside = 1e-4, kMostAside = 1.5e-3;  // [m] of a perturbed place
 // Random walk per measurement across the normal: place 0.3 mm and friction 0.05 in the square root of a second.
 constexpr double kWalkAcross = 9e-8 * 4e-3, kWalkMu = 2.5e-3 * 4e-3;
@@ -24,6 +27,8 @@ constexpr double kLeastVariance = 1e-16;  // of a direction that is known
 constexpr double kSurprise = 5.0;         // [standard deviations]
 constexpr int kSurprised = 25;            // [ticks]
 constexpr int kRest = 60;                 // [ticks] after a surprise, until the next
+constexpr double kAstray = 0.7;           // share of the force that a lost estimate leaves unexplained
+constexpr int kLost = 200;                // [ticks] for which it does
 constexpr double kForget = 0.01;          // weight of a new residual
 constexpr double kLeast = 1.0;            // [N/m] smallest stiffness
 // Random walk of theta per tick: stiffness 2 N/m, place 2 um and damping .05 N s/m in the square root of a second.
@@ -34,6 +39,12 @@ constexpr double kWalkK = 4.0 * 1e-3, kWalkPlace = 4e-12 * 1e-3, kWalkB = 2.5e-3
 Estimator::Estimator(const EstimatorOptions& options) : options_(options) {
   require("remote", options.K > 0.0, "stiffness", options.K, "must be above 0 N/m");
   require("remote", options.sd_force > 0.0, "sd_force", options.sd_force, "must be above 0 N");
+  begin();
+}
+
+// Nothing but the options is known.
+void Estimator::begin() noexcept {
+  const EstimatorOptions& options = options_;
   theta_ << options.K, 0.0, 0.0, 0.0, 0.0, 0.0;
   const double place = options.K * options.sd_place;
   Vec variance;
@@ -60,11 +71,13 @@ bool Estimator::step(const Touch& touch, const Prediction& prediction) noexcept 
   const Vec h = row(touch);
   const double measured = touch.F.dot(touch.normal), prior = h.dot(theta_);
   const bool felt = measured > kFelt;
+  if (lost(touch, prediction, prior)) return true;
   if (!felt && prior <= kMissing) return false;  // both agree that there is no contact, within the noise
   normal_ = touch.normal;
   learn_across(touch, prediction);
   const double z = felt ? measured : 0.0;
-  const double sd = felt ? options_.sd_force + options_.sd_model * measured : kMissing / 2.0;
+  // Where the force points elsewhere, the normal is wrong, and so is what the force along it seems to tell.
+  const double sd = felt ? options_.sd_force + options_.sd_model * measured + contradiction_ : kMissing / 2.0;
   const double innovation = z - prior, S = h.dot(P_ * h) + sd * sd;
   residual2_ += kForget * (innovation * innovation - residual2_);
   rest_ = std::max(rest_ - 1, 0);
@@ -125,6 +138,26 @@ void Estimator::forget_place() noexcept {
   P_.block<3, 3>(1, 1) += Mat3::Identity() * place * place;
 }
 
+// True if the estimate leaves most of the force unexplained for so long that it has run away; it then begins anew, and
+// the margin tells what was unexplained. Such an estimate is too far from the truth for its slopes to lead back.
+bool Estimator::lost(const Touch& touch, const Prediction& prediction, double prior) noexcept {
+  const double force = touch.F.norm();
+  if (force < kPressed) return false;
+  const Vec3 expected = prediction.touching ? prediction.F : Vec3(std::max(prior, 0.0) * touch.normal);
+  const double unexplained = (touch.F - expected).norm();
+  const bool astray = unexplained > kAstray * force;
+  lost_ = astray ? lost_ + 1 : std::max(lost_ - 1, 0);
+  if (lost_ < kLost) return false;
+  lost_ = surprised_ = contradicted_ = 0;
+  contradiction_ = 0.0;
+  residual2_ = std::max(residual2_, unexplained * unexplained);
+  rest_ = kRest;
+  ++moved_;
+  normal_ = touch.normal;
+  begin();
+  return true;
+}
+
 void Estimator::wander(double along, double across) noexcept {
   const Mat3 out = normal_ * normal_.transpose();
   P_.block<3, 3>(1, 1) += theta_[0] * theta_[0] * (along * out + across * (Mat3::Identity() - out));
@@ -148,9 +181,18 @@ void Estimator::turn(const Mat3& R) noexcept {
   spread();
 }
 
+// The place across the normal becomes less certain than the slopes so far made it, up to what it was at first.
+void Estimator::reopen(const Vec3& normal) noexcept {
+  contradicted_ = 0;
+  const Mat3 across = Mat3::Identity() - normal * normal.transpose();
+  const double place = theta_[0] * options_.sd_place, more = theta_[0] * kReopened;
+  if ((across * P_.block<3, 3>(1, 1)).trace() < kAcross * place * place) P_.block<3, 3>(1, 1) += more * more * across;
+}
+
 // Place and friction from the force across the normal.
 void Estimator::learn_across(const Touch& touch, const Prediction& prediction) noexcept {
   const double normal = touch.F.dot(touch.normal), off = normal - prediction.F.dot(touch.normal);
+  if (normal < kPressed) contradiction_ = 0.0;
   if (!prediction.across || normal < kPressed) return;
   Eigen::Matrix<double, 3, 2> tangents;
   tangents.col(0) = touch.normal.unitOrthogonal();
@@ -180,6 +222,9 @@ void Estimator::learn_across(const Touch& touch, const Prediction& prediction) n
   const Eigen::Vector2d innovation = tangents.transpose() * (touch.F - prediction.F);
   // A force that the model does not explain counts less.
   const double apart = innovation.dot(S.inverse() * innovation) / kExpected;
+  contradiction_ += kSettling * (std::max(innovation.norm() - 2.0 * sd, 0.0) - contradiction_);
+  contradicted_ = apart > 1.0 ? contradicted_ + 1 : std::max(contradicted_ - 1, 0);
+  if (contradicted_ >= kContradicted) reopen(touch.normal);
   if (apart > 1.0) S *= apart;
   const Eigen::Matrix<double, kN, 2> covariance = C * slope, gain = covariance * S.inverse();
   theta_ += gain * innovation;

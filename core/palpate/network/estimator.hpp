@@ -66,6 +66,10 @@ struct Prediction {
 /// tells nothing about it. Without a measured force where the estimate says contact, the surface is no nearer than the
 /// tool, which bounds its place alone. If the innovation along the normal exceeds its standard deviation kSurprise
 /// times for kSurprised ticks, the object has moved: the place becomes unknown again.
+///
+/// Slopes that are taken at a wrong place lead farther away. What tells it is a force that points elsewhere: it lowers
+/// the weight of the force along the normal, and makes the place across it uncertain again. An estimate that leaves most
+/// of the force unexplained begins anew.
 class Estimator {
  public:
   explicit Estimator(const EstimatorOptions& options);
@@ -85,7 +89,7 @@ class Estimator {
   [[nodiscard]] double sd_mu() const noexcept { return std::sqrt(std::max(P_(5, 5), 0.0)); }
   /// Force along the normal that the estimate predicts, at least 0 [N].
   [[nodiscard]] double predicted(const Touch& touch) const noexcept;
-  /// Number of times that the object was found moved.
+  /// Number of times that the object was found moved, or the estimate lost.
   [[nodiscard]] int moved() const noexcept { return moved_; }
 
  private:
@@ -98,7 +102,10 @@ class Estimator {
     double part = 0.0;
   };
   [[nodiscard]] static Vec row(const Touch& touch) noexcept;
+  void begin() noexcept;
+  [[nodiscard]] bool lost(const Touch& touch, const Prediction& prediction, double prior) noexcept;
   void forget_place() noexcept;
+  void reopen(const Vec3& normal) noexcept;
   void recede(const Vec3& normal, double prior) noexcept;
   void measure(const Vec& h, double innovation, double sd) noexcept;
   void learn_across(const Touch& touch, const Prediction& prediction) noexcept;
@@ -111,7 +118,8 @@ class Estimator {
   Vec3 normal_ = Vec3::UnitZ();             ///< last touched normal
   std::array<Column, kAcross + 1> column_;  ///< the last one: friction
   double residual2_ = 0.0;
-  int surprised_ = 0, moved_ = 0, rest_ = 0;
+  double contradiction_ = 0.0;  ///< force across the normal that the estimate does not explain, above its noise [N]
+  int surprised_ = 0, moved_ = 0, rest_ = 0, contradicted_ = 0, lost_ = 0;
 };
 
 }  // namespace palpate::network
