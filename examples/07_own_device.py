@@ -16,7 +16,7 @@ import numpy as np
 import tyro
 
 import palpate
-from palpate.devices import DrivenSession, Driver
+from palpate.devices import Driver
 
 
 class Vendor:
@@ -84,7 +84,7 @@ def own_loop(duration: float) -> None:
 
 def main(duration: float = 3.0) -> None:
     """Feel the cushion by the driver, then by a loop."""
-    summary = DrivenSession(SCENE, driver=Omega()).run(duration)
+    summary = palpate.Session(SCENE, driver=Omega()).run(duration)
     print(f"driver: at most {summary.peak_force_N:.2f} N, {summary.contact_s:.1f} s in contact")
     print(f"driver: {summary.scheduler}")
     own_loop(duration)

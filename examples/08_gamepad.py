@@ -22,7 +22,6 @@ import tyro
 
 import palpate
 from palpate.base.errors import DeviceError
-from palpate.devices import DrivenSession
 from palpate.session import State
 
 SCENE = {
@@ -57,7 +56,7 @@ def main(duration: float = 10.0, pretended: tyro.conf.FlagCreatePairsOff[bool] =
         threading.Thread(target=pretend, args=(device, stop), daemon=True).start()
     driver = f"gamepad:{device}" if device else "gamepad"
     scene = palpate.Scene.model_validate({**SCENE, "arms": {"leader": {"driver": driver}}})
-    session = DrivenSession(scene)
+    session = palpate.Session(scene)
     printed = 0.0
 
     def show(state: State) -> None:

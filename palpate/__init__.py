@@ -13,7 +13,6 @@ if TYPE_CHECKING:
     from palpate import planning as planning
     from palpate.arm import Arm as Arm
     from palpate.base.errors import PalpateError as PalpateError
-    from palpate.devices import Haptics as Haptics
     from palpate.devices.certificate import DeviceModel as DeviceModel
     from palpate.devices.certificate import certify as certify
     from palpate.record import Record as Record
@@ -21,6 +20,8 @@ if TYPE_CHECKING:
     from palpate.scene import contact as contact
     from palpate.scene import guidance as guidance
     from palpate.scene.guidance import Fixture as Fixture
+    from palpate.session import Haptics as Haptics
+    from palpate.session import PairsSession as PairsSession
     from palpate.session import Session as Session
     from palpate.session.batch import Variation as Variation
     from palpate.session.batch import simulate as simulate
@@ -40,6 +41,7 @@ __all__ = [
     "Fixture",
     "Haptics",
     "Mesh",
+    "PairsSession",
     "PalpateError",
     "PointCloud",
     "Record",
@@ -63,8 +65,9 @@ _PLACE = {
     "Arm": "palpate.arm:Arm",
     "DeviceModel": "palpate.devices.certificate:DeviceModel",
     "Fixture": "palpate.scene.guidance:Fixture",
-    "Haptics": "palpate.devices:Haptics",
+    "Haptics": "palpate.session:Haptics",
     "Mesh": "palpate.world.mesh:Mesh",
+    "PairsSession": "palpate.session:PairsSession",
     "PalpateError": "palpate.base.errors:PalpateError",
     "PointCloud": "palpate.world.clouds:PointCloud",
     "Record": "palpate.record:Record",

@@ -1,14 +1,12 @@
 """The buttons of devices: one table for all drivers, and how they reach the console.
 
 A driver gives bits (`Reading.buttons`, `palpate_driver_state.buttons`). The clutch acts in the haptic cycle, on its own
-hand alone; the others are pedals of the console, which act on all hands.
+hand alone; the others are pedals of the console (`palpate.session.pedals.press`), which act on all hands.
 """
 
 from __future__ import annotations
 
 from typing import Final
-
-from palpate.session.console import Console
 
 CLUTCH, CAMERA, COAG = 1, 2, 4
 PEDALS: Final = {"clutch": CLUTCH, "camera": CAMERA, "coag": COAG}
@@ -50,11 +48,3 @@ def bits(pressed: dict[str, bool], driver: str) -> int:
     table = TABLE[driver]
     acts = sum(PEDALS.get(table.get(name, ""), 0) for name, down in pressed.items() if down)
     return acts | sum(1 << OWN + i for i, name in enumerate(table) if pressed.get(name))
-
-
-def press(console: Console, before: int, now: int, source: str) -> int:
-    """Tell the console the pedals whose bits have changed, but the clutch, which acts in the cycle; returns `now`."""
-    for pedal, bit in PEDALS.items():
-        if bit != CLUTCH and (before ^ now) & bit:
-            console.set(pedal, bool(now & bit), source)
-    return now

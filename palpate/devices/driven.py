@@ -14,7 +14,7 @@ from palpate.base import switching
 from palpate.base.arrays import Array
 from palpate.base.errors import DeviceError, PalpateError, PalpateWarning
 from palpate.devices.driver import Driver, Facts, as_reading, facts
-from palpate.devices.loop import DeviceLoop, device_scene
+from palpate.devices.loop import WORDS, DeviceLoop, device_scene
 from palpate.record.ticks import Timing
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
@@ -61,15 +61,16 @@ class DrivenLoop(DeviceLoop):
         driver: the driver, not yet open.
         name: name of the driver for messages.
         rig: the rig of `driven_scene`, if it is built already.
+        own: as for `DeviceLoop`.
 
     Raises:
         DeviceError: the facts of the driver are invalid. SceneError, MeshError: the scene cannot run.
     """
 
-    def __init__(self, scene: Scene, driver: Driver, name: str, rig: Rig | None = None) -> None:
+    def __init__(self, scene: Scene, driver: Driver, name: str, rig: Rig | None = None, own: bool = True) -> None:
         self.facts = known = facts(driver, name)
         scene = driven_scene(scene, known) if rig is None else rig.scene
-        super().__init__(scene, known.at_handle, known.workspace, rig=rig)
+        super().__init__(scene, known.at_handle, known.workspace, rig=rig, own=own)
         self.driver = driver
         if isinstance(driver, Driver):
             driver.force_cap = self.rig.scene.stability.force_cap
@@ -135,12 +136,15 @@ class DrivenLoop(DeviceLoop):
             self._end(f"{call}() did not return within {PATIENCE:g} s")
         return self._ended
 
+    def notices(self) -> list[str]:
+        """The faults of the driver's poses."""
+        return [f"driver: {WORDS[fault][0]}; mend: {WORDS[fault][1]}" for fault in self.named]
+
     def timing(self) -> Timing:
         """Compute time, lateness against the deadlines, missed deadlines, stalls of the driver, scheduling."""
         late = 1e6 * np.array(self._lateness or [0.0])
-        shares = dict(
-            zip(("p50", "p99", "p999", "max"), np.percentile(late, [50, 99, 99.9, 100]).tolist(), strict=True)
-        )
+        quantiles = {"p50": 50.0, "p99": 99.0, "p999": 99.9, "max": 100.0}
+        shares = {name: float(np.percentile(late, q)) for name, q in quantiles.items()}
         return {
             **super().timing(),
             "lateness_us": shares,

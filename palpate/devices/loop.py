@@ -10,14 +10,13 @@ from palpate import _core
 from palpate.base.arrays import Array
 from palpate.base.errors import PalpateError, SceneError
 from palpate.devices.handle import UNKNOWN, AtHandle
-from palpate.record.ticks import STATUS, Timing
+from palpate.record.ticks import STATUS, Rows, Timing
 from palpate.scene import held
 from palpate.scene.port import Port, apply
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.scene.soft import wait_for_bodies
 from palpate.scene.surface import Bodies
-from palpate.session.loop import Rows
 
 STALE_AFTER = 0.02
 """Largest time between two steps without a fault [s]."""
@@ -183,6 +182,7 @@ class DeviceLoop:
         workspace: lengths of the device's workspace along the axes of its base [m]; None: those of the scene.
         replays: whether its owner may step it faster than real time: it then waits for the threads of soft bodies.
         rig: the rig of the scene, from `mapped_rig`, if it is built already.
+        own: False: the rigid bodies of the scene are those of several pairs, whose session joins them.
 
     Raises:
         SceneError, MeshError: the scene cannot run, or its mapping needs a workspace.
@@ -195,8 +195,8 @@ class DeviceLoop:
         workspace: tuple[float, float, float] | None = None,
         replays: bool = False,
         rig: Rig | None = None,
+        own: bool = True,
     ) -> None:
-        own = rig is None  # with others, the session joins the tools of all
         self.rig = rig = mapped_rig(scene, workspace) if rig is None else rig
         if replays:
             wait_for_bodies(rig.snapshot)
@@ -278,6 +278,10 @@ class DeviceLoop:
     def fault(self) -> str | None:
         """Reason for which the loop ended by itself; the loop of another program never does."""
         return None
+
+    def notices(self) -> list[str]:
+        """What has happened to the device, which no status tells: cause; mend."""
+        return []
 
 
 def explain(fault: _core.DeviceFault, status: int) -> str:

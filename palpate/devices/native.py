@@ -76,14 +76,15 @@ class NativeLoop(DeviceLoop):
         name: name of the driver for messages.
         driver: the opened device.
         rig: the rig of `native_scene`, if it is built already.
+        own: as for `DeviceLoop`.
 
     Raises:
         DeviceError: the driver states friction without resolution. SceneError, MeshError: the scene cannot run.
     """
 
-    def __init__(self, scene: Scene, name: str, driver: _core.Driver, rig: Rig | None = None) -> None:
+    def __init__(self, scene: Scene, name: str, driver: _core.Driver, rig: Rig | None = None, own: bool = True) -> None:
         self.driver, self._name = driver, name
-        super().__init__(native_scene(scene, name, driver), at_handle_of(driver), size_of(driver), rig=rig)
+        super().__init__(native_scene(scene, name, driver), at_handle_of(driver), size_of(driver), rig=rig, own=own)
         self._thread = _core.DriverThread(self.driver, self.cycle)
 
     def start(self) -> None:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from palpate.base.errors import PalpateError
-from palpate.devices import DrivenSession
 from palpate.experiment.course import Outcome, Referee
 from palpate.experiment.pages import Pages
 from palpate.experiment.plan import PlannedTrial
@@ -33,23 +32,18 @@ SILENT = 3.0
 _LOOK = 0.02  # time between two looks at a running trial [s]
 
 
-class _Judged:
-    """Lets a referee see every tick that a session takes, in order of time."""
+class _JudgedSession(Session):
+    """A session on the device of its scene, or one whose hand the person drags with the mouse.
+
+    Its referee sees every tick in order of time.
+    """
 
     referee: Referee | None = None
 
     def _take(self, ticks: Ticks, realtime: bool = False) -> None:
-        super()._take(ticks, realtime)  # type: ignore[misc]
+        super()._take(ticks, realtime)
         if self.referee is not None:
             self.referee.take(ticks)
-
-
-class _JudgedSession(_Judged, Session):
-    """A session whose leader is simulated; the person drags it with the mouse."""
-
-
-class _JudgedDevice(_Judged, DrivenSession):
-    """A session on the device of its scene."""
 
 
 class Person:
@@ -111,16 +105,16 @@ class Person:
             lines.insert(0, f"The last attempt does not count: {self._reason}. Please repeat the trial.")
         self.pages.show("\n".join(line for line in lines if line), "Start")
 
-    def _frame(self, session: Session | DrivenSession) -> Stage:
+    def _frame(self, session: Session) -> Stage:
         """The stage of a session; the first one begins to fill the picture of each browser."""
         first, self._stage = self._stage is None, stage_of(session.rig)
         if first:
             Framing(self._server, lambda aspect: overview(self._stage, aspect))  # type: ignore[arg-type]
         return self._stage
 
-    def _session(self, setting: Setting, trial: PlannedTrial, folder: Path) -> _JudgedSession | _JudgedDevice:
+    def _session(self, setting: Setting, trial: PlannedTrial, folder: Path) -> _JudgedSession:
         if setting.scene.arms.leader.driver is not None:
-            session: _JudgedSession | _JudgedDevice = _JudgedDevice(setting.scene, folder)
+            session = _JudgedSession(setting.scene, folder)
         else:
             rig = self._study.settings.rig(setting, seed=trial.seed)
             session = _JudgedSession(rig.scene, folder, rig=rig)
@@ -128,7 +122,7 @@ class Person:
         session.referee = Referee(setting.course, session.rate, setting.link is not None)
         return session
 
-    def _run(self, session: _JudgedSession | _JudgedDevice, stopped: list[str]) -> Outcome:
+    def _run(self, session: _JudgedSession, stopped: list[str]) -> Outcome:
         """Run in real time until something ends the trial."""
         referee = session.referee
         assert referee is not None
@@ -148,7 +142,7 @@ class Person:
         finally:
             session.stop()
 
-    def _trouble(self, session: _JudgedSession | _JudgedDevice, since: float) -> str:
+    def _trouble(self, session: _JudgedSession, since: float) -> str:
         """Why loop, device or record are not healthy; empty if they are."""
         fault = session._loop.fault()
         if fault:

@@ -19,13 +19,13 @@ import numpy as np
 from palpate.base.arrays import Array
 from palpate.base.arrays.checks import vector
 from palpate.base.errors import PalpateError
-from palpate.devices.haptics import Haptics
 from palpate.gym.mixing import Authority, Hand, Mixer
 from palpate.gym.observation import PARTS, observe, space_of
 from palpate.gym.policy import Policy
 from palpate.gym.world import RATE, Motion, for_policies
 from palpate.record.ticks import Ticks
 from palpate.scene.scene import Scene
+from palpate.session import Haptics
 from palpate.session.summary import Summary
 
 

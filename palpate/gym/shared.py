@@ -16,12 +16,12 @@ import numpy as np
 from palpate.base.arrays import Array
 from palpate.base.errors import PalpateError
 from palpate.devices.driver import Driver, Reading, as_reading
-from palpate.devices.session import DrivenSession
 from palpate.gym.mixing import Authority, Hand, Mixer
 from palpate.gym.observation import PARTS, observe
 from palpate.gym.policy import Policy
 from palpate.gym.world import Motion, for_policies
 from palpate.scene.scene import Scene
+from palpate.session import Session
 from palpate.session.summary import Summary
 
 _FACTS = ("rate", "force_max", "moment_max", "gripper_max", "workspace", "resolution", "mass", "delay")
@@ -111,7 +111,7 @@ def share(
         raise PalpateError(what, mend="the seconds are above 0 and finite, and the rate is at most 1000 Hz")
     mixer = Mixer(motion or Motion(), getattr(driver, "rate", Driver.rate), timeout, authority)
     device = SharedDevice(driver, mixer)
-    session = DrivenSession(for_policies(Scene.of(scene)), record, device)
+    session = Session(for_policies(Scene.of(scene)), record, driver=device)
     joints, stop = session.rig.arms.follower.n, threading.Event()
 
     def ask() -> None:

@@ -17,6 +17,8 @@ from palpate import _core
 
 Ticks = NDArray[np.void]
 """A structured array of dtype `TICK`, shape (n,)."""
+Rows = NDArray[np.float64]
+"""Rows of ticks (n, signals), in the order of the table of signals."""
 Timing: TypeAlias = dict[str, Any]
 """Compute time, lateness, slack and missed ticks of a loop, as `Simulation.timing` of the core returns them."""
 

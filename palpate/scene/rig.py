@@ -212,7 +212,7 @@ def build(scene: Scene, bodies: surface.Bodies | None = None, until: float | Non
     """
     if scene.pairs:
         what = f"the scene has several pairs: {', '.join(scene.pairs)}"
-        mend = "choose one: scene.pair(NAME) in Python; palpate run, check, certify and ros haptics take them all"
+        mend = "palpate.PairsSession(scene) and palpate run take them all; scene.pair(NAME) is one of them"
         raise SceneError(what, where=scene.where("pairs"), mend=mend)
     gains.check_stiffness(scene)
     force_source.check_presence(scene)

@@ -7,15 +7,17 @@ from typing import TYPE_CHECKING
 from palpate.base import lazy
 
 if TYPE_CHECKING:
+    from palpate.session.haptics import Haptics
     from palpate.session.live import LiveSession
     from palpate.session.loop import Loop
     from palpate.session.pairs import PairsSession
     from palpate.session.session import Session
     from palpate.session.state import State
 
-__all__ = ["LiveSession", "Loop", "PairsSession", "Session", "State"]
+__all__ = ["Haptics", "LiveSession", "Loop", "PairsSession", "Session", "State"]
 
 _HOMES = {
+    "Haptics": "haptics",
     "LiveSession": "live",
     "Loop": "loop",
     "PairsSession": "pairs",

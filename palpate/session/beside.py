@@ -6,9 +6,9 @@ import math
 import os
 import threading
 import weakref
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -82,9 +82,14 @@ class AttendedLoop(RecordedLoop):
     def _body_places(self) -> Mapping[str, Array]:
         return {} if self.world is None else self.world.drawn()
 
+    @property
+    def pedal_camera(self) -> bool:
+        """True while the camera pedal of this hand is pressed."""
+        return bool(self._loop.controls.camera)
+
     def idle_periods(self, t: float, period: float) -> float:
         """Number of periods from a time on [s] at whose begin nothing beside a lockstep loop has work."""
-        steered = self.camera is not None and (self._loop.controls.camera or not self.camera.at_rest)
+        steered = self.camera is not None and (self.pedal_camera or not self.camera.at_rest)
         if self.tracking is not None or self.sensing is not None or self.steps_beside or self.executes or steered:
             return 0.0
         return self._snapshots.idle_periods(t, period) if self.takes_snapshots else math.inf
@@ -100,7 +105,7 @@ class AttendedLoop(RecordedLoop):
         for one in self.steps_beside:
             found.append(every(PERIOD, partial(self._timed, one), self._stop_pump, "task", self._note))
         if self.camera is not None:
-            found.append(every(PERIOD, self._steer_camera, self._stop_pump, "camera", self._note))
+            found.append(every(PERIOD, self.steer_camera, self._stop_pump, "camera", self._note))
         if self.takes_snapshots:
             step = partial(self._timed, self._take_snapshot)
             found.append(every(1.0 / snapshots.RATE, step, self._stop_pump, "snapshots", self._note))
@@ -141,7 +146,7 @@ class AttendedLoop(RecordedLoop):
     def _note(self, words: str) -> None:
         self.notes.append(words)
 
-    def _steer_camera(self) -> None:
+    def steer_camera(self) -> None:
         """Let the hand move the camera for one `PERIOD` while the camera pedal is pressed."""
         if self.camera is not None:
             self.camera.steer([self.latest()], PERIOD)
@@ -178,3 +183,62 @@ def _sensing(rig: Rig, loop: Loop, clouds: Clouds | None, targets: SharedTargets
         if name in rig.scene.sensors and not {name, obj.name} & set(sources):
             sources[name] = make(rig, name, lambda: as_ticks(np.asarray(loop.latest()).reshape(1, -1))[0])
     return Sensing(rig, loop, sources, targets=targets)
+
+
+class LockstepRun(Protocol):
+    """What advances in lockstep: one session, or those of several pairs."""
+
+    steps_beside: list[Callable[[float], None]]
+    """Called with the time [s] at each turn."""
+
+    @property
+    def camera(self) -> CameraArm | None:
+        """The endoscope arm that the hands steer."""
+        ...
+
+    def steer_camera(self) -> None:
+        """Let the hands move the camera for one `PERIOD`."""
+        ...
+
+
+class Turns:
+    """Cuts a run in lockstep into blocks, and gives what is beside the loop its turn every `PERIOD`."""
+
+    def __init__(self) -> None:
+        self._left = 0  # ticks until the next turn
+
+    def blocks(self, n: int, rate: float, run: LockstepRun, hands: Sequence[AttendedLoop]) -> Iterator[int]:
+        """The next `n` ticks as numbers of ticks, each to be run before the next one is asked for.
+
+        Args:
+            n: number of ticks.
+            rate: ticks per second [Hz].
+            run: what advances.
+            hands: its sessions.
+        """
+        beside = [part for hand in hands for part in (hand.tracking, hand.sensing) if part is not None]
+        attended = any(hand.takes_snapshots or hand.executes for hand in hands)
+        if not beside and run.camera is None and not attended and not run.steps_beside:
+            yield n
+            return
+        size = max(1, round(PERIOD * rate))
+        while n > 0:
+            if self._left == 0:
+                for step in (*(part.step for part in beside), *run.steps_beside):
+                    step(float(hands[0].latest()["t"]))
+                run.steer_camera()
+                for hand in hands:
+                    hand.take_snapshot()
+                    hand.look_ahead()
+                self._left = size
+            t = float(hands[0].latest()["t"])
+            some = min(self._left + size * _idle(t + self._left / rate, size / rate, n, run, hands), n)
+            yield some
+            n, self._left = n - some, (self._left - some) % size
+
+
+def _idle(t: float, period: float, most: int, run: LockstepRun, hands: Sequence[AttendedLoop]) -> int:
+    """Number of periods from a time on [s], up to `most`, at whose begin nothing beside the loop has work."""
+    camera = run.camera
+    steered = camera is not None and (any(hand.pedal_camera for hand in hands) or not camera.at_rest)
+    return 0 if run.steps_beside or steered else int(min(most, *(hand.idle_periods(t, period) for hand in hands)))

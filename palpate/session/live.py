@@ -100,7 +100,7 @@ class LiveSession(AttendedLoop):
             self.world.stop()
         self._pump.join()
         self._pump = None
-        self._drain()
+        self.drain()
 
     def attach(self, remote: _core.RemoteEnd | None) -> None:
         """Let the hand feel what this end of a link renders, from the next start on; None: the objects of the session.
@@ -109,6 +109,13 @@ class LiveSession(AttendedLoop):
             PalpateError: the loop of this session knows no links.
         """
         raise PalpateError("this session does not run across a network", mend="use the loop of an arm or a device")
+
+    def drain(self) -> None:
+        """Take the rows of the loop now, as a thread does every `DRAIN`."""
+        with self._draining:  # the ring buffer has one reader
+            rows = self._loop.drain()
+            if len(rows):
+                self._take(as_ticks(rows), realtime=True)
 
     # -- observation and control ------------------------------------------------------------------------------------
 
@@ -279,7 +286,7 @@ class LiveSession(AttendedLoop):
 
     def _keep_draining(self) -> None:
         while not self._stop_pump.wait(DRAIN):
-            self._drain()
+            self.drain()
 
     def _own_camera(self) -> CameraArm | None:
         """The endoscope arm that this session steers; None if there is none, or if several sessions share it."""
@@ -288,12 +295,6 @@ class LiveSession(AttendedLoop):
         from palpate.session.camera import CameraArm
 
         return CameraArm(self.rig.ecm, [self.rig.arms.X_WL], [self])
-
-    def _drain(self) -> None:
-        with self._draining:  # the ring buffer has one reader
-            rows = self._loop.drain()
-            if len(rows):
-                self._take(as_ticks(rows), realtime=True)
 
 
 def _how_to_leave(status: int) -> str:

@@ -4,14 +4,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from palpate import _core
-from palpate.record.ticks import Timing
-
-Rows = NDArray[np.float64]
-"""Rows of ticks (n, signals), in the order of the table of signals."""
+from palpate.record.ticks import Rows, Timing
 
 
 class Loop(Protocol):

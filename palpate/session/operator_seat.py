@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from palpate.scene.live_targets import PERIOD
 from palpate.session.console import Console, Hand
-from palpate.session.pair import Paired
+from palpate.session.pair import PairSession
 from palpate.session.periodic import every
 
 if TYPE_CHECKING:
@@ -25,13 +25,13 @@ class OperatorSeat:
 
     def __init__(self, exchange: Callable[[], None]) -> None:
         self._hands: list[Hand] = []
-        self._pairs: tuple[Paired, ...] = ()
+        self._pairs: tuple[PairSession, ...] = ()
         self.console = Console(self._hands, exchange)
         self.camera: CameraArm | None = None
         self._stop = threading.Event()
         self._thread: threading.Thread | None = None
 
-    def take(self, pairs: Sequence[Paired]) -> None:
+    def take(self, pairs: Sequence[PairSession]) -> None:
         """Take these pairs instead of the present ones; a camera that has moved stays where it is."""
         self._pairs = tuple(pairs)
         self._hands[:] = [weakref.proxy(pair) for pair in pairs]

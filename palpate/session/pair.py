@@ -1,4 +1,4 @@
-"""The sessions of several pairs in one run: what they have in common, and those of simulated arms."""
+"""The session of one of several pairs in one run."""
 
 from __future__ import annotations
 
@@ -9,15 +9,14 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from palpate import _core
 from palpate.base.arrays import Array
 from palpate.record.snapshots import Snapshot
 from palpate.record.ticks import Ticks
 from palpate.scene.rig import Rig
 from palpate.scene.together import Rigs
 from palpate.session.camera import CameraArm
-from palpate.session.live import LiveSession
 from palpate.session.pairs_summary import Met
+from palpate.session.plants import Plant
 from palpate.session.session import Session
 from palpate.world.bodies.engine import World
 
@@ -57,25 +56,28 @@ class Run(Protocol):
         ...
 
     @property
-    def pairs(self) -> Mapping[str, Paired]:
+    def pairs(self) -> Mapping[str, PairSession]:
         """The sessions of all pairs."""
         ...
 
 
-class Paired(LiveSession):
-    """One of several pairs. Its record lies in a folder with the pair's name, in the folder of the run."""
+class PairSession(Session):
+    """One of several pairs. Its record lies in a folder with the pair's name, in the folder of the run.
+
+    Args:
+        name: name of the pair.
+        plant: where its hand is.
+        rig: its rig, which shares the objects with those of the others.
+        seed, out: as for `Session`.
+        run: the run to which it belongs.
+    """
 
     paired = True
 
-    def _enter(self, name: str, run: Run, rate: float) -> None:
-        """Become the pair `name` of a run; before the constructor of the session. `rate`: ticks per second [Hz]."""
+    def __init__(self, name: str, plant: Plant, rig: Rig, seed: int, out: Path | None, run: Run) -> None:
         self.name, self._run = name, run
-        self.met = run.new_met(rate)  #: how the pair met the others since its record began
-
-    @property
-    def joined(self) -> _core.Simulation | _core.DeviceCycle:
-        """What meets the instruments of the other pairs."""
-        raise NotImplementedError
+        self.met = run.new_met(rig.scene.rates.haptic)  #: how the pair met the others since its record began
+        super().__init__(rig.scene, out, seed, rig=rig, plant=plant)
 
     @property
     def ended(self) -> str | None:
@@ -142,26 +144,7 @@ class Paired(LiveSession):
         folder.mkdir()
         return folder
 
-
-class PairSession(Paired, Session):
-    """The session of one pair of simulated arms."""
-
-    def __init__(self, name: str, rig: Rig, seed: int, out: Path | None, run: Run) -> None:
-        self._enter(name, run, rig.scene.rates.haptic)
-        super().__init__(rig.scene, out, seed, rig=rig)
-
-    @property
-    def joined(self) -> _core.Simulation:
-        """The simulation."""
-        return self.simulation
-
-    def _simulation(self, rig: Rig, seed: int) -> _core.Simulation:
-        options = rig.options(seed)
-        shared = _core.RealTimeOptions()  # loops that share the cores neither spin nor claim one
-        shared.allow_affinity, shared.spin_us = False, 0.0
-        options.realtime = shared
-        return rig.simulation(options=options)
-
     def require_own_clock(self) -> None:
-        """Refuse a lockstep run with a tracker that sends poses in real time."""
+        """Refuse a lockstep run of a device, or with a tracker that sends poses in real time."""
+        self.simulation  # noqa: B018 # refuses a device
         self._require_own_clock()

@@ -19,17 +19,18 @@ from palpate.base.errors import PalpateError, PlanningError, SceneError, StateEr
 from palpate.record.ticks import Ticks, as_ticks
 from palpate.scene import held
 from palpate.scene.live_targets import PERIOD
-from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
-from palpate.scene.together import Rigs, build_pairs, capsules
+from palpate.scene.together import capsules
 from palpate.session import tool_exchange
 from palpate.session.backlog import loop_first
+from palpate.session.beside import Turns
 from palpate.session.camera import CameraArm
 from palpate.session.controls import Controls
 from palpate.session.execution import GUARD, PlanExecution
 from palpate.session.live import DRAIN
 from palpate.session.operator_seat import OperatorSeat
-from palpate.session.pair import Paired, PairSession
+from palpate.session.pair import PairSession
+from palpate.session.pair_plants import opened, rigs_of
 from palpate.session.pairs_summary import Met, PairsSummary, meeting
 from palpate.session.periodic import every
 from palpate.session.run_folder import keep_scene, new_folder, require_writable
@@ -48,14 +49,16 @@ _GRACE = 2.0  # real time after the end of a run in which late pairs may still f
 
 
 class PairsSession:
-    """Runs all pairs of a scene.
+    """Runs all pairs of a scene: those with a driver are felt on their devices, the others are simulated.
 
-        session = palpate.session.PairsSession(palpate.Scene.load("scenes/two_hands.yaml"), out="runs")
+        session = palpate.PairsSession(palpate.Scene.load("scenes/two_hands.yaml"), out="runs")
         summary = session.run(5.0)
         summary.pairs["left"].peak_force_N
 
     In lockstep all pairs advance tick by tick in one thread. In real time each pair has its own loop, thread, watchdog
-    and record, and no pair waits for another: a pair that stalls leaves its instrument where it was last seen.
+    and record, and no pair waits for another: a pair that stalls leaves its instrument where it was last seen. Each
+    device runs at its own rate, with a watchdog of its own, and in real time alone. One that fails ends its pair with
+    zero force; its instrument then rests where it was, and the other pairs go on.
 
     Args:
         scene: a scene with the section `pairs`.
@@ -63,7 +66,8 @@ class PairsSession:
         seed: seed of all random numbers; the scene's when left out. The hands have different tremors.
 
     Raises:
-        SceneError, MeshError: the scene cannot run. OutputError: `out` cannot be written.
+        SceneError, MeshError: the scene cannot run. OutputError: `out` cannot be written. DeviceError: a driver is
+        missing, invalid or not trusted; two pairs have the same device or the same grip.
     """
 
     def __init__(
@@ -78,11 +82,12 @@ class PairsSession:
         if self._out is not None:
             require_writable(self._out)
         self.folder: Path | None = None  #: folder of the newest run
-        self.rigs = self._build(scene)
+        self._plants = opened(scene)
+        self.rigs = rigs_of(scene, self._plants)
         self._seat = OperatorSeat(self._exchange)
         self.console = self._seat.console  #: pedals, presence, locks and scale for the hands of all pairs
         self._sit()
-        self._ticks_to_steps = 0
+        self._turns = Turns()
         self.task_words: Callable[[], str] | None = None  #: how a task stands, for viewers; None: there is none
         self.steps_beside: list[Callable[[float], None]] = []  #: called with the time [s], every `PERIOD`
         self._task_over, self._stop_steps = threading.Event(), threading.Event()
@@ -92,23 +97,16 @@ class PairsSession:
         """End `run` before its duration is over, since its task is done; the run does not count as interrupted."""
         self._task_over.set()
 
-    def _build(self, scene: Scene) -> Rigs:
-        """The rigs of all pairs of a scene."""
-        return build_pairs(scene)
-
-    def _pair(self, name: str, rig: Rig, seed: int) -> Paired:
-        """The session of a pair."""
-        return PairSession(name, rig, seed, self._out, self)
-
     def _sit(self) -> None:
         """Make the sessions of all pairs."""
         self._pairs = {
-            name: self._pair(name, rig, (self.seed + i) % 2**64) for i, (name, rig) in enumerate(self.rigs.items())
+            name: PairSession(name, self._plants[name], rig, (self.seed + i) % 2**64, self._out, self)
+            for i, (name, rig) in enumerate(self.rigs.items())
         }
         self._join()
 
     @property
-    def pairs(self) -> Mapping[str, Paired]:
+    def pairs(self) -> Mapping[str, PairSession]:
         """Session of each pair by name; `remove` takes one out."""
         return MappingProxyType(self._pairs)
 
@@ -131,7 +129,7 @@ class PairsSession:
 
     def _join(self) -> None:
         """Put the instruments of all pairs into one world, and all hands at one console."""
-        joined = [session.joined for session in self._pairs.values()]
+        joined = [session.plant.joined for session in self._pairs.values()]
         self._loops = [one for one in joined if isinstance(one, _core.Simulation)]  #: of the simulated pairs
         law = self.scene.instruments
         rod = _core.RodOptions() if self.scene.graspable is None else self.scene.graspable.core()
@@ -149,6 +147,7 @@ class PairsSession:
         if self.running:
             mend = "call stop() first, then console.swap() and start()"
             raise StateError("the followers cannot be exchanged while the session runs", mend=mend)
+        self._require_simulated("followers cannot be exchanged in a session")
         self._begin_anew(lambda: swapped(self.scene), "the hands do not fit each other's followers")
 
     def exchange_tool(self, model: str, pair: str) -> None:
@@ -167,6 +166,7 @@ class PairsSession:
         """
         if pair not in self._pairs:
             raise PalpateError(f"there is no pair {pair!r}", mend=f"the pairs are {', '.join(self._pairs)}")
+        self._require_simulated("instruments cannot be exchanged in a session")
         for name, session in self._pairs.items():
             tool_exchange.require_still(session.latest(), self.running, name)
         tool_exchange.require_free(self._pairs[pair].latest(), pair)
@@ -180,12 +180,13 @@ class PairsSession:
         """
         try:
             scene = changed()
-            rigs = build_pairs(scene)
+            plants = opened(scene)
+            rigs = rigs_of(scene, plants)
         except SceneError as error:
             raise StateError(f"{why_not}: {error.what}", where=error.where, why=error.why, mend=error.mend) from None
         self.close()
         kept = [session.controls for session in self._pairs.values()]
-        self.scene, self.rigs = scene, rigs
+        self.scene, self.rigs, self._plants = scene, rigs, plants
         self._sit()
         for session, controls in zip(self._pairs.values(), kept, strict=True):
             controls.quat_WL = session.controls.quat_WL  # of the leader that the pair has now
@@ -196,12 +197,16 @@ class PairsSession:
     def run(
         self,
         duration: float | None = None,
-        realtime: bool = False,
+        realtime: bool | None = None,
         on_progress: Callable[[States], None] | None = None,
     ) -> PairsSummary:
         """Run all pairs for a duration, then close the records; as `Session.run`, with the states of all pairs."""
-        seconds = self.scene.duration if duration is None else duration
         self._require_idle()
+        realtime = self.driven if realtime is None else realtime
+        if not realtime:
+            self._require_simulated("a session cannot run in lockstep")
+        usual = np.inf if self.driven else self.scene.duration
+        seconds = usual if duration is None else duration
         stopped = next(iter(self.pairs.values())).stopped
         with stop_signals.deferred(stopped):
             try:
@@ -245,6 +250,7 @@ class PairsSession:
     def step(self, n: int = 1) -> States:
         """Run `n` ticks of every pair in lockstep; the records stay open."""
         self._require_idle()
+        self._require_simulated("a session cannot be stepped")
         self._take(self._advance(n), behind=False)
         return self.states
 
@@ -352,43 +358,35 @@ class PairsSession:
         """True for the first pair: its record holds the soft objects and rigid bodies, which all pairs touch."""
         return name == next(iter(self._pairs))
 
+    @property
+    def driven(self) -> bool:
+        """True if a pair is felt on a device: the session then runs in real time, without a limit of its own."""
+        return any(not session.plant.simulated for session in self._pairs.values())
+
+    def _require_simulated(self, what: str) -> None:
+        """Refuse what no device can do.
+
+        Raises:
+            StateError: a pair is felt on a device.
+        """
+        for name, session in self._pairs.items():
+            if not session.plant.simulated:
+                why = f"pair {name} is felt on {session.scene.arms.leader.driver}, which has a time of its own"
+                raise StateError(what, why=why, mend="run in real time; change the scene, and run it again")
+
     def _require_idle(self) -> None:
         if self.running:
             raise PalpateError("the session runs in real time already", mend="call stop() first")
 
+    def steer_camera(self) -> None:
+        """Let the hands of all pairs move the camera for one `PERIOD` while the camera pedal is pressed."""
+        self._seat.steer()
+
     def _advance(self, n: int) -> list[list[np.ndarray]]:
         """Run `n` ticks of all pairs, in blocks (rows of each) between which what is beside has its turns."""
-        sessions = self.pairs.values()
-        beside = [p for s in sessions for p in (s.tracking, s.sensing) if p is not None]
-        attended = any(session.takes_snapshots or session.executes for session in sessions)
-        if not beside and self.camera is None and not attended and not self.steps_beside:
-            return [_core.run_in_turns(self._loops, n)]
-        size, done = max(1, round(PERIOD * self.scene.rates.haptic)), []
-        while n > 0:
-            if self._ticks_to_steps == 0:
-                for part in beside:
-                    part.step(float(self.latest()["t"]))
-                for step in self.steps_beside:
-                    step(float(self.latest()["t"]))
-                self._seat.steer()
-                for session in sessions:
-                    session.take_snapshot()
-                    session.look_ahead()
-                self._ticks_to_steps = size
-            next_turn = float(self.latest()["t"]) + self._ticks_to_steps / self.scene.rates.haptic
-            some = min(self._ticks_to_steps + size * self._idle_periods(next_turn, size, n), n)
-            done.append(_core.run_in_turns(self._loops, some))
-            n, self._ticks_to_steps = n - some, (self._ticks_to_steps - some) % size
-        return done
-
-    def _idle_periods(self, t: float, size: int, most: int) -> int:
-        """Number of periods of `size` ticks from a time on [s], up to `most`, in which nothing beside has work."""
-        sessions, camera = self.pairs.values(), self.camera
-        steered = camera is not None and (any(s.controls.camera for s in sessions) or not camera.at_rest)
-        if self.steps_beside or steered:
-            return 0
-        period = size / self.scene.rates.haptic
-        return int(min(most, *(session.idle_periods(t, period) for session in sessions)))
+        hands = list(self.pairs.values())
+        blocks = self._turns.blocks(n, self.scene.rates.haptic, self, hands)
+        return [_core.run_in_turns(self._loops, some) for some in blocks]
 
     def _take(self, blocks: list[list[np.ndarray]], behind: bool) -> None:
         for rows in blocks:
@@ -399,8 +397,7 @@ class PairsSession:
     def _run_lockstep(self, seconds: float, on_progress: Callable[[States], None] | None) -> None:
         n = max(1, round(seconds * self.scene.rates.haptic))
         for session in self.pairs.values():
-            if isinstance(session, PairSession):
-                session.require_own_clock()
+            session.require_own_clock()
         watched = on_progress is not None or self.steps_beside
         batch = max(1, round((BATCH if watched else UNWATCHED_BATCH) * self.scene.rates.haptic))
         stopped = next(iter(self.pairs.values())).stopped
@@ -428,7 +425,13 @@ class PairsSession:
             self.stop()
 
     def _end_of_run(self, seconds: float) -> Callable[[], bool]:
-        """What says whether a run that goes on for so many seconds is over: every pair has its ticks, or has ended."""
+        """What says whether a run that goes on for so many seconds is over: every pair has its ticks, or has ended.
+
+        With a device by the clock, not by the ticks: one whose service is late has fewer of them.
+        """
+        if self.driven:
+            end = time.monotonic() + seconds
+            return lambda: time.monotonic() >= end or all(session.failed for session in self.pairs.values())
         goals = {name: session.taken + max(1.0, seconds * session.rate) for name, session in self.pairs.items()}
         latest = np.inf
 

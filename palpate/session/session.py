@@ -14,19 +14,21 @@ from palpate import _core
 from palpate.base import stop_signals
 from palpate.base.arrays import Array
 from palpate.base.errors import PalpateError, SceneError, StateError
-from palpate.record.ticks import Ticks, as_ticks
-from palpate.scene.live_targets import PERIOD
+from palpate.record.ticks import Rows, Ticks, as_ticks
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.session.backlog import loop_first
+from palpate.session.beside import Turns
 from palpate.session.live import DRAIN, LiveSession
+from palpate.session.plants import Plant, plant_of
 from palpate.session.run_folder import require_writable
 from palpate.session.state import State
 from palpate.session.summary import Summary
 
 if TYPE_CHECKING:
+    from palpate.devices.driver import Driver
     from palpate.sensing.source import Clouds
-    from palpate.session.loop import LockstepLoop, Rows
+    from palpate.session.faults import Seen, SeenFaults
 
 BATCH = 0.1  # simulated time per batch of ticks in lockstep [s]
 UNWATCHED_BATCH = (
@@ -35,10 +37,12 @@ UNWATCHED_BATCH = (
 
 
 class Session(LiveSession):
-    """Runs a scene.
+    """Runs a scene, with a simulated hand, or on the device of its driver (``arms.leader.driver``).
 
         session = palpate.Session(palpate.Scene.load("scenes/palpation.yaml"), out="runs")
         summary = session.run(10.0)
+
+    A device runs in real time only. Its summary names every fault that removed the force.
 
     Args:
         scene: the scene to run; its values as a dictionary, the path of its file, or the name of a shipped one.
@@ -47,9 +51,12 @@ class Session(LiveSession):
         clouds: sources of the objects that are clouds of a sensor, by name: a ``CloudSource``, or an iterable of
             arrays (N, 3) [m] in W that is asked at 30 Hz.
         rig: the rig of the scene, if it is built already.
+        driver: an object that drives a device (`palpate.devices.Driver`); that of the scene when left out.
+        plant: where the hand is; that of scene and driver when left out.
 
     Raises:
-        SceneError, MeshError: the scene cannot run. OutputError: `out` cannot be written.
+        SceneError, MeshError: the scene cannot run. OutputError: `out` cannot be written. DeviceError: the driver is
+        missing, invalid, or code that is not trusted.
     """
 
     def __init__(
@@ -59,59 +66,94 @@ class Session(LiveSession):
         seed: int | None = None,
         clouds: Clouds | None = None,
         rig: Rig | None = None,
+        driver: Driver | None = None,
+        plant: Plant | None = None,
     ) -> None:
-        scene = Scene.of(scene)
-        if scene.arms.leader.driver is not None:
-            raise PalpateError(
-                f"this scene is felt on a device: driver {scene.arms.leader.driver}",
-                where=scene.where("arms", "leader", "driver"),
-                mend="use palpate.devices.DrivenSession or palpate run, or leave the driver out to simulate the arm",
-            )
         if out is not None:
             require_writable(Path(out))
-        rig, seed = rig or build(scene), scene.seed if seed is None else seed
-        if rig.scene.graspable is not None and not self.paired:
-            what = f"the object {rig.scene.graspable.name!r} is handed from one instrument to another, and there is one"
-            raise SceneError(what, where=rig.scene.where("graspable"), mend="give the scene a section pairs")
-        self._clouds = clouds
-        self.simulation = self._simulation(rig, seed)  #: the loop of the session
-        self._sim: LockstepLoop = self.simulation
-        self._ticks_to_tracking = 0  # of a lockstep run, until the trackers are read
-        super().__init__(rig, self._sim, scene.rates.haptic, seed, out, clouds)
-        if scene.bodies and not self.paired:
-            from palpate.scene import held
+        plant = plant or plant_of(Scene.of(scene), driver)
+        rig = rig or plant.build()
+        scene = rig.scene
+        seed = scene.seed if seed is None else seed
+        if scene.graspable is not None and not self.paired:
+            what = f"the object {scene.graspable.name!r} is handed from one instrument to another, and there is one"
+            raise SceneError(what, where=scene.where("graspable"), mend="give the scene a section pairs")
+        self._clouds, self.plant = clouds, plant
+        self._seen: SeenFaults | None = None  # of a device: what removed the force
+        self._pressed = 0  # buttons of the handle that the console knows
+        self._turns = Turns()
+        super().__init__(rig, plant.begin(rig, seed, self.paired), scene.rates.haptic, seed, out, clouds)
+        self.world = plant.world
+        if not plant.simulated:
+            from palpate.session import faults
 
-            self.world = held.join({"": rig}, [self.simulation])
+            self._seen = faults.SeenFaults(faults.NO_FAULTS | {"settling"})
 
-    def _simulation(self, rig: Rig, seed: int) -> _core.Simulation:
-        """The simulation that the session runs."""
-        return rig.simulation(seed)
+    @property
+    def simulation(self) -> _core.Simulation:
+        """The simulation that the session runs.
+
+        Raises:
+            StateError: the hand is on a device.
+        """
+        if not isinstance(self._loop, _core.Simulation):
+            name = self.scene.arms.leader.driver or "a device"
+            what = f"the hand is on {name}, which has a time of its own"
+            raise StateError(what, mend="use run() or start(), or leave the driver out to simulate the arm")
+        return self._loop
+
+    @property
+    def seen(self) -> dict[str, Seen]:
+        """Faults that removed the force of a device, by the name of their status bit."""
+        return {} if self._seen is None else self._seen.seen
+
+    @property
+    def failed(self) -> bool:
+        """True if the loop ended by itself, as when a driver fails."""
+        return self._loop.fault() is not None
+
+    @property
+    def state(self) -> State:
+        """State of the newest tick; the phase is empty where the hand is not simulated."""
+        tick = self.latest()
+        return State(tick, self.plant.phase(float(tick["t"])))
 
     def attach(self, remote: _core.RemoteEnd | None) -> None:
-        """Let the hand feel what this end of a link renders; None: the objects of the session."""
-        self.simulation.attach(remote)
+        """Let the hand feel what this end of a link renders, from the next start on; None: the objects of the scene."""
+        if not self.plant.simulated:
+            self._require_idle()
+        self.plant.attach(remote)
 
     def run(
         self,
         duration: float | None = None,
-        realtime: bool = False,
+        realtime: bool | None = None,
         on_progress: Callable[[State], None] | None = None,
     ) -> Summary:
         """Run for a duration, then close the record.
 
         Args:
-            duration: simulated time [s]; the scene's when left out.
-            realtime: True: in real time, in a C++ thread; False: in lockstep, as fast as possible.
+            duration: time [s]; when left out, that of the scene, and on a device no limit.
+            realtime: True: in real time, in a thread of its own; False: in lockstep, as fast as possible. When left
+                out, a simulation runs in lockstep and a device in real time.
             on_progress: called with the state about ten times per second of simulated time (lockstep) or real time.
 
         Returns:
-            The summary of all ticks since the record began. Ctrl-C ends the run early, which the summary reports.
+            The summary of all ticks since the record began. Ctrl-C ends the run early, which the summary reports; its
+            faults name the cause where a device failed.
+
+        Raises:
+            StateError: a device shall run in lockstep.
         """
         self._require_idle()
-        n = max(1, round((self.scene.duration if duration is None else duration) * self.rate))
+        realtime = not self.plant.simulated if realtime is None else realtime
+        if duration is None:
+            duration = self.scene.duration if self.plant.simulated else np.inf
+        if not realtime:
+            self.simulation  # noqa: B018 # refuses a device
         with stop_signals.deferred(self._interrupted):
             try:
-                (self._run_realtime if realtime else self._run_lockstep)(n, on_progress)
+                (self._run_realtime if realtime else self._run_lockstep)(duration, on_progress)
             except BaseException:
                 self.close(interrupted=True)  # the record is complete after any exception
                 raise
@@ -156,6 +198,7 @@ class Session(LiveSession):
         """
         from palpate.session import tool_exchange
 
+        self.simulation  # noqa: B018 # refuses a device
         tool_exchange.require_still(self.latest(), self.running)
         tool_exchange.require_free(self.latest())
         scene = tool_exchange.mounted(self.scene, model)
@@ -185,32 +228,17 @@ class Session(LiveSession):
 
     def _advance(self, n: int, hand_W: Array | None = None) -> list[Rows]:
         """Run `n` ticks, with the hand as in `lead`, in blocks between which what is beside the loop has its turns."""
-        beside = self.tracking is not None or self.sensing is not None or self.camera is not None
-        if not beside and not self.takes_snapshots and not self.executes and not self.steps_beside:
-            return [self._sim.run(n) if hand_W is None else self.simulation.run(n, hand_W)]
-        size, done, at = max(1, round(PERIOD * self.rate)), [], 0
-        while n > 0:
-            if self._ticks_to_tracking == 0:
-                for part in (self.tracking, self.sensing):
-                    if part is not None:
-                        part.step(float(self.latest()["t"]))
-                for step in self.steps_beside:
-                    step(float(self.latest()["t"]))
-                self._steer_camera()
-                self.take_snapshot()
-                self.look_ahead()
-                self._ticks_to_tracking = size
-            next_turn = float(self.latest()["t"]) + self._ticks_to_tracking / self.rate
-            idle = min(self.idle_periods(next_turn, size / self.rate), n)  # those that need no turn
-            some = min(self._ticks_to_tracking + size * int(idle), n)
-            led = None if hand_W is None else hand_W[at : at + some]
-            done.append(self._sim.run(some) if led is None else self.simulation.run(some, led))
-            n, at, self._ticks_to_tracking = n - some, at + some, (self._ticks_to_tracking - some) % size
+        done, at = [], 0
+        for some in self._turns.blocks(n, self.rate, self, [self]):
+            led = () if hand_W is None else (hand_W[at : at + some],)
+            done.append(self.simulation.run(some, *led))
+            at += some
         return done
 
     @loop_first()
-    def _run_lockstep(self, n: int, on_progress: Callable[[State], None] | None) -> None:
+    def _run_lockstep(self, seconds: float, on_progress: Callable[[State], None] | None) -> None:
         self._require_own_clock()
+        n = max(1, round(seconds * self.rate))
         watched = on_progress is not None or self.steps_beside
         batch = max(1, round((BATCH if watched else UNWATCHED_BATCH) * self.rate))
         while n > 0 and not self._interrupted.is_set() and not self._task_over.is_set():
@@ -224,15 +252,40 @@ class Session(LiveSession):
             if on_progress is not None:
                 on_progress(self.state)
 
-    def _run_realtime(self, n: int, on_progress: Callable[[State], None] | None) -> None:
+    def _run_realtime(self, seconds: float, on_progress: Callable[[State], None] | None) -> None:
         self.start()
-        goal = self._taken + n
+        over = self._end_of_run(seconds)
         try:
-            while self._taken + self._sim.dropped < goal and not (
-                self._interrupted.is_set() or self._task_over.is_set()
-            ):
+            while not (over() or self._interrupted.is_set() or self._task_over.is_set()):
                 time.sleep(2 * DRAIN)
                 if on_progress is not None:
                     on_progress(self.state)
         finally:
             self.stop()
+
+    def _end_of_run(self, seconds: float) -> Callable[[], bool]:
+        """What says whether a run that begins now is over: by its ticks, or by the clock on a device, which may be late
+        and have fewer of them; and where the loop has ended by itself."""
+        if self.plant.simulated:
+            goal = self._taken + max(1, round(seconds * self.rate))
+            return lambda: self._taken + self._loop.dropped >= goal or self.failed
+        end = time.monotonic() + seconds
+        return lambda: time.monotonic() >= end or self.failed
+
+    def _take(self, ticks: Ticks, realtime: bool = False) -> None:
+        if self._seen is not None:
+            self._seen.take(ticks)
+        super()._take(ticks, realtime)
+
+    def drain(self) -> None:
+        """Take the rows of the loop now, and tell the console which buttons of the handle have changed."""
+        super().drain()
+        if not self.plant.simulated:
+            from palpate.session.pedals import press
+
+            source = self.scene.arms.leader.driver or "device"
+            self._pressed = press(self.console, self._pressed, self.plant.buttons, source)
+
+    def _faults(self) -> list[str]:
+        seen = [] if self._seen is None else self._seen.words()
+        return [*super()._faults(), *seen, *self.plant.notices()]

@@ -12,9 +12,9 @@ pytest.importorskip("mujoco")
 
 import palpate
 from palpate.cli import main
-from palpate.devices import DrivenSession
 from palpate.scene import Scene, held
 from palpate.scene.rig import build
+from palpate.session import Session
 from palpate.world.bodies.engine import World
 
 BLOCK = 0.02  # [m]
@@ -91,7 +91,7 @@ def test_the_damping_of_a_coupling_is_that_of_the_slowest_loop():
 
 def test_a_driver_in_real_time_moves_bodies_and_records_them(tmp_path):
     scene = Scene.model_validate(SCENE).with_driver("simulated")
-    session = DrivenSession(scene, tmp_path)
+    session = Session(scene, tmp_path)
     summary = session.run(0.3)
     assert not session.failed, summary.faults
     assert session.world.states()["t"] > 0.1

@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 
 from palpate.cli import main
-from palpate.devices import DrivenSession
 from palpate.record.reader import Record
 from palpate.scene import Scene
+from palpate.session import Session
 from palpate.viewer.staging import stage_of_record
 
 DRIVER = """
@@ -104,7 +104,7 @@ def test_a_driver_that_cannot_be_found_is_told_by_check_with_its_line(folder, ca
 @pytest.mark.parametrize("driver", ["my_omega_driver:Omega", "./my_omega_driver.py:Omega"])
 def test_a_record_runs_and_replays_from_another_folder(folder, tmp_path, capsys, monkeypatch, driver):
     (folder / "scene.yaml").write_text(SCENE.replace("DRIVER", driver))
-    summary = DrivenSession(Scene.load(folder / "scene.yaml", trust=True), tmp_path / "runs").run(0.1)
+    summary = Session(Scene.load(folder / "scene.yaml", trust=True), tmp_path / "runs").run(0.1)
     os.mkdir(tmp_path / "elsewhere")
     monkeypatch.chdir(tmp_path / "elsewhere")
     kept = Path(summary.record).parent / "scene.yaml"

@@ -7,9 +7,9 @@ from test_haptics import CAP, RATE_CAP, K, pose, scene
 
 import palpate
 from palpate.base.errors import SceneError
-from palpate.devices import DrivenSession
 from palpate.record.reader import Record
 from palpate.scene import MappingSection
+from palpate.session import Session
 
 LOOP = {"leader": {"driver": "loop"}}
 SMALL = {"workspace": [0.04, 0.04, 0.04], "centre": [0, 0, 0]}
@@ -82,10 +82,10 @@ def test_scaled_covers_the_objects_unless_the_scene_gives_a_scale():
 
 
 def test_workspace_is_that_of_the_driver_and_the_scene_takes_precedence():
-    session = DrivenSession(scene(mapping="drift"), driver=drivers.Still())
+    session = Session(scene(mapping="drift"), driver=drivers.Still())
     assert session.rig.scene.mapping.workspace == drivers.Still.workspace
     assert session.rig.scene.mapping.centre == (0.0, 0.0, 0.0)
-    session = DrivenSession(scene(mapping={"law": "drift", "workspace": [0.3, 0.2, 0.1]}), driver=drivers.Still())
+    session = Session(scene(mapping={"law": "drift", "workspace": [0.3, 0.2, 0.1]}), driver=drivers.Still())
     assert session.rig.scene.mapping.workspace == (0.3, 0.2, 0.1)
     assert session.rig.options().mapping.recentring.centre is None  # the first position
 
@@ -101,6 +101,6 @@ def test_a_law_without_workspace_or_device_is_refused_with_the_line():
 
 
 def test_the_word_of_a_record_gives_the_same_mapping(tmp_path):
-    session = DrivenSession(scene(mapping="rate"), driver=drivers.Still())
+    session = Session(scene(mapping="rate"), driver=drivers.Still())
     again = palpate.Scene.parse(session.rig.resolved_yaml())
     assert again.mapping == session.rig.scene.mapping

@@ -10,10 +10,11 @@ from drivers import Still
 from palpate import _core
 from palpate.base.errors import DeviceError, SceneError, StateError
 from palpate.cli import main
-from palpate.devices import DrivenPairs, Reading
+from palpate.devices import Reading
 from palpate.devices.buttons import CAMERA, CLUTCH, COAG
 from palpate.record.ticks import as_ticks
 from palpate.scene import Scene
+from palpate.session import PairsSession
 
 K = 400.0
 
@@ -81,7 +82,7 @@ def largest(loop, since=0.0):
 
 
 def test_two_drivers_press_one_organ_each_at_its_own_rate(tmp_path):
-    session = DrivenPairs(scene(here(Right), here(Left)), tmp_path)
+    session = PairsSession(scene(here(Right), here(Left)), tmp_path)
     summary = session.run(3.0)
     for name, rate in (("right", 500.0), ("left", 400.0)):
         assert session.rigs[name].scene.rates.haptic == session.pairs[name].rate == rate
@@ -104,7 +105,7 @@ def test_a_run_lasts_its_time_where_the_devices_miss_half_of_their_ticks():
     """By ticks it would last more than twice as long; 500 Hz are asked, and each reading takes 5 ms."""
     begin = time.monotonic()
     states = []
-    summary = DrivenPairs(scene(here(Slow), here(SlowLeft))).run(2.0, on_progress=states.append)
+    summary = PairsSession(scene(here(Slow), here(SlowLeft))).run(2.0, on_progress=states.append)
     assert time.monotonic() - begin < 4.0
     assert summary.pairs["right"].ticks < 500
     assert summary.duration_s == pytest.approx(2.0, abs=0.5)
@@ -112,7 +113,7 @@ def test_a_run_lasts_its_time_where_the_devices_miss_half_of_their_ticks():
 
 
 def test_one_device_unplugged_ends_its_hand_in_zero_and_leaves_the_other_untouched(tmp_path):
-    session = DrivenPairs(scene(here(Breaks), here(Left)), tmp_path)
+    session = PairsSession(scene(here(Breaks), here(Left)), tmp_path)
     session.start()
     broken, other = (session.pairs[name]._loop for name in ("right", "left"))
     until(lambda: min(largest(broken), largest(other)) > 1.0, "both press")
@@ -177,7 +178,7 @@ def test_a_hand_beside_one_that_fails_feels_the_very_same_force():
 
 
 def test_a_device_and_a_simulated_arm_share_a_scene(tmp_path):
-    summary = DrivenPairs(scene(here(Right), None), tmp_path).run(3.0)
+    summary = PairsSession(scene(here(Right), None), tmp_path).run(3.0)
     assert summary.pairs["right"].peak_force_N > 1.0
     assert summary.pairs["left"].peak_force_N == pytest.approx(0.0, abs=1e-9), "its hand rests in the air"
     assert summary.pairs["left"].ticks > 100
@@ -189,7 +190,7 @@ class Absent(Still):
 
 
 def test_a_second_device_that_does_not_open_leaves_no_force_on_the_first(tmp_path):
-    session = DrivenPairs(scene(here(Right), here(Absent)), tmp_path)
+    session = PairsSession(scene(here(Right), here(Absent)), tmp_path)
     with pytest.raises(DeviceError, match="no such device"):
         session.run(1.0)
     assert not session.running
@@ -206,7 +207,7 @@ class Buttons(Still):
 
 
 def test_buttons_of_a_device_reach_the_console_of_both_hands(tmp_path):
-    session = DrivenPairs(scene(here(Buttons), here(Left)), tmp_path)
+    session = PairsSession(scene(here(Buttons), here(Left)), tmp_path)
     driver, seen = session.pairs["right"]._loop.driver, []
     session.console.on_change(lambda pedal, down: seen.append((pedal, down)))
     session.start()
@@ -224,7 +225,7 @@ def test_a_device_of_the_command_line_has_place_and_axes_of_its_pairs_leader():
     data = hands.model_dump(mode="json", exclude_unset=True)
     data["pairs"]["left"]["arms"] = {"leader": {"base": base}}
     made = Scene.model_validate(data).with_driver(here(Left), "left").with_driver(here(Right), "right")
-    rig = DrivenPairs(made.with_origin("", {}, trust=True)).rigs["left"]
+    rig = PairsSession(made.with_origin("", {}, trust=True)).rigs["left"]
     assert rig.arms.X_WL[:3, 3] == pytest.approx(base["xyz"])
     assert rig.arms.X_WL[:3, 0] == pytest.approx([0.0, 1.0, 0.0], abs=1e-12), "x of the device"
 
@@ -244,11 +245,11 @@ def test_palpate_check_takes_two_devices_without_places(tmp_path, capsys):
 )  # fmt: skip
 def test_what_cannot_run_is_refused_by_the_name_of_its_pair(drivers, changes, error, words):
     with pytest.raises(error, match=words):
-        DrivenPairs(scene(*drivers, **changes))
+        PairsSession(scene(*drivers, **changes))
 
 
 def test_a_device_has_no_lockstep():
-    session = DrivenPairs(scene(here(Right), None))
+    session = PairsSession(scene(here(Right), None))
     for act in (lambda: session.run(1.0, realtime=False), session.step, session.console.swap):
         with pytest.raises(StateError):
             act()
@@ -275,8 +276,8 @@ def pressing(service, session, ids):
 
 def test_two_haplys_of_one_service_are_named_by_serial_number_and_one_can_be_unplugged(service, tmp_path):
     hands = scene(on(service, "04C3", grip="1102"), on(service, "04C4", grip="1103"))
-    session = DrivenPairs(hands, tmp_path)
-    assert session.leaders["left"].hardware == ("the Haply device 04C4", "the grip 1103 of Haply")
+    session = PairsSession(hands, tmp_path)
+    assert session.pairs["left"].plant.hardware == ("the Haply device 04C4", "the grip 1103 of Haply")
     assert service.devices["04C3"].config.handedness != service.devices["04C4"].config.handedness
     session.start()
     pressing(service, session, ["04C3", "04C4"])
@@ -299,7 +300,7 @@ def test_two_haplys_of_one_service_are_named_by_serial_number_and_one_can_be_unp
 )  # fmt: skip
 def test_one_device_or_grip_for_two_hands_is_refused(service, right, left, words):
     with pytest.raises((DeviceError, SceneError), match=words):
-        DrivenPairs(scene(on(service, **right), on(service, **left)))
+        PairsSession(scene(on(service, **right), on(service, **left)))
 
 
 def test_palpate_run_feels_two_hands_on_the_devices_that_it_names(service, tmp_path, capsys):

@@ -12,18 +12,19 @@ from test_haptics import CAP, scene
 
 import palpate
 from palpate.base.errors import DeviceError
-from palpate.devices import DrivenSession, open_driver
+from palpate.devices import open_driver
 from palpate.record.reader import Record
+from palpate.session import Session
 
 
 def run(driver, seconds=0.9, **changes):
-    session = DrivenSession(scene(**changes), driver=driver)
+    session = Session(scene(**changes), driver=driver)
     return session.run(seconds)
 
 
 def test_good_driver_feels_the_surface_and_ends_with_zero_force(tmp_path):
     driver = drivers.Still()
-    session = DrivenSession(scene(rates={"haptic": 1000.0}), tmp_path, driver)
+    session = Session(scene(rates={"haptic": 1000.0}), tmp_path, driver=driver)
     summary = session.run(0.7)
     assert 1.0 < driver.forces().max() <= CAP * (1 + 1e-6)
     assert driver.forces()[-1] == 0.0
@@ -83,7 +84,7 @@ def test_nonsense_gives_zero_force_while_it_lasts_by_name(kind, words):
 
 def test_stalled_call_gets_zero_force_from_another_thread_before_it_returns():
     driver = drivers.Pauses()
-    session = DrivenSession(scene(), driver=driver)
+    session = Session(scene(), driver=driver)
     summary = session.run(1.3)
     during = [F for t, F in driver.written if driver.began < t < driver.began + 0.058]
     assert len(during) >= 1
@@ -108,7 +109,7 @@ def test_stalled_call_gets_zero_force_from_another_thread_before_it_returns():
 )
 def test_driver_that_cannot_be_used_is_refused_with_the_cause(name, words):
     with pytest.raises(DeviceError, match=words):
-        DrivenSession(with_driver(name))
+        Session(with_driver(name))
 
 
 def test_device_that_cannot_be_opened_is_told():
@@ -126,7 +127,7 @@ def test_driver_is_looked_for_in_the_folder_of_the_scene(tmp_path):
     (tmp_path / "my_own_device.py").write_text(Path(drivers.__file__).read_text())
     made = with_driver("my_own_device:Still")
     (tmp_path / "my.yaml").write_text(made.to_yaml())
-    summary = DrivenSession(palpate.Scene.load(tmp_path / "my.yaml", trust=True)).run(0.5)
+    summary = Session(palpate.Scene.load(tmp_path / "my.yaml", trust=True)).run(0.5)
     assert summary.peak_force_N > 1.0
 
 

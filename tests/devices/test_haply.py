@@ -19,7 +19,6 @@ from scipy.spatial.transform import Rotation
 
 from palpate import rebuild
 from palpate.base.errors import DeviceError
-from palpate.devices import DrivenSession
 from palpate.devices.haply import stand_settings
 from palpate.devices.haply.driver import Haply
 from palpate.devices.haply.messages import DIALECTS, Grip
@@ -28,6 +27,7 @@ from palpate.devices.haply.stand_in import MIDDLE, Options, StandIn
 from palpate.record.reader import Record
 from palpate.scene import Scene
 from palpate.scene.haply import HaplySection
+from palpate.session import Session
 
 LONG = 5.0
 """Silence after which the stand-in's motors are idle, here so long that the zero of the force is ours [s]."""
@@ -58,7 +58,7 @@ def press(session, service, most=20.0):
 
 @pytest.mark.parametrize("service", [{"dialect": d} for d in DIALECTS], ids=DIALECTS, indirect=True)
 def test_each_version_of_the_service_feels_the_plane_and_ends_with_zero(service, tmp_path):
-    session = DrivenSession(on(service), tmp_path)
+    session = Session(on(service), tmp_path)
     summary = session.run(4.0)
     forces = np.array([F for _, F in service.log])
     assert 0.5 < np.linalg.norm(forces, axis=1).max() <= CAP * (1 + 1e-6)
@@ -115,11 +115,11 @@ def test_the_first_grip_that_is_awake_gives_the_orientation(grip, list):
 @pytest.mark.parametrize("law", ["rate", "drift"])
 def test_the_workspace_lies_around_the_first_position_not_around_the_base(service, law):
     """The base is 0.2 m away from the workspace: around it, the tool would run away by itself."""
-    mapping = DrivenSession(scene(arms={"leader": {"driver": haply(service)}}, mapping=law)).rig.scene.mapping
+    mapping = Session(scene(arms={"leader": {"driver": haply(service)}}, mapping=law)).rig.scene.mapping
     assert mapping.workspace == pytest.approx((0.115,) * 3)
     assert mapping.centre is None
     given = {"law": law, "workspace": [0.1, 0.1, 0.1], "centre": [0.0, -0.1, 0.1]}
-    kept = DrivenSession(scene(arms={"leader": {"driver": haply(service)}}, mapping=given)).rig.scene.mapping
+    kept = Session(scene(arms={"leader": {"driver": haply(service)}}, mapping=given)).rig.scene.mapping
     assert kept.centre == (0.0, -0.1, 0.1)
 
 
@@ -148,7 +148,7 @@ def test_a_device_that_would_give_wrong_forces_is_refused_with_words(like, chang
     with StandIn(0, options=Options(**like)) as service:
         change(service)
         with pytest.raises(DeviceError) as error:
-            DrivenSession(on(service, **options))
+            Session(on(service, **options))
         import re
 
         assert re.search(words, str(error.value), re.DOTALL)
@@ -158,7 +158,7 @@ def test_a_device_that_would_give_wrong_forces_is_refused_with_words(like, chang
 def test_a_service_that_does_not_keep_a_setting_is_refused(service, monkeypatch):
     monkeypatch.setattr(stand_settings, "set_setting", lambda config, key, value: True)
     with pytest.raises(DeviceError, match=r"gravity compensation is .* after it was set to"):
-        DrivenSession(on(service, gravity=0.3))
+        Session(on(service, gravity=0.3))
 
 
 def test_no_service_is_told_with_the_mend():
@@ -216,7 +216,7 @@ FAULTS = [
 def test_each_fault_of_the_service_gives_zero_force_by_name(service, fault, words, stays):
     import re
 
-    with DrivenSession(on(service)) as session:
+    with Session(on(service)) as session:
         session.start()
         rendered, motors = silence(session, service, fault)
         assert rendered is not None, "the session shows zero force"
@@ -229,7 +229,7 @@ def test_each_fault_of_the_service_gives_zero_force_by_name(service, fault, word
 
 
 def test_a_hanging_service_gives_zero_force_at_once_and_ends_the_session_after_a_second(service):
-    with DrivenSession(on(service)) as session:
+    with Session(on(service)) as session:
         session.start()
         rendered, _ = silence(session, service, "hang")
         assert rendered is not None
@@ -247,7 +247,7 @@ def test_a_hanging_service_gives_zero_force_at_once_and_ends_the_session_after_a
 @pytest.mark.parametrize("fault", ["late", "slow"])
 def test_a_service_that_stays_slow_gets_no_further_force(service, fault):
     """One message with a force is under way when it begins; after the zero none follows until answers come in time."""
-    with DrivenSession(on(service)) as session:
+    with Session(on(service)) as session:
         session.start()
         press(session, service)
         service.fail(fault, 0.02)
@@ -262,7 +262,7 @@ def test_a_service_that_stays_slow_gets_no_further_force(service, fault):
 
 
 def test_a_short_hang_is_survived_and_the_force_returns(service):
-    with DrivenSession(on(service)) as session:
+    with Session(on(service)) as session:
         session.start()
         rendered, _ = silence(session, service, "hang")
         assert rendered < 0.5, "well before the second after which the session ends"
@@ -276,7 +276,7 @@ def test_a_short_hang_is_survived_and_the_force_returns(service):
 
 
 def test_a_sleeping_grip_is_told_and_the_force_stays(service):
-    with DrivenSession(on(service)) as session:
+    with Session(on(service)) as session:
         session.start()
         press(session, service)
         service.fail("sleep")
@@ -295,7 +295,7 @@ def test_a_killed_service_gives_zero_force_by_name(tmp_path):
         line = service.stdout.readline()
         url = next(word.rstrip(",") for word in line.split() if word.startswith("ws://"))
         driver = HaplySection(url=url, rate=500.0).to_text()
-        with DrivenSession(scene(arms={"leader": {"driver": driver}}), tmp_path) as session:
+        with Session(scene(arms={"leader": {"driver": driver}}), tmp_path) as session:
             session.start()
             end = time.monotonic() + 20.0
             while session.state.force < 0.4 and time.monotonic() < end:
@@ -320,7 +320,7 @@ def test_every_exit_ends_in_zero(service):
     """A session that is left without a close, by an exception."""
 
     def leave():
-        with DrivenSession(on(service)) as session:
+        with Session(on(service)) as session:
             session.start()
             press(session, service)
             raise KeyError

@@ -13,12 +13,12 @@ from test_haply import LONG, on, press
 
 from palpate import _haply
 from palpate.base.errors import DeviceError
-from palpate.devices import DrivenSession
 from palpate.devices.haply import driver, stand_in
 from palpate.devices.haply.messages import Config, Grip, State, device_entry, event, grip_entry
 from palpate.devices.haply.service import Address
 from palpate.devices.haply.stand_in import Options, StandIn
 from palpate.scene.haply import HaplySection
+from palpate.session import Session
 
 LEFT_OUT = object()
 KINDS = {"left out": LEFT_OUT, "null": None, "true": True, "7": 7, "-1": -1, "0.5": 0.5, "text": "1", "list": [1],
@@ -154,7 +154,7 @@ def test_a_service_whose_ids_are_numbers_is_felt_and_hears_its_number(monkeypatc
     monkeypatch.setattr(stand_in, "grip_entry", numbered(grip_entry))
     monkeypatch.setattr(stand_in, "event", told)
     service = StandIn(0, options=Options(id="7", idle_after=LONG))
-    with service, DrivenSession(on(service, id="7", grip="1102"), tmp_path) as session:
+    with service, Session(on(service, id="7", grip="1102"), tmp_path) as session:
         session.start()
         press(session, service)
         command = json.loads(service.received[-1])["inverse3"][0]

@@ -11,11 +11,12 @@ from test_driven import with_driver
 from test_haptics import CAP
 
 from palpate.base.errors import DeviceError
-from palpate.devices import DrivenSession, loop
+from palpate.devices import loop
 from palpate.devices.driver import facts
 from palpate.devices.handle import AtHandle
 from palpate.devices.native import header_folder
 from palpate.devices.shared_object import SharedObject
+from palpate.session import Session
 
 SOURCE = Path(__file__).with_name("c_driver.c")
 CC = shutil.which("cc") or shutil.which("gcc")
@@ -33,7 +34,7 @@ def library(tmp_path_factory):
 def run(library, fault, tmp_path, seconds=1.0):
     """Summary, and the number of the reading and the force [N] of each wrench that was written, (n, 2)."""
     log = tmp_path / "written"
-    session = DrivenSession(with_driver(f"{library}:{fault},{log}"))
+    session = Session(with_driver(f"{library}:{fault},{log}"))
     summary = session.run(seconds)
     return session, summary, np.loadtxt(log)
 
@@ -51,12 +52,12 @@ def test_what_a_driver_states_of_its_handle_reaches_the_passivity_layer(library,
     seen, port = [], loop.device_port
     monkeypatch.setattr(loop, "device_port", lambda scene, known: seen.append(known) or port(scene, known))
     for name in ("handle", "none"):
-        DrivenSession(with_driver(f"{library}:{name},{tmp_path / 'log'}"))
+        Session(with_driver(f"{library}:{name},{tmp_path / 'log'}"))
     assert seen == [AtHandle(5e-6, 0.3, 1e-3, 0.08, 0.6), AtHandle()]
     known = facts(SharedObject(library, f"handle,{tmp_path / 'log'}"), "handle")
     assert known.at_handle == seen[0]
     with pytest.raises(DeviceError, match="only with its resolution"):
-        DrivenSession(with_driver(f"{library}:handle without resolution,{tmp_path / 'log'}"))
+        Session(with_driver(f"{library}:handle without resolution,{tmp_path / 'log'}"))
 
 
 @pytest.mark.parametrize(("fault", "words"), [("fail", r"read() reported"), ("write", "write() reported")])
@@ -113,14 +114,14 @@ def test_hanging_driver_gets_zero_force_and_the_process_ends(library, tmp_path):
 )
 def test_driver_that_cannot_be_used_is_refused(library, argument, words):
     with pytest.raises(DeviceError, match=words):
-        DrivenSession(with_driver(f"{library}:{argument}"))
+        Session(with_driver(f"{library}:{argument}"))
 
 
 def test_files_that_are_no_drivers_are_refused(tmp_path):
     (tmp_path / "empty.so").write_bytes(b"")
     with pytest.raises(DeviceError, match=r"driver\.h there says"):
-        DrivenSession(with_driver(f"{tmp_path / 'empty.so'}"))
+        Session(with_driver(f"{tmp_path / 'empty.so'}"))
     (tmp_path / "one.c").write_text("int one(void) { return 1; }\n")
     subprocess.run([CC, "-shared", "-fPIC", tmp_path / "one.c", "-o", tmp_path / "one.so"], check=True)
     with pytest.raises(DeviceError, match="no function palpate_driver_open"):
-        DrivenSession(with_driver(f"{tmp_path / 'one.so'}"))
+        Session(with_driver(f"{tmp_path / 'one.so'}"))

@@ -11,8 +11,8 @@ from test_haptics import CAP, scene
 
 import palpate
 from palpate.base.errors import DeviceError
-from palpate.devices import DrivenSession
 from palpate.devices.native import header_folder
+from palpate.session import Session
 
 HERE = Path(__file__).parent
 SHIM = Path(palpate.__file__).parent / "devices" / "openhaptics.c"
@@ -43,7 +43,7 @@ def touched(driver):
 def test_force_arrives_in_the_axes_of_the_vendor_and_ends_at_zero(library, tmp_path, monkeypatch):
     monkeypatch.setenv("HD_LOG", str(tmp_path / "log"))
     monkeypatch.setenv("HD_GO", str(tmp_path / "go"))
-    session = DrivenSession(touched(library))
+    session = Session(touched(library))
     session.start()
     (tmp_path / "go").touch()
     time.sleep(1.0)
@@ -60,7 +60,7 @@ def test_failing_device_ends_the_session(library, tmp_path, monkeypatch):
     monkeypatch.setenv("HD_LOG", str(tmp_path / "log"))
     monkeypatch.setenv("HD_GO", str(tmp_path / "go"))
     monkeypatch.setenv("HD_FAIL", "1")
-    session = DrivenSession(touched(library))
+    session = Session(touched(library))
     session.start()
     (tmp_path / "go").touch()
     end = time.monotonic() + 10.0
@@ -77,4 +77,4 @@ def test_failing_device_ends_the_session(library, tmp_path, monkeypatch):
 
 def test_absent_device_is_told(library):
     with pytest.raises(DeviceError, match="OpenHaptics finds no device absent"):
-        DrivenSession(touched(f"{library}:absent"))
+        Session(touched(f"{library}:absent"))

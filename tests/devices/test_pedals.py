@@ -6,8 +6,8 @@ import time
 import pytest
 
 from palpate.base.errors import DeviceError
-from palpate.devices.pedals import KINDS, PedalDevice, parse
 from palpate.session.console import PEDALS, Console
+from palpate.session.pedals import KINDS, PedalDevice, parse
 
 KEY = 1
 

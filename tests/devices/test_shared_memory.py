@@ -12,8 +12,8 @@ import pytest
 from test_driven import with_driver
 
 from palpate.base.errors import DeviceError
-from palpate.devices import DrivenSession
 from palpate.devices.shared_memory import SIZE, Server, SharedMemoryDevice, path_of
+from palpate.session import Session
 
 ROOT = Path(__file__).resolve().parents[2]
 DEVICE = """
@@ -54,7 +54,7 @@ def device():
 @pytest.mark.parametrize("sign", [signal.SIGKILL, signal.SIGSTOP], ids=["kill -9", "stopped"])
 def test_second_process_feels_the_surface_and_its_end_gives_zero_force(device, sign):
     name, process = device
-    session = DrivenSession(with_driver(f"shared-memory:{name}"))
+    session = Session(with_driver(f"shared-memory:{name}"))
     session.start()
     process.stdin.write("go\n")
     process.stdin.flush()

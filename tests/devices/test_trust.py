@@ -10,7 +10,8 @@ import pytest
 
 import palpate
 from palpate.base.errors import DeviceError
-from palpate.devices import DrivenSession, open_driver, trust
+from palpate.devices import open_driver, trust
+from palpate.session import Session
 
 SCENE = "objects: [{name: egg, sphere: {radius: 0.017}, stiffness: 260}]\narms: {leader: {driver: 'DRIVER'}}\n"
 CODE = """
@@ -80,7 +81,7 @@ def test_trusted_code_runs_and_leaves_the_path_alone(folder, driver):
     scene = palpate.Scene.load(written(folder, driver), trust=True)
     sys.modules.pop("stick", None)
     try:
-        assert DrivenSession(scene).rate == 400.0
+        assert Session(scene).rate == 400.0
     finally:
         for name in ("stick", "sub", "sub.stick"):
             sys.modules.pop(name, None)
@@ -93,7 +94,7 @@ def test_scenes_are_not_trusted_unless_somebody_says_so(folder):
     for scene in (palpate.Scene.load(path), palpate.Scene.parse(path.read_text(), str(path))):
         assert not scene.trusted
         with pytest.raises(DeviceError, match=r"is code[\s\S]*trust=True"):
-            DrivenSession(scene)
+            Session(scene)
         assert not scene.model_copy(update={"seed": 3}).trusted
     trusted = palpate.Scene.load(path, trust=True)
     assert trusted.model_copy(update={"seed": 3}).trusted
@@ -105,9 +106,9 @@ def test_scenes_are_not_trusted_unless_somebody_says_so(folder):
 def test_a_shared_object_is_not_loaded(folder):
     (folder / "stick.so").write_bytes(b"\x7fELF" + bytes(60))
     with pytest.raises(DeviceError, match="is code"):
-        DrivenSession(palpate.Scene.load(written(folder, "./stick.so:port")))
+        Session(palpate.Scene.load(written(folder, "./stick.so:port")))
     with pytest.raises(DeviceError, match="cannot be used"):
-        DrivenSession(palpate.Scene.load(written(folder, "./stick.so:port"), trust=True))
+        Session(palpate.Scene.load(written(folder, "./stick.so:port"), trust=True))
 
 
 @pytest.fixture
@@ -129,7 +130,7 @@ def installed(tmp_path, monkeypatch):
 
 
 def test_an_installed_class_runs_by_its_name(installed, tmp_path):
-    assert DrivenSession(palpate.Scene.load(written(tmp_path, "stickdevice:Stick"))).rate == 400.0
+    assert Session(palpate.Scene.load(written(tmp_path, "stickdevice:Stick"))).rate == 400.0
 
 
 @pytest.mark.parametrize("name", ["loose:Stick", "stickdevice:start", "stickdevice:No", "os:system", "json.tool:main"])

@@ -18,9 +18,9 @@ from test_haptics import CAP, scene
 
 import palpate
 from palpate.base.errors import DeviceError
-from palpate.devices import DrivenSession
 from palpate.devices.native import header_folder
 from palpate.devices.open import open_python_driver
+from palpate.session import Session
 
 HERE, DEVICES = Path(__file__).parent, Path(palpate.__file__).parent / "devices"
 DRIVERS = {
@@ -104,7 +104,7 @@ def pressed(library, argument=""):
     base = {"xyz": [0, 0, 0], "rpy_deg": [90, 0, 0] if library.name == "novint.so" else [0, 0, 0]}
     leader = {"driver": f"{library}:{argument}" if argument else str(library), "base": base}
     made = palpate.Scene.model_validate({**scene().model_dump(mode="json"), "arms": {"leader": leader}})
-    return DrivenSession(made.with_origin("", {}, trust=True))
+    return Session(made.with_origin("", {}, trust=True))
 
 
 def test_force_arrives_in_the_axes_of_the_vendor_and_ends_at_zero(library, tmp_path, monkeypatch):

@@ -9,10 +9,10 @@ import pytest
 
 from palpate import _network
 from palpate.base.errors import PalpateError
-from palpate.devices import DrivenSession
 from palpate.record import Record
 from palpate.scene import Scene
 from palpate.scene.rig import build
+from palpate.session import Session
 
 pytest.importorskip("cryptography", reason="links need the extra remote")
 from palpate.session.remote import link as links
@@ -70,7 +70,7 @@ def follower():
 def driven(out=None):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return DrivenSession(scene(), out, driver=Presses())
+        return Session(scene(), out, driver=Presses())
 
 
 def test_a_device_feels_what_the_far_instrument_has_learnt(follower, tmp_path):

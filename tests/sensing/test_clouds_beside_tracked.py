@@ -56,7 +56,7 @@ class Marker:
 @pytest.mark.parametrize("objects", [ORGAN + BONE, BONE + ORGAN], ids=["organ first", "bone first"])
 def test_a_sensed_organ_and_a_tracked_bone_move_as_alone(objects):
     session = Session(Scene.parse(SCENE + objects), clouds={"camera": Camera()})
-    session.tracking = Tracking(session.rig, session._sim, {"t": Marker()}, session.sensing._shared)
+    session.tracking = Tracking(session.rig, session.simulation, {"t": Marker()}, session.sensing._shared)
     ticks = np.array([session.step().tick for _ in range(1000)])
     slot = 0 if objects.startswith(BONE) else 1
     t, x = ticks["t"], ticks["live_p"][:, 3 * slot]

@@ -163,7 +163,7 @@ def test_unwritable_folder_is_rejected_before_the_run(tmp_path):
 def test_package_names_are_lazy_and_unknown_names_reported():
     with pytest.raises(
         AttributeError,
-        match=r"'Sesion'\. Available: Arm, DeviceModel, Fixture, Haptics, Mesh, PalpateError, PointCloud, Record",
+        match=r"'Sesion'\. Available: Arm, DeviceModel, Fixture, Haptics, Mesh, PairsSession, PalpateError, PointCloud",
     ):
         _ = palpate.Sesion
 
@@ -245,7 +245,7 @@ def test_exception_of_a_callback_leaves_a_complete_record_and_zero_force(tmp_pat
 
 AT_EXIT = """\
 import atexit, palpate, sys, time
-ends = lambda: print(session._sim.running, session.latest()["F_H_L"].any(), session.latest()["tau_gravity"].any())
+ends = lambda: print(session.simulation.running, session.latest()["F_H_L"].any(), session.latest()["tau_gravity"].any())
 atexit.register(ends)  # registered before the session: called after it is through
 session = palpate.Session(palpate.Scene.load(sys.argv[1]))
 session.start()

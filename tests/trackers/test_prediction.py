@@ -83,7 +83,7 @@ class Marker:
 def felt(marker, seconds, path=HELD, delay_ms=0.0):
     """Ticks of a session whose block follows the marker."""
     session = Session(Scene.parse(SCENE.format(path=path, delay_ms=delay_ms)))
-    session.tracking = Tracking(session.rig, session._sim, {"t": marker})
+    session.tracking = Tracking(session.rig, session.simulation, {"t": marker})
     return np.array([session.step().tick for _ in range(round(seconds * RATE))])
 
 

@@ -47,7 +47,7 @@ def pressed(settle: int = 900, friction: float = 0.0) -> tuple[Session, Stream]:
     """A session whose tool presses the block at rest."""
     session = Session(Scene.parse(SCENE.format(simulated="").replace("friction: 0.0", f"friction: {friction}")))
     stream = Stream(session.rig.frames.edge("patient").X.copy())
-    session.tracking = Tracking(session.rig, session._sim, {"t": stream})
+    session.tracking = Tracking(session.rig, session.simulation, {"t": stream})
     session.step(settle)
     assert session.state.force > 0.5
     return session, stream
@@ -94,7 +94,7 @@ def test_the_judge_finds_a_pose_that_is_set_at_once():
     X[2, 3] += 0.01
     moved = replace(placed, X_WO=X)
     session.tracking = None
-    session._sim.set_snapshot(_core.Snapshot([surface.core_object(block, moved, _core.Motion())]))
+    session.simulation.set_snapshot(_core.Snapshot([surface.core_object(block, moved, _core.Motion())]))
     assert force_step(np.concatenate([before, rows(session, 20)])) > 5 * (K * 0.1 + B * 0.5) / RATE
 
 

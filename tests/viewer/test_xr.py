@@ -12,9 +12,10 @@ pytest.importorskip("viser", reason="the viewer is not installed")
 from browser import open_page
 
 from palpate.base.errors import DeviceError
-from palpate.devices import DrivenSession, webxr
+from palpate.devices import webxr
 from palpate.devices.buttons import CAMERA, CLUTCH, OWN, TABLE
 from palpate.scene import Scene
+from palpate.session import Session
 from palpate.viewer import LiveViewer, stage_of, xr
 from palpate.viewer.server import close_server, open_server
 
@@ -176,7 +177,7 @@ def wait(true, words, most=60.0):
 @contextlib.contextmanager
 def led():
     server = open_server("127.0.0.1", 0, "scene")
-    session = DrivenSession(Scene.model_validate(SCENE))
+    session = Session(Scene.model_validate(SCENE))
     session.start()
     viewer = LiveViewer(session, stage_of(session.rig), server=server)
     try:

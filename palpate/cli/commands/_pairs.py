@@ -77,15 +77,12 @@ def run_pairs(command: Options, scene: Scene, viewer: bool) -> int:
 
 
 def _session(command: Options, scene: Scene, say_progress: Callable[[str], None]) -> PairsSession:
-    from palpate.devices import DrivenPairs
     from palpate.devices.certificate.scene import warn_outside
     from palpate.scene import doubts
     from palpate.session import PairsSession
 
     say_progress("reading surfaces, placing arms and planning the paths")
-    driven = any(one.arms.leader.driver is not None for one in scene.each_pair().values())
-    made = DrivenPairs if driven else PairsSession
-    session = made(scene, out=command.out or Path(scene.record.folder), seed=command.seed)
+    session = PairsSession(scene, out=command.out or Path(scene.record.folder), seed=command.seed)
     command.task = task_of(session)
     if command.plan is not None:
         from palpate.planning import load
@@ -111,8 +108,7 @@ def _run(command: Options, console: Console, session: PairsSession, realtime: bo
     from palpate.cli.commands._remote import joined
     from palpate.cli.terminal.pairs import PairsProgress
 
-    driven = any(rig.scene.arms.leader.driver is not None for rig in session.rigs.values())
-    usual = None if driven else session.scene.duration  # a scene with a device runs until Ctrl-C
+    usual = None if session.driven else session.scene.duration  # a scene with a device runs until Ctrl-C
     duration = usual if command.duration is None else command.duration
     mode = "real time" if realtime else "lockstep, as fast as possible"
     near = {name: pair.nearest for name, pair in session.pairs.items()}

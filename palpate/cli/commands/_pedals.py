@@ -15,7 +15,7 @@ def pedals(specs: str | None, console: Console, realtime: bool) -> AbstractConte
     """Devices that press the pedals of a console until the context ends.
 
     Args:
-        specs: the devices, separated by blanks (`palpate.devices.pedals`); none without any.
+        specs: the devices, separated by blanks (`palpate.session.pedals`); none without any.
         console: the console of the session.
         realtime: the session runs in real time.
 
@@ -26,7 +26,7 @@ def pedals(specs: str | None, console: Console, realtime: bool) -> AbstractConte
         return nullcontext()
     if not realtime:
         raise PalpateError("--pedals has no effect in lockstep, whose time is its own", mend="add --realtime")
-    from palpate.devices.pedals import PedalDevice
+    from palpate.session.pedals import PedalDevice
 
     devices = ExitStack()
     try:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 from tyro.conf import Positional, UseAppendAction, arg
 
 from palpate.base.errors import PalpateError
+from palpate.cli.commands._leader import with_leaders
 from palpate.cli.commands._pedals import pedals
 from palpate.cli.commands._task import drawn as _with_task
 from palpate.cli.commands._task import task_of, with_result
@@ -21,6 +22,8 @@ from palpate.cli.terminal import HOST, PORT
 if TYPE_CHECKING:
     from rich.console import Console
 
+    from palpate.cli.terminal.device import DeviceLine
+    from palpate.cli.terminal.progress import Progress
     from palpate.scene import Scene
     from palpate.session import LiveSession, Session
     from palpate.session.remote.link import RemoteLink
@@ -102,8 +105,7 @@ class Command:
             require_viewer()
         require_writable(self.json)
         scene = _with_task(Scene.load(self.scene, self.trust), self.seed)
-        if self.leader:
-            scene = self._with_leader(scene)
+        scene = with_leaders(scene, self.leader)
         if self.plan is not None and not scene.pairs and scene.arms.leader.driver is not None:
             what = "--plan has no effect on a scene with a driver"
             raise PalpateError(what, mend="leave it out; palpate ros move moves real arms")
@@ -112,41 +114,23 @@ class Command:
             from palpate.cli.commands._pairs import run_pairs
 
             return run_pairs(self, scene, viewer)
-        if scene.arms.leader.driver is not None:
-            return self._run_device(scene, viewer)
+        if scene.arms.leader.driver is not None and (self.fast or self.seed is not None):
+            what = "--fast" if self.fast else "--seed"
+            raise PalpateError(f"{what} has no effect on a scene with a driver", mend="leave it out")
+        report = partial(_report, console, outcome.wants_report(scene, viewer))
         if viewer:
             page = open_page(scene.title, self.port, console, self.host)
             run = partial(self._run, console=console, realtime=not self.fast)
-            report = partial(_report, console, outcome.wants_report(scene, viewer))
-            summary = live(partial(self._session, scene, page.say), run, report, page, console)
+            summary = live(partial(self._session, scene, console, page.say), run, report, page, console)
         else:
-            wanted = outcome.wants_report(scene, viewer)
-            summary = _report(console, wanted, self._run(self._session(scene), console, self.realtime))
+            summary = report(self._run(self._session(scene, console), console, self.realtime))
         write_json(self.json, with_result(summary, self.task, console))
-        return outcome.exit_code(summary)
+        if scene.arms.leader.driver is not None and self.duration is None:  # such a run ends by Ctrl-C
+            summary = replace(summary, interrupted=False)
+        return outcome.exit_code(summary) or int(self.failed)
 
-    def _with_leader(self, scene: Scene) -> Scene:
-        """The scene with the drivers of --leader.
-
-        Raises:
-            PalpateError: a pair is missing or unknown, or there is no such driver.
-        """
-        if not scene.pairs:
-            if len(self.leader) > 1:
-                what = f"--leader is given {len(self.leader)} times, and the scene has one hand"
-                raise PalpateError(what, mend="give one, or a scene with a section pairs")
-            return scene.with_driver(self.leader[0])
-        for text in self.leader:
-            pair, _, driver = text.partition("=")
-            if pair not in scene.pairs or not driver:
-                what, names = f"--leader {text} names no pair of the scene", ", ".join(scene.pairs)
-                raise PalpateError(
-                    what, mend=f"write PAIR=DRIVER with one of {names}, e.g. {next(iter(scene.pairs))}=haply"
-                )
-            scene = scene.with_driver(driver, pair)
-        return scene
-
-    def _session(self, scene: Scene, say: Callable[[str], None] = lambda line: None) -> Session:
+    def _session(self, scene: Scene, console: Console, say: Callable[[str], None] = lambda line: None) -> Session:
+        from palpate.cli.terminal import output
         from palpate.devices.certificate.scene import warn_outside
         from palpate.scene import doubts
         from palpate.session import Session
@@ -166,8 +150,13 @@ class Command:
             session.execute(load(self.plan), self.speed)
         self._record_places(session)
         doubts.warn_of_coarse_meshes(session.scene, session.rig.surfaces)
-        say("computing the stability certificate")
-        warn_outside(session.rig)
+        if session.plant.simulated:
+            say("computing the stability certificate")
+            warn_outside(session.rig)
+        else:  # a device has its own certificate: palpate device bench
+            stability = session.scene.stability
+            words = f"{session.scene.arms.leader.driver} feels {scene.title}: at most {stability.force_cap:g} N"
+            output.say(console, f"{words}, {session.rate:g} Hz; Ctrl-C ends it")
         return session
 
     def _record_places(self, session: LiveSession) -> None:
@@ -179,64 +168,31 @@ class Command:
     def _run(self, session: Session, console: Console, realtime: bool) -> Summary:
         from palpate.cli.commands._remote import joined
         from palpate.cli.terminal.output import say
-        from palpate.cli.terminal.progress import Progress
 
-        duration = session.scene.duration if self.duration is None else self.duration
-        realtime = realtime or self.is_remote(session.scene)
-        mode = "real time" if realtime else "lockstep, as fast as possible"
+        realtime = realtime or self.is_remote(session.scene) or not session.plant.simulated
         with (
-            Progress(console, duration, mode, session.nearest) as progress,
+            self._progress(session, console, realtime) as progress,
             self.sender(session),
             pedals(self.pedals, session.console, realtime),
             joined(session, self.remote, self.key) as link,
         ):
-            summary = session.run(duration, realtime=realtime, on_progress=progress)
+            summary = session.run(self.duration, realtime=realtime, on_progress=progress)
+        self.failed = session.failed
         summary = _with_link(summary, link, console)
         if session.execution is not None:
             say(console, session.execution.words())
         return summary
 
-    def _run_device(self, scene: Scene, viewer: bool) -> int:
-        """Render the scene on the device of its driver until the duration or Ctrl-C ends it; returns the exit code."""
-        from palpate.cli.commands._remote import joined
-        from palpate.cli.terminal import outcome
+    def _progress(self, session: Session, console: Console, realtime: bool) -> Progress | DeviceLine:
         from palpate.cli.terminal.device import DeviceLine
-        from palpate.cli.terminal.output import console_for, say, write_json
-        from palpate.cli.terminal.view import live, open_page
-        from palpate.devices import DrivenSession
+        from palpate.cli.terminal.progress import Progress
 
-        if self.fast or self.seed is not None:
-            what = "--fast" if self.fast else "--seed"
-            raise PalpateError(f"{what} has no effect on a scene with a driver", mend="leave it out")
-        console = console_for(self.json)
-
-        def begin() -> DrivenSession:
-            session = DrivenSession(scene, self.out or Path(scene.record.folder))
-            self.task = task_of(session)
-            self._record_places(session)
-            say(console, f"{session.scene.arms.leader.driver} feels {scene.title}: at most "
-                f"{session.scene.stability.force_cap:g} N, {session.rate:g} Hz; Ctrl-C ends it")  # fmt: skip
-            return session
-
-        def run(session: DrivenSession) -> Summary:
-            with (
-                DeviceLine(console, session.nearest) as line,
-                pedals(self.pedals, session.console, True),
-                self.sender(session),
-                joined(session, self.remote, self.key) as link,
-            ):
-                summary = session.run(self.duration, on_progress=line)
-            self.failed = session.failed
-            return _with_link(summary, link, console)
-
-        report = partial(_report, console, outcome.wants_report(scene, viewer))
-        if viewer:
-            summary = live(begin, run, report, open_page(scene.title, self.port, console, self.host), console)
-        else:
-            summary = report(run(begin()))
-        write_json(self.json, with_result(summary, self.task, console))
-        ended = replace(summary, interrupted=summary.interrupted and self.duration is not None)
-        return outcome.exit_code(ended) or int(self.failed)
+        if not session.plant.simulated:
+            return DeviceLine(console, session.nearest)
+        duration = session.scene.duration if self.duration is None else self.duration
+        return Progress(
+            console, duration, "real time" if realtime else "lockstep, as fast as possible", session.nearest
+        )
 
     def is_remote(self, scene: Scene) -> bool:
         """True if the scene is felt across a network."""

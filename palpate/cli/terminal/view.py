@@ -19,7 +19,6 @@ from palpate.cli.terminal.output import say
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from palpate.devices import DrivenSession
     from palpate.record.reader import Record
     from palpate.record.ticks import Ticks
     from palpate.session import PairsSession, Session
@@ -32,8 +31,7 @@ if TYPE_CHECKING:
     from palpate.viewer.stage import Stage
 
 _TRIES = 20
-_S = TypeVar("_S", "Session", "DrivenSession", "PairsSession")
-_L = TypeVar("_L", "Session", "DrivenSession")
+_S = TypeVar("_S", "Session", "PairsSession")
 _T = TypeVar("_T", "Summary", "PairsSummary")
 
 
@@ -92,8 +90,8 @@ def open_page(title: str, port: int, console: Console, host: str = HOST) -> Open
 
 
 def live(
-    begin: Callable[[], _L],
-    run: Callable[[_L], Summary],
+    begin: Callable[[], Session],
+    run: Callable[[Session], Summary],
     report: Callable[[Summary], Summary],
     page: Opening,
     console: Console,
@@ -112,11 +110,11 @@ def live(
     """
     from palpate.viewer import LiveViewer, stage_of
 
-    def show(session: _L) -> tuple[LiveViewer, RunButtons]:
+    def show(session: Session) -> tuple[LiveViewer, RunButtons]:
         shown = LiveViewer(session, stage_of(session.rig), server=page.server, runner=session)
         return shown, shown.control_panel.run
 
-    def close(session: _L) -> Summary:
+    def close(session: Session) -> Summary:
         return session.close()
 
     return _run_shown(begin, show, run, close, report, page, console)
@@ -190,7 +188,7 @@ def _run_shown(
 
 
 def _wait(
-    session: Session | DrivenSession | PairsSession,
+    session: Session | PairsSession,
     shown: LiveViewer | PairsViewer,
     buttons: RunButtons,
     console: Console,

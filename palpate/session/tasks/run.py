@@ -54,7 +54,8 @@ class TaskRun:
         self.judge = judge_in(self._hands[0].rig)
         assert session.scene.task is not None
         self._session, self.section = session, session.scene.task
-        self._operated = self.section.operator and all(isinstance(one, Session) for one in self._hands)
+        simulated = all(isinstance(one, Session) and one.plant.simulated for one in self._hands)
+        self._operated = self.section.operator and simulated
         self._marks: list[Array] = []
         self._script: Script | None = None
         self._turn = 0

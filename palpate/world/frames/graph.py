@@ -11,7 +11,6 @@ import numpy as np
 import numpy.typing as npt
 
 from palpate.base.arrays import Array, rigid
-from palpate.base.arrays.intervals import holm
 from palpate.base.errors import FrameError
 from palpate.world.frames.edge import Edge
 
@@ -198,6 +197,10 @@ class FrameGraph:
     def disagreements(self) -> list[Disagreement]:
         """Each second path to a frame, compared with the first, in the order given."""
         found = [self._disagreement(edge) for edge in self._checks]
+        if not found:
+            return []
+        from palpate.base.arrays.intervals import holm  # few scenes have second paths
+
         corrected = holm(np.array([one.probability for one in found]))
         return [replace(one, p_holm=float(p)) for one, p in zip(found, corrected, strict=True)]
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from palpate.base.arrays import Array
-from palpate.devices import Haptics
 from palpate.scene import Scene
+from palpate.session import Haptics
 
 RATES = (500.0, 1000.0, 2000.0, 4000.0)
 """Rates of the loops [Hz]."""

@@ -18,9 +18,9 @@ import numpy as np
 
 from palpate import _core
 from palpate.base.errors import DeviceError
-from palpate.devices import DrivenSession
 from palpate.scene import Scene
 from palpate.scene.haply import HaplySection
+from palpate.session import Session
 
 LIMIT = 0.02
 """Time from a fault to zero force that is asked for [s]."""
@@ -124,7 +124,7 @@ def _case(fault: str, rate: float) -> tuple[float, float, bool]:
             "objects": objects, "arms": {"leader": {"driver": driver}}, "mapping": {"scale": 1.0},
             "operator": {"path": [{"t": 0.0, **far}, {"t": 1.0, **far}]},
         })  # fmt: skip
-        with DrivenSession(scene) as session:
+        with Session(scene) as session:
             session.start()
             _wait(lambda: session.state.force > _PRESSED, 0.002, "the simulated hand did not press the plane")
             with _punctual():

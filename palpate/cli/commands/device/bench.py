@@ -72,7 +72,7 @@ class Command:
         if self.like is not None:
             published_of(self.like)  # refuses an unknown name before a push
         if self.exchange is not None:
-            from palpate.devices.exchange import measure_exchange
+            from palpate.session.haply_exchange import measure_exchange
 
             times = measure_exchange(self.name, self.exchange)
             say(console, times.in_words(), "exchange:")

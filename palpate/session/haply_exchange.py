@@ -13,8 +13,8 @@ from palpate import _core
 from palpate.base.errors import DeviceError
 from palpate.devices.haply.driver import Haply
 from palpate.devices.haply.service import Address, websocket
-from palpate.devices.session import DrivenSession
 from palpate.scene.scene import Scene
+from palpate.session.session import Session
 
 if TYPE_CHECKING:
     from palpate import _haply
@@ -77,9 +77,10 @@ def measure_exchange(name: str, seconds: float) -> Exchange:
     far = {"xyz": [0.0, 0.0, 0.012]}
     path = [{"t": 0.0, **far}, {"t": 1.0, **far}]
     scene = {"objects": objects, "arms": {"leader": {"driver": name}}, "operator": {"path": path}}
-    session = DrivenSession(Scene.model_validate(scene))
+    session = Session(Scene.model_validate(scene))
     summary, timing = session.run(seconds), session.timing
-    assert isinstance(session.driver, _haply.Device)
+    device = session.plant.driver
+    assert isinstance(device, _haply.Device)
     with echo_server() as port:
         echo = np.zeros(TRIPS)
         echo = echo[: _to(port).round_trips(_TEXT, echo)]
@@ -87,7 +88,7 @@ def measure_exchange(name: str, seconds: float) -> Exchange:
     p50, p99, echo50, echo99 = (1e6 * float(np.percentile(x, q)) for x in (out, echo) for q in (50, 99))
     late = float(timing["lateness_us"]["p99"])
     missed = summary.missed_ticks
-    return Exchange(p50, p99, echo50, echo99, session.rate, summary.ticks, missed, session.driver.late, late, *paced)
+    return Exchange(p50, p99, echo50, echo99, session.rate, summary.ticks, missed, device.late, late, *paced)
 
 
 def _to(port: Port) -> _haply.Connection:

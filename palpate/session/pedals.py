@@ -1,4 +1,6 @@
-"""Foot switches, keyboards and gamepads as pedals: any event device of Linux, read in a thread of its own.
+"""Pedals of the console that are devices: foot switches, keyboards, gamepads, and buttons on what the hand holds.
+
+Any event device of Linux is read in a thread of its own:
 
     with PedalDevice(session.console, "footswitch:/dev/input/event7"):
         session.run(60.0, realtime=True)
@@ -15,6 +17,7 @@ from types import TracebackType
 from typing import Self
 
 from palpate.base.errors import DeviceError
+from palpate.devices import buttons
 from palpate.devices.evdev import EVENT, KEY, find
 from palpate.session.console import PEDALS, Console
 
@@ -25,6 +28,14 @@ KINDS = {
 }
 """Kinds of devices: their handler in /proc/bus/input/devices, and the pedal of each key code."""
 _PATIENCE = 0.05  # [s] between two looks at whether the reading shall end
+
+
+def press(console: Console, before: int, now: int, source: str) -> int:
+    """Tell the console the pedals whose bits have changed (`devices.buttons`), but the clutch; returns `now`."""
+    for pedal, bit in buttons.PEDALS.items():
+        if bit != buttons.CLUTCH and (before ^ now) & bit:
+            console.set(pedal, bool(now & bit), source)
+    return now
 
 
 def parse(spec: str) -> tuple[str, str, dict[int, str]]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
+import time
 import weakref
 from pathlib import Path
 from types import TracebackType
@@ -17,9 +18,10 @@ from palpate.base.arrays import Array
 from palpate.base.errors import DeviceError
 from palpate.devices.handle import AtHandle
 from palpate.devices.loop import DeviceLoop, conditions, device_scene, explain
-from palpate.devices.session import DeviceSession
+from palpate.devices.plant import DevicePlant
 from palpate.scene.scene import Scene
 from palpate.sensing.source import Clouds
+from palpate.session.session import Session
 from palpate.session.summary import Summary
 
 
@@ -78,9 +80,13 @@ class Haptics:
         loaded = scene if isinstance(scene, Scene) else Scene.load(Path(scene))
         given = device_scene(loaded, "loop", rate, force_cap, moment_max)
         known = AtHandle(resolution, delay=delay, friction=friction, damping=damping)
-        self._loop = DeviceLoop(given, known, replays=True)
-        self.session = DeviceSession(self._loop, record, clouds)
+        plant = DevicePlant(
+            given, None, ("loop",), lambda rig, own: DeviceLoop(given, known, replays=True, rig=rig, own=own)
+        )
+        self.session = Session(given, record, clouds=clouds, plant=plant)
         """Record, controls, fixtures and newest state; also for `palpate.viewer.LiveViewer`."""
+        self._loop = plant.loop
+        self._steps, self._counted_at = 0, time.monotonic()
         self._fault = _core.DeviceFault.none
         self._summary: Summary | None = None
         self._dropped = weakref.finalize(self, _close_dropped, self.session)
@@ -115,7 +121,7 @@ class Haptics:
             self._fault = self._loop.step(float(t), pose, twist, float(gripper), int(buttons))
         except (TypeError, ValueError) as error:
             raise self._refuse("t, gripper and buttons must be numbers", str(error)) from None
-        self.session.stepped()
+        self._keep_up()
         return self._loop.wrench.copy()
 
     @property
@@ -162,6 +168,16 @@ class Haptics:
         """Close the record."""
         self.close()
 
+    def _keep_up(self) -> None:
+        """Drain a loop that steps faster than real time, whose ticks the session's thread would be too late for."""
+        self._steps += 1
+        if self._steps < self.session.rate:
+            return
+        now = time.monotonic()
+        if now - self._counted_at < 0.5 * self._steps / self.session.rate:
+            self.session.drain()
+        self._steps, self._counted_at = 0, now
+
     def _numbers(self, name: str, value: npt.ArrayLike, shape: tuple[int, ...]) -> Array:
         try:
             array = np.ascontiguousarray(value, dtype=np.float64)
@@ -178,7 +194,7 @@ class Haptics:
         return DeviceError(f"Haptics.step: {what}", why=why, mend="see help(palpate.Haptics.step)")
 
 
-def _close_dropped(session: DeviceSession) -> None:
+def _close_dropped(session: Session) -> None:
     """Close the session of an object that nobody has closed: it records no longer, and its record is complete.
 
     Objects can be collected in any thread, also in one that reads the ticks of this session and would wait for itself.
