@@ -66,8 +66,11 @@ RUNS: dict[str, Run] = {
     "swings": Run("study certificate --swings 500"),
     "passivity": Run("study passivity"),
     "network": Run("study network --runs 200"),
+    "network_runs": Run(
+        "study network --conditions none --modes model --worlds known --runs 10000", ("conditions", "moving", "alarms")
+    ),
     "network_unknown": Run(
-        "study network --modes model --conditions none --runs 200 --workers 1", ("conditions", "moving", "alarms")
+        "study network --conditions none --modes model --worlds unknown --runs 200", ("conditions", "moving", "alarms")
     ),
     "extract": Run("study passivity --extract"),
     "registration": Run("study registration", ("layouts",)),

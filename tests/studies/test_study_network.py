@@ -153,7 +153,7 @@ def test_the_command_writes_a_row_per_condition(tmp_path, monkeypatch):
     assert [row["condition"] for row in found["conditions"]] == ["fibre", "netfi-delay-1"]
     for row in found["conditions"]:
         assert {"energy_mJ", "felt_over_true", "force_rms_N"} <= row.keys()
-    assert found["random"][0]["runs"] == 3
+    assert [(row["mode"], row["runs"]) for row in found["random"]] == [("model", 3), ("unknown", 3)]
     assert (tmp_path / "network.png").stat().st_size > 1000
 
 
@@ -161,6 +161,7 @@ def test_wrong_options_are_told(tmp_path):
     for options, words in (
         ({"conditions": ("wifi",)}, "no network condition is named 'wifi'"),
         ({"modes": ("wave",)}, "--modes wave: there is no such mode"),
+        ({"worlds": ("flat",)}, "--worlds flat: there are no such worlds"),
         ({"runs": 0}, "--runs 0: must be from 1"),
         ({"hours": 0.0}, "--hours 0: must be above 0"),
     ):

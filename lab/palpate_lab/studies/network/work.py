@@ -18,11 +18,13 @@ from palpate.base.sweep.grid import Point
 from palpate.session.network.conditions import Network, burst_loss, network
 from palpate_lab.studies._command import Sweeper
 from palpate_lab.studies.network.result import Alarm, Moving, Ran, Random, Row
-from palpate_lab.studies.network.worlds import WORLDS, Motion, World, options, places
+from palpate_lab.studies.network.worlds import SURFACES, Motion, World, options, places
 
 MODES = ("model", "passivity", "direct")
 UNKNOWN = "unknown"
 """Of random runs: the mode model in worlds that the scene of both ends does not have."""
+WORLDS = ("known", "unknown")
+"""Of the random runs, by whether the scene of both ends has them."""
 ROUND_TRIPS = (0.02, 0.1, 0.21, 0.5, 0.7)
 """Of the moving worlds [s]."""
 LONGEST = 0.5  # round trip of the random runs [s]
@@ -102,7 +104,7 @@ def draw(seed: int) -> tuple[Network, World, Motion]:
     if jitter > 1e-5:
         condition.weights, condition.rates = [1.0], [1.0 / jitter]
     condition.correlation = float(rng.choice([0.0, 0.9]))
-    kind = str(rng.choice(WORLDS))
+    kind = str(rng.choice(SURFACES))
     error = np.clip(rng.normal(0.0, 0.002, 3), -0.004, 0.004)
     turn = float(np.deg2rad(rng.uniform(-1.0, 1.0))) if kind == "registered" else 0.0
     world = World(kind, float(np.exp(rng.uniform(np.log(150.0), np.log(1000.0)))), float(rng.choice([0.0, 0.2, 0.4])),
@@ -121,6 +123,8 @@ def _random(point: Point, seed: int) -> dict[str, float]:
 
 def random_runs(runs: int, modes: Sequence[str], sweep: Sweeper, seed: int) -> tuple[list[Random], list[Ran]]:
     """Random networks, worlds, hands and motions; the same ones for every mode."""
+    if not modes:
+        return [], []
     grid = {"run": Axis(range(seed, seed + runs)), "mode": Axis(modes)}
     rows = sweep(_random, grid, seed, title="random").rows()
     mine = cast(list[Ran], rows)

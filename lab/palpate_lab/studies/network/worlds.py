@@ -21,7 +21,7 @@ RADIUS = 0.002  # of the tool [m]
 FASTEST = 0.06  # aim of a hand [m/s]
 DEEPEST = 0.012  # farthest that a hand aims below the surface [m]
 
-WORLDS = ("plane", "sphere", "mesh", "registered")
+SURFACES = ("plane", "sphere", "mesh", "registered")
 
 
 @cache
