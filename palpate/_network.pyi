@@ -1353,7 +1353,9 @@ class LinkState(Ages):
 
     @property
     def known(self) -> bool:
-        """True once a packet has arrived."""
+        """
+        True once an answer has arrived, so that the clock of the other end is known.
+        """
 
     @property
     def linked(self) -> bool:

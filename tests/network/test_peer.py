@@ -28,6 +28,22 @@ def test_an_end_that_repeats_its_last_packet_stays_lost():
         assert abs(mine.peer_time(t) - t) < 1e-6
 
 
+def test_the_answer_to_a_packet_from_before_the_first_tick_tells_nothing_about_clocks():
+    """Its time is 0: half of the machine's uptime passed for the offset of the clocks, and for the delay of a video."""
+    mine, other, out, answer = _network.Peer(), _network.Peer(), _network.Datagram(), _network.Datagram()
+    now = 6e4
+    mine.stamp(out, 0.0)
+    other.receive(out, now)
+    other.stamp(answer, now + 1e-3)
+    mine.receive(answer, now + 2e-3)
+    assert not mine.clock.known
+    mine.stamp(out, now + 0.010)
+    other.receive(out, now + 0.011)
+    other.stamp(answer, now + 0.012)
+    mine.receive(answer, now + 0.013)
+    assert abs(mine.peer_time(now) - now) < 1e-6
+
+
 def test_packets_that_wait_while_the_operator_changes_are_dropped():
     options, nothing, old = _network.FollowerOptions(), _core.Snapshot([]), _network.Datagram()
     follower = _network.Follower(options, nothing, nothing, np.eye(4))

@@ -86,7 +86,7 @@ void LoopEnd::publish(const loop::LocalTool& tool, double now) noexcept {
   now_.offset = peer_.clock().offset(now);
   now_.drift = peer_.clock().drift();
   now_.bound = peer_.clock().bound();
-  now_.known = peer_.known();
+  now_.known = peer_.clock().known();
   now_.linked = out_.linked;
   now_.outage = peer_.outage();
   now_.tank = options_.update.capacity;

@@ -6,7 +6,8 @@ namespace palpate::network {
 
 bool Peer::receive(const Datagram& d, double now) noexcept {
   if (known_ && d.t == newest_.t) return false;  // repeated, by a loop that rests: tells nothing about clocks or delays
-  if (d.t_received != 0.0) clock_.add(d.t_peer, d.t_received, d.t, now);
+  // A packet that left before the first tick has the time 0, and its answer tells nothing about clocks.
+  if (d.t_received != 0.0 && d.t_peer != 0.0) clock_.add(d.t_peer, d.t_received, d.t, now);
   if (known_ && d.t < newest_.t) return false;
   newest_ = d;
   received_at_ = now;

@@ -83,7 +83,7 @@ def shots(path: Path, topics: dict[str, str], times: Sequence[float]) -> Iterato
         RecordError: a picture cannot be decoded.
     """
     side_of = {topic: side for side, topic in topics.items()}
-    decoder, newest, taken = _Decoder(path), {}, 0  # type: _Decoder, dict[str, tuple[Any, int]], int
+    decoder, newest, taken = _Shots(path), {}, 0  # type: _Shots, dict[str, tuple[Any, int]], int
     with open_bag(path) as reader:
         wanted = [c for c in reader.connections if c.topic in side_of]
         for connection, time, data in reader.messages(connections=wanted):
@@ -101,32 +101,35 @@ def _info_of(topic: str) -> str:
     return topic.removesuffix("/compressed").rsplit("/", 1)[0] + "/camera_info"
 
 
-class _Decoder:
-    """Decodes messages; a message that is shown again is decoded once."""
+class Decoder:
+    """Makes pictures of messages of sensor_msgs/Image and CompressedImage, from a bag or a live topic.
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
-        self._last: dict[str, tuple[Any, Shot]] = {}
+    Args:
+        where: where the messages come from, for errors.
+    """
+
+    def __init__(self, where: str) -> None:
+        self._where = where
         self._codecs: dict[str, Any] = {}
 
-    def shot(self, side: str, message: Any, time: int) -> Shot:
-        if side not in self._last or self._last[side][0] is not message:
-            stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
-            try:
-                picture = self._raw(message) if hasattr(message, "encoding") else self._packed(bytes(message.data))
-            except (RecordError, MissingExtraError):
-                raise
-            except Exception as error:  # damaged pictures make the codecs raise many types of exception
-                why = f"{type(error).__name__}: {error}"
-                raise RecordError(f"a picture of {side} cannot be decoded", where=str(self._path), why=why) from error
-            even = picture[: picture.shape[0] // 2 * 2, : picture.shape[1] // 2 * 2]  # a film has even sides
-            self._last[side] = message, Shot(np.ascontiguousarray(even), stamp or time)
-        return self._last[side][1]
+    def rgb(self, message: Any) -> NDArray[np.uint8]:
+        """The picture (h, w, 3) of a message.
+
+        Raises:
+            RecordError: it cannot be decoded. MissingExtraError: it is packed, and av is not installed.
+        """
+        try:
+            return self._raw(message) if hasattr(message, "encoding") else self._packed(bytes(message.data))
+        except (RecordError, MissingExtraError):
+            raise
+        except Exception as error:  # damaged pictures make the codecs raise many types of exception
+            why = f"{type(error).__name__}: {error}"
+            raise RecordError("a picture cannot be decoded", where=self._where, why=why) from error
 
     def _raw(self, message: Any) -> NDArray[np.uint8]:
         if message.encoding not in _CHANNELS:
             mend = f"convert the topic to one of {', '.join(_CHANNELS)}"
-            raise RecordError(f"pictures of the encoding {message.encoding!r}", where=str(self._path), mend=mend)
+            raise RecordError(f"pictures of the encoding {message.encoding!r}", where=self._where, mend=mend)
         channels, order = _CHANNELS[message.encoding]
         self._require_size(message.width, message.height)
         rows = np.asarray(message.data, dtype=np.uint8).reshape(message.height, message.step)
@@ -145,7 +148,7 @@ class _Decoder:
         name = _CODECS.get(data[:2])
         if name is None:
             what = f"packed pictures that begin with {data[:4]!r}"
-            raise RecordError(what, where=str(self._path), mend="record JPEG or PNG, or the raw topic")
+            raise RecordError(what, where=self._where, mend="record JPEG or PNG, or the raw topic")
         codec = self._codecs.setdefault(name, av.CodecContext.create(name, "r"))
         frame = codec.decode(av.Packet(data))[0]  # type: ignore[attr-defined, unused-ignore]
         self._require_size(frame.width, frame.height)
@@ -153,4 +156,20 @@ class _Decoder:
 
     def _require_size(self, width: int, height: int) -> None:
         if not (0 < width <= _MOST and 0 < height <= _MOST):
-            raise RecordError(f"a picture of {width} x {height} pixels", where=str(self._path), mend=f"at most {_MOST}")
+            raise RecordError(f"a picture of {width} x {height} pixels", where=self._where, mend=f"at most {_MOST}")
+
+
+class _Shots:
+    """Decodes messages; a message that is shown again is decoded once."""
+
+    def __init__(self, path: Path) -> None:
+        self._decoder = Decoder(str(path))
+        self._last: dict[str, tuple[Any, Shot]] = {}
+
+    def shot(self, side: str, message: Any, time: int) -> Shot:
+        if side not in self._last or self._last[side][0] is not message:
+            stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+            picture = self._decoder.rgb(message)
+            even = picture[: picture.shape[0] // 2 * 2, : picture.shape[1] // 2 * 2]  # a film has even sides
+            self._last[side] = message, Shot(np.ascontiguousarray(even), stamp or time)
+        return self._last[side][1]

@@ -14,6 +14,9 @@ from palpate.cli.terminal import HOST
 if TYPE_CHECKING:
     from palpate.ros.patient import RosPatient
     from palpate.scene.rig import Rig
+    from palpate.session.network.video import VideoSource
+
+_ROS = "ros:"  # before the topic of a camera
 
 
 @dataclass
@@ -45,9 +48,10 @@ class Command:
     force_axes: Literal["base", "tip"] = "base"
     """With --arm: axes of that force, of the arm's base (as its measured_cp) or of its tip."""
     video: Annotated[str | None, arg(metavar="SOURCE")] = None
-    """A camera that the operator sees in the viewer: http://... of motion JPEG, or a folder of *.jpg files."""
+    """A camera that the operator sees in the viewer: ros:/camera/image_raw (sensor_msgs/Image or CompressedImage),
+    http://... of motion JPEG, or a folder of *.jpg files."""
     network: bool = False
-    """With --arm: ROS 2 communicates with other machines; otherwise only within this one."""
+    """With --arm or a camera over ROS 2: ROS 2 communicates with other machines; otherwise only within this one."""
 
     def __call__(self) -> int:
         """Serve until Ctrl-C; returns the exit code."""
@@ -59,7 +63,6 @@ class Command:
         from palpate.scene.rig import build
         from palpate.scene.together import build_pairs
         from palpate.session.network.keys import default_path, read_key, require_cryptography
-        from palpate.session.network.video import source
         from palpate.session.remote.site import FollowerServer
 
         require_cryptography()
@@ -67,7 +70,7 @@ class Command:
         scene = Scene.load(self.scene)
         rigs = build_pairs(scene) if scene.pairs else {"": build(scene)}
         rate = scene.remote.rate if scene.remote is not None else 1000.0
-        camera = None if self.video is None else source(self.video)
+        camera = self._camera()
         arms = self._arms(rigs, lambda line: say(console, line))
         server = FollowerServer(rigs, key, self.host, self.port, rate, lambda line: say(console, line), arms,
                                 camera)  # fmt: skip
@@ -80,6 +83,16 @@ class Command:
         say(console, f"{counts}, largest force {server.largest:.2f} N, {server.cpu:.2f} s of processor time")
         return 0
 
+    def _camera(self) -> VideoSource | None:
+        """The source of the pictures that are sent to the operator."""
+        from palpate.session.network.video import source
+
+        if self.video is None or not self.video.startswith(_ROS):
+            return None if self.video is None else source(self.video)
+        from palpate.ros.pictures import RosPictures
+
+        return RosPictures(self.video.removeprefix(_ROS), self.network)
+
     def _arms(self, rigs: Mapping[str, Rig], on_change: Callable[[str], None]) -> list[RosPatient]:
         """The arms over ROS 2, one of each pair; none for simulated instruments."""
         from palpate.base.errors import PalpateError
@@ -89,8 +102,9 @@ class Command:
             if self.force:
                 raise PalpateError(f"--force {' '.join(self.force)}: a simulated instrument measures its own force",
                                    mend="name the arm as well: --arm PSM1")  # fmt: skip
-            if self.network or self.force_axes != "base":
-                given = "--network" if self.network else f"--force-axes {self.force_axes}"
+            over_ros = self.video is not None and self.video.startswith(_ROS)
+            if (self.network and not over_ros) or self.force_axes != "base":
+                given = "--network" if self.force_axes == "base" else f"--force-axes {self.force_axes}"
                 raise PalpateError(f"{given}: a simulated instrument does not use ROS 2",
                                    mend="name the arm as well: --arm PSM1; --host lets other machines in")  # fmt: skip
             return []
