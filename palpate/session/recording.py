@@ -23,6 +23,7 @@ from palpate.session.snapshots import Snapshots
 from palpate.session.summary import Summary, Totals
 
 if TYPE_CHECKING:
+    from palpate import _network
     from palpate.session.loop import Loop
 
 
@@ -35,6 +36,9 @@ class RecordedLoop:
     """True if the record holds the signals of a remote site."""
     video: Callable[[], tuple[bytes, float] | None] | None = None
     """The newest JPEG picture of a remote camera and its delay [s], while a link has one."""
+
+    plane: Callable[[], _network.ModelEstimate | None] | None = None
+    """The plane that is felt where the scene has no object, while a link has one; None before the first."""
 
     def __init__(self, rig: Rig, loop: Loop, rate: float, seed: int, out: str | os.PathLike[str] | None) -> None:
         self.scene, self.rig, self.seed = rig.scene, rig, seed

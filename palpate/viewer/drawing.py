@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 import viser
@@ -18,10 +19,14 @@ from palpate.viewer.device import DeviceDrawing
 from palpate.viewer.fixtures import FixtureDrawing
 from palpate.viewer.frames import FrameDrawing
 from palpate.viewer.organs import OrganDrawing
+from palpate.viewer.plane import PlaneDrawing
 from palpate.viewer.rod import RodDrawing
 from palpate.viewer.stage import ArmPlace, Stage, TouchedObject
 from palpate.viewer.targets import TargetDrawing
 from palpate.viewer.tool import Presses, ToolDrawing
+
+if TYPE_CHECKING:
+    from palpate import _network
 
 RED: Color = (200, 0, 0)
 GREEN: Color = (0, 130, 30)
@@ -92,6 +97,7 @@ class Drawing:
         self._ecm = None if stage.ecm is None or not world else ArmDrawing(scene, _ecm_place(stage.ecm))
         self._rod = None if stage.rod is None or not world else RodDrawing(scene, stage.rod)
         self._tool = ToolDrawing(scene, stage)
+        self._plane = PlaneDrawing(scene)
         self.cue = ForceCue(scene, stage) if cues is None else ForceCue(scene, stage, cues, enabled=True)
         self.fixtures = [FixtureDrawing(scene, mark) for mark in stage.fixtures]
         self._frames = [FrameDrawing(scene, frame) for frame in stage.frames if world]
@@ -128,6 +134,10 @@ class Drawing:
         """Moves the endoscope arm to its joints q (4,) [rad, m]."""
         if self._ecm is not None:
             self._ecm.show(q, 0.0)
+
+    def show_plane(self, plane: Callable[[], _network.ModelEstimate | None] | None) -> None:
+        """Shows the plane that the hand feels where the scene has no object, as it is now; None: there is no link."""
+        self._plane.show(None if plane is None else plane(), self.p_WT)
 
     @property
     def p_WT(self) -> Array:

@@ -153,6 +153,7 @@ class LiveViewer:
             if self._clouds is not None:
                 self._clouds.show(float(tick["t"]))
             self._video.show(getattr(self._source, "video", None))
+            self._drawing.show_plane(getattr(self._source, "plane", None))
             self.control_panel.show(tick)
             self.control_panel.resize_ball(self._server, self.picture.scale)
             self._gauges.add(tick)

@@ -17,6 +17,9 @@ from palpate.viewer.skins import BandedSkin, Color, ColoredSkin, PlainSkin, Skin
 from palpate.viewer.stage import RegionMark, TouchedObject
 from palpate.world.mesh.coarse import coarser
 
+HIDDEN, HIDDEN_SHARE = (120, 125, 130), 0.7
+"""Colour and least transparency of an object that a simulated remote site alone has."""
+
 TINT: Color = (222, 178, 62)
 """Colour of a region: of the object's triangles inside the region, and of the region's own body."""
 
@@ -41,7 +44,8 @@ class OrganDrawing:
         self._triangles = obj.triangles
         inside = np.any([mark.triangles for mark in obj.regions], axis=0) if obj.regions else None
         self._labels = np.zeros(len(obj.triangles), np.int64) if inside is None else inside.astype(np.int64)
-        own = obj.color or color
+        self._least = HIDDEN_SHARE if obj.hidden else 0.0
+        own = obj.color or (HIDDEN if obj.hidden else color)
         shades = [None if obj.colors is not None else own, TINT]
         self._parts, self._patches = (
             [_skin(scene, f"{self._name}/{k}{suffix}", shade) for k, shade in enumerate(shades)]
@@ -55,10 +59,15 @@ class OrganDrawing:
         self._draw(np.ones(len(obj.triangles), dtype=bool))
         for k, mark in enumerate(obj.regions):
             _body(scene, f"{self._name}/region{k}", mark)
+        if obj.hidden:
+            self.see_through(0.0)
+            top = obj.vertices[np.argmax(obj.vertices @ obj.X_WO[2, :3])]
+            scene.add_label(f"{self._name}/hidden", f"{obj.name}: hidden from the hand", position=top,
+                            anchor="bottom-center")  # fmt: skip
 
     def see_through(self, share: float) -> None:
         """Sets the transparency: 0 opaque, up to 0.9."""
-        self._share = share
+        self._share = share = max(share, self._least)
         for part in (*self._parts, *self._patches):
             part.see_through(share)
         if self._coloured is not None:

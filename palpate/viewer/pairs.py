@@ -229,6 +229,7 @@ class PairsViewer:
             for name in reversed(ticks):  # the first pair draws the objects, dented by all tools
                 presses.append(self.drawings[name].show(ticks[name], presses))
                 self.handles[name].show(ticks[name])
+                self.drawings[name].show_plane(getattr(self._sources[name], "plane", None))
             if self._bodies is not None:
                 self._bodies.show()
             if self._task is not None:

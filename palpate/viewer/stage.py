@@ -70,6 +70,8 @@ class TouchedObject:
     """True if the loop deforms the object; the vertices are then those of the loop's surface at rest."""
     holds: bool = False
     """True if another object lies inside: the object is then drawn transparent."""
+    hidden: bool = False
+    """True if a simulated remote site alone has the object, so that the hand knows nothing of it."""
     slot: int | None = None
     """Number among the objects that follow a tracker, whose poses a tick holds; None for another object."""
 

@@ -57,6 +57,7 @@ def stage_of(rig: Rig, title: str = "") -> Stage:
             color=each.color,
             colors=None if each.color is not None or is_soft(felt) else file_colors(rig, k),
             is_cloud=each.cloud is not None,
+            hidden=scene.remote is not None and each.name in scene.remote.hidden,
             holds=any(_lies_in(other, placed) for other in rig.surfaces if other is not placed),
         )
         for k, (each, placed, felt) in enumerate(zip(scene.objects, rig.surfaces, rig.snapshot.objects, strict=True))

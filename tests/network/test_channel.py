@@ -142,6 +142,10 @@ def test_a_port_that_is_taken_is_told():
         listen("127.0.0.1", tcp.getsockname()[1])
     with pytest.raises(PalpateError, match=r"port 70000 of 127.0.0.1 cannot be used"):
         listen("127.0.0.1", 70000)
+    with pytest.raises(PalpateError, match=r"--host no-such-host.invalid: the name does not resolve"):
+        listen("no-such-host.invalid", 0)
+    with pytest.raises(PalpateError, match=r"--host 192.0.2.1: this machine has no such address"):
+        listen("192.0.2.1", 0)
     tcp.close()
     udp.close()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import heapq
 import select
 import socket
@@ -130,11 +131,21 @@ def listen(host: str, port: int) -> tuple[socket.socket, socket.socket]:
     try:
         tcp.bind((host, port))
         udp.bind((host, tcp.getsockname()[1]))
-    except (OSError, OverflowError) as error:
+    except (OSError, OverflowError, UnicodeError) as error:
         tcp.close()
         udp.close()
-        raise PalpateError(f"port {port} of {host} cannot be used", why=str(error),
-                           mend="give another --port or --host, or end what uses it") from None  # fmt: skip
+        raise _unusable(host, port, error) from None
     tcp.listen(8)
     udp.setblocking(False)
     return tcp, udp
+
+
+def _unusable(host: str, port: int, error: Exception) -> PalpateError:
+    """Why nothing can listen there."""
+    every = "give an address of this machine, or --host 0.0.0.0 for all of them"
+    if isinstance(error, (socket.gaierror, UnicodeError)):
+        return PalpateError(f"--host {host[:80]}: the name does not resolve", why=str(error), mend=every)
+    if isinstance(error, OSError) and error.errno == errno.EADDRNOTAVAIL:
+        return PalpateError(f"--host {host}: this machine has no such address", mend=every)
+    return PalpateError(f"port {port} of {host} cannot be used", why=str(error),
+                        mend="give another --port or --host, or end what uses it")  # fmt: skip

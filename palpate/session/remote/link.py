@@ -44,6 +44,11 @@ class _Hand:
         options.mode, options.planes = _network.Mode[mode], planes(session.scene)
         self.end = _network.LoopEnd(options, known(session.rig))
 
+    def plane(self) -> _network.ModelEstimate | None:
+        """The plane that the hand feels where the scene has no object; None before the site has touched one."""
+        models = self.end.state().models
+        return models[-1] if len(models) and any(models[-1].normal) else None
+
     def figures(self) -> dict[str, Any]:
         """What the link has measured of this pair; keys as in docs/json/run.md."""
         now, names = self.end.state(), [obj.name for obj in self.session.rig.snapshot.objects]
@@ -151,7 +156,7 @@ class RemoteLink:
         for hand in self._hands.values():
             hand.session.linked = True
             hand.session.attach(hand.end)
-            hand.session.video = self.video
+            hand.session.video, hand.session.plane = self.video, hand.plane
         self._thread.start()
         self._listener.start()
 
@@ -161,7 +166,7 @@ class RemoteLink:
         if self._thread.is_alive():
             self._thread.join()
         for hand in self._hands.values():
-            hand.session.video = None
+            hand.session.video = hand.session.plane = None
             if not hand.session.running:
                 hand.session.attach(None)
         self._channel.close()
