@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from palpate.base.arrays import Array
 from palpate.export.video.arms import ArmBodies
 from palpate.export.video.drawing import Canvas
 from palpate.export.video.film import color_of, endoscope
@@ -22,19 +23,21 @@ class Eye:
     Args:
         rigs: those of all pairs of the scene; objects are drawn at rest.
         size: height and width of a picture [pixels].
+        shift: displacement (3,) of all objects from their place in the scene [m].
 
     Raises:
         MissingExtraError, PalpateError: moderngl or OpenGL without a window is missing.
     """
 
-    def __init__(self, rigs: Sequence[Rig], size: tuple[int, int]) -> None:
+    def __init__(self, rigs: Sequence[Rig], size: tuple[int, int], shift: Array | None = None) -> None:
         rig = rigs[0]
         starts = [one.arms.X_WB @ one.arms.follower.fk(one.arms.q_follower0) for one in rigs]
         self._ecm = endoscope(rig.scene, np.mean(starts, axis=0)[:3, 3])
         self._canvas = Canvas(size, self._ecm.section.endoscope.width_deg)
         for k, surface in enumerate(rig.surfaces):
-            body = surface.body
-            self._canvas.add(body.vertices, body.triangles, color_of(rig.scene.objects[k], k), 0.25, surface.X_WO)
+            body, X_WO = surface.body, np.array(surface.X_WO)
+            X_WO[:3, 3] += 0.0 if shift is None else shift
+            self._canvas.add(body.vertices, body.triangles, color_of(rig.scene.objects[k], k), 0.25, X_WO)
         self._solids = SolidBodies(self._canvas, rig.scene)
         self._arms = [ArmBodies(self._canvas, one.arms.follower, one.arms.X_WB) for one in rigs]
 

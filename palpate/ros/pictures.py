@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
-import io
 import threading
 import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from palpate import ros
-from palpate.base.errors import MissingExtraError, PalpateError
+from palpate.base.errors import PalpateError
 from palpate.record.bags.images import Decoder
 from palpate.ros.background import BackgroundNode
+from palpate.session.network.jpeg import packed, require_packer
 from palpate.session.network.video import LARGEST, Picture, is_jpeg
 
 KINDS = ("sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage")
 FASTEST = 30.0
 """Largest number of pictures per second that are packed as JPEG [Hz]."""
-QUALITY = 80
-"""Quality of these pictures (1 to 95)."""
 _FIND = 0.2  # [s] between two looks for a publisher
 _SILENT = 3.0  # [s] without a picture after which that is told
 _LATEST = 10.0  # [s] age from which a stamp is not believed: the camera's clock is another one
@@ -43,7 +38,7 @@ class RosPictures:
     """
 
     def __init__(self, topic: str, network: bool = False) -> None:
-        _require_pillow()
+        require_packer()
         context = ros.load().Context(network=network)  # sets how far discovery reaches
         self._background = BackgroundNode("palpate_pictures", context.domain)
         self._node, self._decoder = self._background.node, Decoder(f"camera {topic}")
@@ -124,19 +119,3 @@ def age(stamp: Any) -> float:
     """Time since a stamp of the system's clock [s]; 0 for one of another clock."""
     past = time.time() - (stamp.sec + 1e-9 * stamp.nanosec)
     return past if 0.0 <= past <= _LATEST else 0.0
-
-
-def packed(picture: NDArray[np.uint8]) -> bytes:
-    """A picture (h, w, 3) as JPEG."""
-    from PIL import Image
-
-    out = io.BytesIO()
-    Image.fromarray(np.ascontiguousarray(picture)).save(out, "JPEG", quality=QUALITY)
-    return out.getvalue()
-
-
-def _require_pillow() -> None:
-    try:
-        import PIL.Image  # noqa: F401
-    except ImportError:  # it comes with viser and matplotlib
-        raise MissingExtraError("what packs pictures as JPEG", "viewer") from None

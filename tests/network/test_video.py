@@ -231,3 +231,37 @@ def test_a_picture_that_stands_still_is_told():
     assert "no new picture for 3 s" in gui.made[1].content
     panel.show(lambda: (jpeg(2), 0.04))
     assert "delay 40 ms" in gui.made[1].content
+
+
+def test_the_endoscope_of_a_simulated_site_sees_its_tool_move():
+    """Its pictures come from the pose in the packets; the object lies where the site has it."""
+    pytest.importorskip("moderngl", reason="drawing needs the extra learning")
+    from palpate import _network
+    from palpate.gym.site_camera import SiteCamera
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        rig = build(Scene.load("remote"))
+    state = _network.Datagram()
+    state.t, state.X = 1.0, rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0)
+    stopped, found, told = threading.Event(), [], []
+    for picture in SiteCamera([rig], lambda: [_network.encode(state)]).pictures(stopped, told.append):
+        found.append(np.asarray(Image.open(io.BytesIO(picture.jpeg)), int))
+        assert 0.0 <= time.monotonic() - picture.t < 5.0
+        if len(found) == 2:
+            X = np.array(state.X)
+            X[:3, 3] += [0.0, 0.0, 0.005]
+            state.X = X
+        if len(found) == 3:
+            stopped.set()
+    assert told == []
+    still, moved = (np.abs(found[k] - found[k - 1]).max(axis=2) > 40 for k in (1, 2))
+    assert still.sum() == 0
+    assert 200 < moved.sum() < 0.2 * moved.size  # the instrument, and nothing else
+
+
+def test_an_arm_over_ros_has_no_simulated_camera(tmp_path, capsys):
+    make_key(tmp_path / "key")
+    given = ["--key", str(tmp_path / "key"), "--video", "scene", "--arm", "PSM1", "--force", "/f"]
+    assert main(["serve", "follower", "remote", *given]) == 2
+    assert "--video scene: an arm over ROS 2 is at no simulated site" in capsys.readouterr().err

@@ -153,7 +153,7 @@ def source(text: str) -> VideoSource:
         return Mjpeg(text)
     if not Path(text).is_dir():
         raise PalpateError(f"--video {text}: there is no such folder",
-                           mend="give a folder of *.jpg files, or a camera: http://... or ros:/TOPIC")  # fmt: skip
+                           mend="give a folder of *.jpg files, http://..., ros:/TOPIC or scene")  # fmt: skip
     return Folder(Path(text))
 
 

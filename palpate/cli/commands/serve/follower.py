@@ -49,7 +49,7 @@ class Command:
     """With --arm: axes of that force, of the arm's base (as its measured_cp) or of its tip."""
     video: Annotated[str | None, arg(metavar="SOURCE")] = None
     """A camera that the operator sees in the viewer: ros:/camera/image_raw (sensor_msgs/Image or CompressedImage),
-    http://... of motion JPEG, or a folder of *.jpg files."""
+    http://... of motion JPEG, a folder of *.jpg files, or scene for the endoscope of a simulated site."""
     network: bool = False
     """With --arm or a camera over ROS 2: ROS 2 communicates with other machines; otherwise only within this one."""
 
@@ -70,7 +70,7 @@ class Command:
         scene = Scene.load(self.scene)
         rigs = build_pairs(scene) if scene.pairs else {"": build(scene)}
         rate = scene.remote.rate if scene.remote is not None else 1000.0
-        camera = self._camera()
+        camera = self._camera(rigs, lambda: [one.packet() for one in server.followers])
         arms = self._arms(rigs, lambda line: say(console, line))
         server = FollowerServer(rigs, key, self.host, self.port, rate, lambda line: say(console, line), arms,
                                 camera)  # fmt: skip
@@ -83,10 +83,18 @@ class Command:
         say(console, f"{counts}, largest force {server.largest:.2f} N, {server.cpu:.2f} s of processor time")
         return 0
 
-    def _camera(self) -> VideoSource | None:
+    def _camera(self, rigs: Mapping[str, Rig], packets: Callable[[], list[bytes]]) -> VideoSource | None:
         """The source of the pictures that are sent to the operator."""
+        from palpate.base.errors import PalpateError
         from palpate.session.network.video import source
 
+        if self.video == "scene":
+            if self.arm:
+                raise PalpateError("--video scene: an arm over ROS 2 is at no simulated site",
+                                   mend="give its camera, e.g. --video ros:/camera/image_raw")  # fmt: skip
+            from palpate.gym.site_camera import SiteCamera
+
+            return SiteCamera(list(rigs.values()), packets)
         if self.video is None or not self.video.startswith(_ROS):
             return None if self.video is None else source(self.video)
         from palpate.ros.pictures import RosPictures
