@@ -51,6 +51,9 @@ class RegistrationSection(Section):
     """places in that frame at which the error counts, by name [m]"""
     accuracy: Positive = 1e-3
     """error that no target may exceed with a probability of 95 % [m]"""
+    motion: Positive | None = None
+    """touch on until a motion of the organ by this much, half-way through the touches, would be told in nine of ten
+    sessions; no such demand when left out [m]"""
     landmarks: dict[str, Vector] = Field(default_factory=dict)
     """places on the surface that an operator finds and touches first, where no camera sees the organ [m]"""
     landmark_mm: Positive = 2.0

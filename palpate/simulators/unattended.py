@@ -35,8 +35,9 @@ def unattended(scanned: RegisteredOrgan, room: Room, told: Told = lambda procedu
     stated = room.rig.frames.pose(camera.frame)
     first = from_view(scanned.organ, room.look(scanned.index), stated.X, stated.covariance)
     procedure = Procedure(
-        scanned.organ, first, given.accuracy, 1e-3 * given.touch_mm, 1e-3 * given.tip_mm, room.hand.radius
-    )
+        scanned.organ, first, given.accuracy, 1e-3 * given.touch_mm, 1e-3 * given.tip_mm, room.hand.radius,
+        np.inf if given.motion is None else given.motion,
+    )  # fmt: skip
     told(procedure)
     misses = 0
     while not procedure.met:

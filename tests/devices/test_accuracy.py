@@ -50,6 +50,26 @@ def test_one_device_is_compared_with_a_weight_and_then_with_a_spring():
     assert accuracy.by_spring(device, "it", 200.0, asked).gain == pytest.approx(1.0, abs=0.01)
 
 
+class Table(SimulatedDevice):
+    """The weight rests on a table in the lower third of the way."""
+
+    _mass = 0.0
+    load = property(
+        lambda self: self._mass if self._p[2] > -1.3e-3 else 0.0, lambda self, mass: setattr(self, "_mass", mass)
+    )
+
+
+def test_a_weight_that_rests_on_a_table_in_a_part_of_the_way_is_doubted():
+    """Its gain was printed as 114.5 +-0.9 % without a remark."""
+    found = accuracy.by_weight(Table(truth=Truth()), "it", 0.15, asked)
+    assert found.misfit > 0.06
+    assert "doubted: the weight does not act everywhere" in found.in_words()
+    fair = accuracy.by_weight(SimulatedDevice(truth=Truth()), "it", 0.15, asked)
+    assert fair.misfit < 0.025
+    assert fair.doubts == ()
+    assert 3.0 <= fair.freedom <= 6.0
+
+
 class Light(SimulatedDevice):
     """Somebody has hung on a fifth of the weight that is stated."""
 

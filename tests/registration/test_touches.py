@@ -1,12 +1,14 @@
 """Touches of a surface: predicted against sampled errors, the best next touch, and what is told when they disagree."""
 
+import re
+
 import numpy as np
 import pytest
 
 from palpate.base.arrays import rigid
 from palpate.base.errors import RegistrationError
 from palpate.world.mesh import Mesh
-from palpate.world.registration import disagreement, predict, touch_check
+from palpate.world.registration import disagreement, organ_motion, predict, touch_check
 from palpate.world.registration.clouds import sampled
 from palpate.world.registration.procedure import Organ, Procedure, from_landmarks, from_view, touched_by
 from palpate.world.registration.touches import Guess, Touched, next_touch, touches
@@ -84,21 +86,51 @@ def moved_after(liver, rng, X, shift):
     return Touched(np.concatenate([early.p_WT, late.p_WT]), R, RADIUS, SIGMA, TIP)
 
 
-def test_smallest_motion_is_told_in_nine_of_ten_sessions(liver):
+def test_smallest_motion_is_told_in_nine_of_ten_sessions_and_rest_is_not_called_a_motion(liver):
     # Judged by simulated sessions, in which the organ carries the later touches along.
-    rng, X0, told = np.random.default_rng(5), np.eye(4), {0.5: 0, 1.0: 0, 2.0: 0}
+    rng, X0, told = np.random.default_rng(5), np.eye(4), {0.0: 0, 0.5: 0, 1.0: 0, 2.0: 0}
     first, n = Guess(X0, PRIOR), 50
     for _ in range(n):
         given = touching(liver, rng, drawn(rng, X0))
-        smallest = disagreement.smallest_motion(liver.surface, first, given, touches(liver.surface, first, given))
+        smallest = organ_motion.smallest(liver.surface, first, given, touches(liver.surface, first, given))
         d = rng.normal(size=3)
         step = np.repeat([0.0, smallest], 6)[:, None] * d / np.linalg.norm(d)
         for factor in told:
             moved = Touched(given.p_WT + factor * step, given.R_WT, RADIUS, SIGMA, TIP)
-            told[factor] += touches(liver.surface, first, moved).probability < disagreement.IMPLAUSIBLE
+            told[factor] += bool(organ_motion.told(liver.surface, first, moved, touches(liver.surface, first, moved)))
     assert told[1.0] / n == pytest.approx(0.9, abs=0.1)
+    assert told[0.0] <= 3  # 1 % of 50: more with a probability of 0.002
     assert told[0.5] / n < 0.5 < told[2.0] / n
     assert np.isnan(Procedure(liver, first, 1e-3, SIGMA, TIP, RADIUS).smallest_motion)  # no touch, no statement
+
+
+def test_motion_is_estimated_beside_the_place_of_the_touches(liver):
+    rng, X0 = np.random.default_rng(8), np.eye(4)
+    first, given = Guess(X0, PRIOR), touching(liver, rng, drawn(rng, X0), 20)
+    step = np.repeat([0.0, 1.0], [8, 12])[:, None] * [0.0, 0.0, 3e-3]
+    moved = Touched(given.p_WT + step, given.R_WT, RADIUS, SIGMA, TIP)
+    (words,) = organ_motion.told(liver.surface, first, moved, touches(liver.surface, first, moved))
+    after, size = map(float, re.search(r"touch (\d+), by about ([\d.]+) mm", words).groups())
+    assert 6 <= after <= 10
+    assert size == pytest.approx(3.0, abs=1.0)
+
+
+def test_session_that_asks_for_a_motion_touches_on_until_it_would_be_told(liver):
+    rng, X0 = np.random.default_rng(6), np.eye(4)
+    X, counts = drawn(rng, X0), []
+    for motion in (np.inf, 1.6e-3):
+        state = Procedure(liver, Guess(X0, PRIOR), 5e-3, SIGMA, TIP, RADIUS, motion)
+        given = touching(liver, rng, X, 40)
+        while not state.met:
+            state.require_sound(40)
+            k = len(state.X_WT)
+            state.add(rigid.rigid(given.R_WT[k], given.p_WT[k]))
+        counts.append(len(state.X_WT))
+        assert state.smallest_motion <= motion
+    assert counts[0] == 6 < 12 < counts[1]
+    state.motion = 1e-5
+    with pytest.raises(RegistrationError, match=r"are not enough: they tell a motion of the organ from 1\.\d+ mm on"):
+        state.require_sound(len(state.X_WT))
 
 
 def one_off(touched, k, shift):

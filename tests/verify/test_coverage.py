@@ -27,14 +27,14 @@ PLUS_MINUS = {
     "palpate/cli/commands/calibrate/hand.py": "calibrate hand",
     "palpate/cli/commands/device/bench.py": "device bench",
     "palpate/cli/commands/register/handeye.py": "register handeye",
-    "palpate/devices/accuracy.py": "a weight or spring: 12 simulated devices in tests/devices, without a row",
+    "palpate/devices/accuracy.py": "device bench",
     "palpate/report/device.py": "device bench",
     "palpate/world/registration/fiducials.py": "register points",
     "palpate/world/registration/hand_eye.py": "register handeye",
 }
 _PLUS_MINUS = re.compile(r"(?<!\+)\+- ?\{")
 _INTERVAL = re.compile(r"_95$|^covariance$|_covariance$|interval|_low$|_high$|deviation|^std|_std|^p_|^uncertain$")
-_TRIALS = {"bench": 2, "dynamics": 5, "payload": 2, "session": 1, "surface": 1, "tissue": 5}
+_TRIALS = {"bench": 2, "dynamics": 5, "gain": 2, "payload": 2, "session": 1, "surface": 1, "tissue": 5}
 if LONG:
     _TRIALS |= {"dynamics": 10, "surface": 4, "tissue": 10}
 
@@ -64,10 +64,7 @@ def printing_plus_minus(folder):
 def test_every_number_printed_after_plus_minus_belongs_to_an_estimate():
     assert printing_plus_minus(ROOT) == set(PLUS_MINUS)
     judged = {run.estimate(name).COMMAND for name in run.names()}
-    assert {name for name, of in PLUS_MINUS.items() if of not in judged} == {
-        "lab/palpate_lab/studies/wall/words.py",
-        "palpate/devices/accuracy.py",
-    }
+    assert {name for name, of in PLUS_MINUS.items() if of not in judged} == {"lab/palpate_lab/studies/wall/words.py"}
 
 
 def test_a_new_number_after_plus_minus_is_found(tmp_path):
@@ -82,7 +79,7 @@ def test_a_few_trials_of_each_estimate(name):
     """The asked share of the right form lies in the interval of what was found; each wrong form runs."""
     one = run.estimate(name)
     assert next(iter(one.FORMS)) == RIGHT
-    assert len(one.FORMS) == 4
+    assert len(one.FORMS) >= 4
     rows = run.run([name], _TRIALS.get(name, 10), seed=3, workers=0)
     right = rows[0]
     assert right.cover_95[0] <= 0.97

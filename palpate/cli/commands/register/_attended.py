@@ -121,8 +121,9 @@ class Dialogue:
         camera = given.camera
         first = self._first_by_landmarks() if camera is None else self._first_by_camera(camera)
         state = Procedure(
-            self._scanned.organ, first, given.accuracy, 1e-3 * given.touch_mm, 1e-3 * given.tip_mm, self._pointer.radius
-        )
+            self._scanned.organ, first, given.accuracy, 1e-3 * given.touch_mm, 1e-3 * given.tip_mm,
+            self._pointer.radius, float("inf") if given.motion is None else given.motion,
+        )  # fmt: skip
         self.procedure = state
         _session.progress(self._console, state)
         while not state.met:
