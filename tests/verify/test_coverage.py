@@ -13,11 +13,41 @@ from palpate_lab.verify.coverage.trial import RIGHT
 
 #: Commands that print intervals or covariances and have no file in `estimates`, with the reason.
 WITHOUT = {
+    "coverage": "prints the intervals of its own counts, Clopper and Pearson's",
     "check": "its deviations are those of a mesh from its smoothed copy, without an interval",
     "device wrist": "prints the smallest and largest value in the parts of a recording, which it calls so: no level",
     "experiment": "its intervals are those of the studies (palpate/base/arrays/intervals.py), which are judged there",
     "path": "its deviations are distances of two given curves, computed exactly",
 }
+_SAME = "of the same fit as the covariance that is judged"
+_PLACE = "a position"
+#: Keys of intervals in the JSON of each command, with the estimate that judges them, or the reason why none does.
+JUDGED = {
+    "calibrate gravity": {"coverage_95": "gravity", "std_Nm": "gravity", "std_factor_95": "gravity"},
+    "calibrate dynamics": {"terms_95": "dynamics"},
+    "calibrate hand": {
+        "mass_kg_95": "hand", "damping_N_s_per_m_95": "hand", "stiffness_N_per_m_95": "hand",
+        "lag_s_95": "a property of the load cell, of the same fit", "p_misfit": "hand",
+    },
+    "identify tissue": {"young_Pa_95": "tissue", "instantaneous_Pa_95": _SAME, "stiffening_95": _SAME},
+    "frames": {"covariance": "frames", "p_holm": "frames"},
+    "device bench": {
+        "deviations": "bench", "deviation": "gain", "interval_p99_us": "a quantile of times, without an interval",
+    },
+    "register points": {"covariance": "points", "tre_95": "points", "size_deviation": "points"},
+    "register surface": {"covariance": "surface"},
+    "register handeye": {"covariance": "handeye", "board_covariance": _SAME, "size_deviation": "handeye"},
+    "register camera": {"covariance": "camera", "p_TQ": _PLACE, "p_TQ_covariance": _SAME},
+    "register pivot": {"covariance": "pivot", "p_TQ": _PLACE, "p_WQ": _PLACE, "pivot_covariance": _SAME},
+    "register session": {"covariance": "session"},
+    "study guidance": {
+        **dict.fromkeys(("change_low", "change_high", "hedges_g_low", "hedges_g_high", "p_holm"), "operators"),
+        **{f"{key}_more_{end}": "operators" for key in ("path_error_mm", "mean_force_N", "peak_force_N", "time_s")
+           for end in ("low", "high")},
+    },
+    "study planning": {"entry_reduction_95": "routes", "p_holm": "routes"},
+    "study force": {"deviation_kg": "payload", "interval_kg": "payload"},
+}  # fmt: skip
 ROOT = Path(__file__).resolve().parents[2]
 #: Files that print a number after +-, with the command whose estimate judges it, or the reason why none does.
 PLUS_MINUS = {
@@ -39,21 +69,43 @@ if LONG:
     _TRIALS |= {"dynamics": 10, "surface": 4, "tissue": 10}
 
 
-def commands_with_intervals() -> set[str]:
-    sections = [section for page in json_contract.PAGES for section in page.read_text().split("\n## ")[1:]]
-    return {
-        re.match(r"`palpate ([^`]*)`", section)[1]
-        for section in sections
-        if section.startswith("`palpate ") and any(_INTERVAL.search(k) for k in re.findall(r"`(\w+)`", section))
+def interval_keys(pages):
+    """Keys of intervals, deviations, covariances and probabilities on the pages of the JSON, by command."""
+    sections = [section for page in pages for section in page.read_text(encoding="utf-8").split("\n## ")[1:]]
+    found = {
+        re.match(r"`palpate ([^`]*)`", one)[1]: {key for key in re.findall(r"`(\w+)`", one) if _INTERVAL.search(key)}
+        for one in sections
+        if one.startswith("`palpate ")
     }
+    return {command: keys for command, keys in found.items() if keys}
 
 
-def test_every_command_that_prints_an_interval_has_an_estimate():
-    judged = {run.estimate(name).COMMAND for name in run.names()}
-    found = commands_with_intervals()
-    assert {"register points", "calibrate hand", "identify tissue", "device bench"} <= found
-    assert found - judged - set(WITHOUT) - {"coverage"} == set()
-    assert not judged & set(WITHOUT)
+def without_estimate(found):
+    """Keys that no estimate judges and no reason excuses, by command."""
+    bad = {command: keys - set(JUDGED.get(command, {})) for command, keys in found.items() if command not in WITHOUT}
+    return {command: keys for command, keys in bad.items() if keys}
+
+
+def test_every_key_of_an_interval_has_an_estimate():
+    found = interval_keys(json_contract.PAGES)
+    assert without_estimate(found) == {}
+    assert {command: set(keys) for command, keys in JUDGED.items()} == {
+        command: keys for command, keys in found.items() if command not in WITHOUT
+    }
+    for command, keys in JUDGED.items():
+        assert {run.estimate(name).COMMAND for name in keys.values() if name in run.names()} <= {command}
+    assert set(run.names()) <= {name for keys in JUDGED.values() for name in keys.values()}
+
+
+def test_a_new_command_and_a_new_key_without_an_estimate_are_found(tmp_path):
+    """A judged command hid a key of its own that nothing judged: the gain of `device bench`."""
+    (tmp_path / "new.md").write_text(
+        "# Keys\n\n## `palpate guess`\n\n| `young_Pa_95` | low and high |\n\n"
+        "## `palpate device bench`\n\n| `deviations`, `gain_95` | |\n\n## `palpate check`\n\n| `std_mm` | |\n"
+    )
+    assert without_estimate(interval_keys([tmp_path / "new.md"])) == {
+        "guess": {"young_Pa_95"}, "device bench": {"gain_95"},
+    }  # fmt: skip
 
 
 def printing_plus_minus(folder):

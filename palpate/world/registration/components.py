@@ -14,6 +14,7 @@ _RATIO = 60.0  # largest factor between the true and the usual ratio of position
 _SPREAD = np.log(4.0)  # standard deviation of the logarithm of that factor, known beforehand
 _RATIOS, _SHARES = 13, 5  # points of the grid over both ratios
 _NEGLIGIBLE = 1e-3  # probability relative to the largest below which ratios are left out of the second grid
+_TEMPER = 0.7  # power of the likelihood of the ratios: at 1, 95 % ellipsoids held the truth in 1145 of 1249 noisy sets
 _DRAWS = 4000  # for the quantile of the distance between the truth and the solution
 _ROUNDING = 1e-9  # smaller residuals of exact data are rounding, in usual errors
 
@@ -63,7 +64,7 @@ class Components:
             np.linalg.slogdet(S)[1].sum(axis=1) + np.linalg.slogdet(H)[1] + self.freedom * np.log(Q)
         )  # fmt: skip
         log_p -= 0.5 * (np.log(ratio) / _SPREAD) ** 2
-        p = np.exp(log_p - log_p.max())
+        p = np.exp(_TEMPER * (log_p - log_p.max()))
         return Fits(ratio, share, p / p.sum(), theta, np.linalg.inv(H), Q / self.freedom, W, self.freedom)
 
     def linearised(self) -> Linearised:
