@@ -10,8 +10,8 @@ from palpate.base.errors import RegistrationError
 from palpate.world.mesh import Mesh
 from palpate.world.registration import disagreement, organ_motion, predict, touch_check
 from palpate.world.registration.clouds import sampled
-from palpate.world.registration.procedure import Organ, Procedure, from_landmarks, from_view, touched_by
-from palpate.world.registration.touches import Guess, Touched, next_touch, touches
+from palpate.world.registration.procedure import Organ, Procedure, from_landmarks, from_view
+from palpate.world.registration.touches import Guess, Touched, next_touch, touched_by, touches
 from palpate.world.shapes.organs import gallbladder, organ
 
 SIGMA, TIP, RADIUS = 0.3e-3, 0.2e-3, 2e-3

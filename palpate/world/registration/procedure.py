@@ -15,7 +15,7 @@ from palpate.base.errors import RegistrationError
 from palpate.world.registration import disagreement, organ_motion, predict
 from palpate.world.registration.fiducials import points
 from palpate.world.registration.surfaces import surface
-from palpate.world.registration.touches import Guess, Touched, TouchRegistration, next_touch, touches
+from palpate.world.registration.touches import Guess, Touched, TouchRegistration, next_touch, touched_by, touches
 
 CONFIDENCE = 0.95
 """Probability with which no target's error exceeds the stated accuracy."""
@@ -56,7 +56,8 @@ class Organ:
         if not (off > _OUTSIDE).any():
             return
         worst = int(np.argmax(off))
-        mirrored = [axis for k, axis in enumerate("xyz") if (size(self._height(p * _flip(k))) <= _OUTSIDE).all()]
+        flipped = zip("xyz", 1.0 - 2.0 * np.eye(3), strict=True)
+        mirrored = [axis for axis, flip in flipped if (size(self._height(p * flip)) <= _OUTSIDE).all()]
         why = f"with the opposite sign of {mirrored[0]} all {kind}s fit: the list is mirrored" if mirrored else ""
         where = "outside of the organ" if kind == "target" else "from the organ's surface"
         raise RegistrationError(
@@ -79,10 +80,6 @@ class Organ:
         mean = np.array([normals[rows].mean(axis=0) for rows in near])
         flat = np.linalg.norm(mean, axis=1) > _FLAT
         return p[flat], normals[flat]
-
-
-def _flip(axis: int) -> Array:
-    return np.where(np.arange(3) == axis, -1.0, 1.0)
 
 
 def from_view(organ: Organ, view: Array, X_WC: Array, covariance: Array) -> Guess:
@@ -242,12 +239,6 @@ class Procedure:
         raise RegistrationError(
             "no place is left that the tool can touch", mend="move the arm, or state a lower accuracy"
         )
-
-
-def touched_by(X_WT: list[Array], radius: float, sigma: float, tip: float) -> Touched:
-    """Touches of these poses (4, 4)."""
-    X = np.array(X_WT).reshape(-1, 4, 4)
-    return Touched(X[:, :3, 3], X[:, :3, :3], radius, sigma, tip)
 
 
 def nothing_felt(misses: int) -> RegistrationError:

@@ -84,6 +84,12 @@ def touches(model: _core.Surface, first: Guess, touched: Touched) -> TouchRegist
     return TouchRegistration(X, covariance, b, e, q, float(chdtrc(max(len(touched), 1), q)))
 
 
+def touched_by(X_WT: list[Array], radius: float, sigma: float, tip: float) -> Touched:
+    """Touches of these poses (4, 4)."""
+    X = np.array(X_WT).reshape(-1, 4, 4)
+    return Touched(X[:, :3, 3], X[:, :3, :3], radius, sigma, tip)
+
+
 def linearised(model: _core.Surface, X: Array, b: Array, touched: Touched) -> tuple[Array, Array]:
     """Residuals (N,) [m] and their derivatives (N, 9) by the displacement of X and by b."""
     p_W = touched.p_WT + touched.R_WT @ b

@@ -13,9 +13,9 @@ from palpate.scene.overrides import override
 from palpate.scene.registered import RegisteredOrgan
 from palpate.simulators.room import Room
 from palpate.simulators.unattended import true_errors, unattended
-from palpate.world.registration.procedure import Procedure, touched_by
+from palpate.world.registration.procedure import Procedure
 from palpate.world.registration.touch_check import check, spread
-from palpate.world.registration.touches import Guess
+from palpate.world.registration.touches import Guess, touched_by
 
 KINDS = ("right", "moved", "tip", "mirrored", "another")
 """As stated; the organ moves after three touches; the tip is calibrated wrongly; mirrored targets; another scan."""

@@ -17,8 +17,8 @@ from palpate.scene import Scene, placing
 from palpate.scene.registered import RegisteredOrgan, at
 from palpate.scene.registration import CameraSection
 from palpate.sensing.trackers.tracker import Tracker
-from palpate.world.registration.procedure import Procedure, from_landmarks, from_view, touched_by
-from palpate.world.registration.touches import Guess
+from palpate.world.registration.procedure import Procedure, from_landmarks, from_view
+from palpate.world.registration.touches import Guess, touched_by
 
 FELT = 0.05
 """Smallest force that counts as contact [N]."""

@@ -48,8 +48,8 @@ class Command:
         from palpate.scene import Scene
         from palpate.scene.registered import RegisteredOrgan, entry, file_of
         from palpate.world.frames import files
-        from palpate.world.registration.procedure import touched_by
         from palpate.world.registration.touch_check import check
+        from palpate.world.registration.touches import touched_by
 
         console, scene = console_for(self.json), Scene.load(self.scene)
         if self.places < 4:
