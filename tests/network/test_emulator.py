@@ -144,6 +144,17 @@ def test_a_table_is_replayed_and_repeats(tmp_path):
     assert got[2100] == pytest.approx(0.010)  # the second time
 
 
+@pytest.mark.parametrize(
+    "content",
+    ["# ping\ntime,delay\n0,0.02\n1,\n2,0.03\n", "Time;Delay\n0;0.02\n1;\n2;0.03\n",
+     "\ufefft\td\r\n0\t0.02\r\n1\r\n2\t0.03",
+     "host,delay,time\na,0.02,0\na,,1\na,0.03,2\n"],
+)  # fmt: skip
+def test_tables_of_other_tools_are_read(tmp_path, content):
+    (tmp_path / "a.csv").write_text(content, encoding="utf-8")
+    assert read_trace(tmp_path / "a.csv") == [(0.0, 0.02), (1.0, -1.0), (2.0, 0.03)]
+
+
 def write_pcap(path, times, order="<", magic=0xA1B2C3D4):
     data = struct.pack(order + "IHHiIII", magic, 2, 4, 0, 0, 65535, 1)
     unit = 1e-6 if magic == 0xA1B2C3D4 else 1e-9
@@ -176,6 +187,13 @@ def test_delays_and_losses_are_read_from_captured_packets(tmp_path, order, magic
         ("a.csv", b"0,nan\n1,0.1\n", "times and delays must be finite"),
         ("a.csv", b"0,\n1,\n2,-1\n", ": 0 usable packets"),
         ("a.csv", b"", "0 usable packets"),
+        ("a.csv", b'0,"0.1\n1,0.1\n', "a quote is not closed"),
+        ("a.csv", b"time,delay\n0,41.2\n1,40.3\n", "the median delay is 40.75 s"),  # milliseconds
+        (
+            "a.csv",
+            b'"No.","Time","Source"\n"1","0.00","10.0.0.1"\n"2","0.01","10.0.0.1"\n',
+            "no columns time and delay",
+        ),
         ("a.pcap", b"hello", "this is no pcap file"),
         ("a.pcap", struct.pack("<IHHiIII", 0xA1B2C3D4, 2, 4, 0, 0, 65535, 1), "0 packets"),
     ],
@@ -194,6 +212,6 @@ def test_packets_that_were_captured_out_of_order_are_read_in_order(tmp_path):
 
 
 def test_a_trace_that_the_emulator_cannot_play_is_told(tmp_path):
-    (tmp_path / "a.csv").write_text("0,70\n1,0.1\n")
+    (tmp_path / "a.csv").write_text("0,70\n1,0.1\n2,0.1\n")
     with pytest.raises(PalpateError, match=r"(?s)cannot be played.*delay above 60 s"):
         network(str(tmp_path / "a.csv"))

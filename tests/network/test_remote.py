@@ -154,7 +154,7 @@ def test_a_second_master_another_scene_version_key_or_clock_is_refused(rig, foll
     later = SimpleNamespace(time=lambda: time.time() + 3 * 3600, monotonic=time.monotonic, sleep=time.sleep)
     for name, value, words in (
         ("digest", lambda scene: "0" * 16, r"(?s)another scene .*same scene file"),
-        ("__version__", "0.0.1", r"(?s)this end has Palpate .*same version"),
+        ("__version__", "0.0.1", r"(?s)the follower has Palpate .*same version"),
         ("time", later, r"(?s)clocks of both machines differ by -?3\.0 h.*NTP"),
     ):
         monkeypatch.setattr(links, name, value)
@@ -168,8 +168,8 @@ def test_a_second_master_another_scene_version_key_or_clock_is_refused(rig, foll
 
 def test_packets_of_another_version_are_refused_by_name(rig, follower):
     hello = {"version": __version__, "scene": sites.digest({"": rig.scene}), "time": time.time()}
-    assert follower._fault(hello) == "this end has packets of version 2, the other one of version 1"
-    assert follower._fault(hello | {"packets": "x"}).endswith("the other one of version x")
+    assert follower._fault(hello) == "the follower has packets of version 2, this end of version 1"
+    assert follower._fault(hello | {"packets": "x"}).endswith("this end of version x")
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ Trace = list[tuple[float, float]]
 
 _MAGIC = {0xA1B2C3D4: 1e-6, 0xA1B23C4D: 1e-9}
 """Resolution of the time stamps of a pcap file by its first word [s]."""
+_LONG = 5.0  # median delay that is none of a network [s]
 _LEAST = 10
 _SPARSE = 100  # most periods a packet: more of them are no stream
 _WINDOW = 200  # packets over which the sender's period is taken as constant
@@ -26,10 +27,10 @@ _WINDOW = 200  # packets over which the sender's period is taken as constant
 def read_trace(path: str | Path) -> Trace:
     """The trace of a file.
 
-    A table (.csv) has the columns time and delay [s], with or without a line of names; an empty or negative delay is a
-    loss. A capture (.pcap) holds the packets of one stream with a constant period, as they arrived: the delay of each
-    is how much later it came than the earliest line of that period allows, and gaps are losses. The smallest delay
-    cannot be seen at one end, and is 0.
+    A table (.csv, with commas, semicolons or tabs) has the columns time and delay [s], of more than two those of these
+    names; an empty or negative delay is a loss. Lines with # are left out. A capture (.pcap) holds the packets of one
+    stream with a constant period, as they arrived: the delay of each is how much later it came than the earliest line
+    of that period allows, and gaps are losses. The smallest delay cannot be seen at one end, and is 0.
 
     Raises:
         PalpateError: the file does not exist, is no such file, or holds too few packets.
@@ -51,22 +52,44 @@ def read_trace(path: str | Path) -> Trace:
 
 
 def _of_table(path: Path) -> Trace:
+    lines = limits.read_text(path, limits.MOST_TABLE).removeprefix("\ufeff").splitlines()
+    used = [k for k, line in enumerate(lines) if line.strip() and not line.startswith("#")]
+    mark = max(",;\t", key=lines[used[0]].count) if used else ","
+    rows = list(csv.reader((lines[k] for k in used), delimiter=mark))
+    if len(rows) != len(used):
+        raise csv.Error("a quote is not closed")
+    columns = (0, 1)
+    if rows and not is_number(rows[0][0]):
+        columns = _columns(path, rows.pop(0))
+        used.pop(0)
     out: Trace = []
-    for number, row in enumerate(csv.reader(limits.read_text(path, limits.MOST_TABLE).splitlines()), 1):
-        if not row or (number == 1 and not is_number(row[0])):
-            continue
+    for number, row in zip(used, rows, strict=True):
         try:
-            delay = row[1].strip() if len(row) > 1 else ""
-            out.append((float(row[0]), float(delay) if delay else -1.0))
-        except ValueError:
-            what = f"{path}, line {number}: {','.join(row)[:60]!r} is no time and delay"
+            delay = row[columns[1]].strip() if len(row) > columns[1] else ""
+            out.append((float(row[columns[0]]), float(delay) if delay else -1.0))
+        except (ValueError, IndexError):
+            what = f"{path}, line {number + 1}: {mark.join(row)[:60]!r} is no time and delay"
             raise PalpateError(what, mend="write seconds, e.g. 0.25,0.041") from None
     table = np.array(out).reshape(-1, 2)
     if not np.isfinite(table).all():
         raise PalpateError(f"{path}: times and delays must be finite", mend="leave the delay of a lost packet empty")
     if (np.diff(table[:, 0]) <= 0.0).any():
         raise PalpateError(f"{path}: times must increase", mend="sort the rows by time")
+    arrived = table[table[:, 1] >= 0.0, 1]
+    if len(arrived) and np.median(arrived) > _LONG:
+        raise PalpateError(f"{path}: the median delay is {np.median(arrived):g} s", mend="write seconds: 0.041, not 41")
     return out
+
+
+def _columns(path: Path, names: list[str]) -> tuple[int, int]:
+    """Columns of time and delay by their names."""
+    plain = [name.strip().lower() for name in names]
+    if len(plain) <= 2:
+        return 0, 1
+    if "time" in plain and "delay" in plain:
+        return plain.index("time"), plain.index("delay")
+    raise PalpateError(f"{path}: no columns time and delay", why=f"the columns are {', '.join(names)[:100]}",
+                       mend="name them so, in seconds; for captured packets give the FILE.pcap")  # fmt: skip
 
 
 def _arrivals(path: Path) -> Array:

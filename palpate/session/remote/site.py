@@ -296,15 +296,15 @@ class FollowerServer:
         return master is not None
 
     def _fault(self, hello: dict[str, Any]) -> str | None:
-        """Why an operator's end may not connect; None if it may."""
+        """Why an operator's end may not connect, in words for that end; None if it may."""
         if (theirs := hello.get("packets", 1)) != _network.PACKET_VERSION:
-            return f"this end has packets of version {_network.PACKET_VERSION}, the other one of version {theirs}"
+            return f"the follower has packets of version {_network.PACKET_VERSION}, this end of version {theirs}"
         if hello.get("version") != __version__:
-            return f"this end has Palpate {__version__}, the other one {hello.get('version')}"
+            return f"the follower has Palpate {__version__}, this end {hello.get('version')}"
         mine = digest({name: rig.scene for name, rig in self.rigs.items()})
         if hello.get("scene") != mine:
-            both = f"{mine}, the other one {hello.get('scene')}"
-            return f"this end has another scene ({both}): objects, contact, follower or mode differ"
+            both = f"{mine}, this end {hello.get('scene')}"
+            return f"the follower has another scene ({both}): objects, contact, follower or mode differ"
         try:
             apart = time.time() - float(hello.get("time", 0.0))
         except (TypeError, ValueError, OverflowError):
