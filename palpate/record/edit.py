@@ -13,7 +13,7 @@ from palpate.record.layout import GROUPS, group_of_topic, type_name
 from palpate.record.mcap_file import MESSAGE_HEAD, Block, McapFile, strided
 from palpate.record.mcap_scan import Index, Place, scan
 from palpate.record.pieces import groups_of
-from palpate.record.snapshots import CAMERA, SHAPES
+from palpate.record.snapshots import CAMERA, SENSORS, SHAPES
 
 _END = 2**63  # later than any message [ns]
 
@@ -151,7 +151,7 @@ def _copy_ticks(file: McapFile, index: Index, place: Place, number: int, first: 
 def _lasts(topic: str) -> bool:
     """True for a topic whose messages hold from their time on: models, meshes, constant signals."""
     group = group_of_topic(topic)
-    moving = topic == "/tf" or topic == CAMERA or topic.startswith(SHAPES)
+    moving = topic == "/tf" or topic == CAMERA or topic.startswith((SHAPES, SENSORS))
     return group[1] if group is not None else not moving
 
 

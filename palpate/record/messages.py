@@ -30,6 +30,18 @@ _FIELDS = {
     "std_msgs/MultiArrayDimension": ("string label", "uint32 size", "uint32 stride"),
     "std_msgs/MultiArrayLayout": ("std_msgs/MultiArrayDimension[] dim", "uint32 data_offset"),
     "std_msgs/Int16MultiArray": ("std_msgs/MultiArrayLayout layout", "int16[] data"),
+    "sensor_msgs/PointField": ("string name", "uint32 offset", "uint8 datatype", "uint32 count"),
+    "sensor_msgs/PointCloud2": (
+        "std_msgs/Header header",
+        "uint32 height",
+        "uint32 width",
+        "sensor_msgs/PointField[] fields",
+        "bool is_bigendian",
+        "uint32 point_step",
+        "uint32 row_step",
+        "uint8[] data",
+        "bool is_dense",
+    ),
     "sensor_msgs/CompressedImage": ("std_msgs/Header header", "string format", "uint8[] data"),
     "visualization_msgs/UVCoordinate": ("float32 u", "float32 v"),
     "visualization_msgs/MeshFile": ("string filename", "uint8[] data"),
@@ -102,6 +114,7 @@ _OTHERS = {
     "visualization_msgs/msg/MarkerArray",
     "std_msgs/msg/Int16MultiArray",
     "sensor_msgs/msg/JointState",
+    "sensor_msgs/msg/PointCloud2",
 }
 DEFINITIONS = {schema: _definition(schema.replace("/msg/", "/")) for schema in sorted(_OTHERS)}
 """Definition text of each message type beside the signals, with its nested types."""

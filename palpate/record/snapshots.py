@@ -1,8 +1,9 @@
-"""What a record holds at a low rate beside its signals: the shape of soft objects, the joints of the endoscope arm, and
-the poses of rigid bodies.
+"""What a record holds at a low rate beside its signals: the shape of soft objects, the joints of the endoscope arm, the
+poses of rigid bodies, and frames of sensors.
 
 A shape is `std_msgs/Int16MultiArray`: the displacement of every vertex from rest in units of `QUANTUM`, rows x y z, in
-the object's frame O. The joints are `sensor_msgs/JointState`, and the poses are frames on /tf. The record's compression
+the object's frame O. The joints are `sensor_msgs/JointState`, the poses are frames on /tf, and a frame of a sensor is
+`sensor_msgs/PointCloud2` with the pose of the camera on /tf. The record's compression
 makes the shapes small, since most of a surface is at rest.
 """
 
@@ -24,19 +25,31 @@ RATE = 25.0
 """Rate of the snapshots [Hz]: smooth to the eye."""
 QUANTUM = 2e-5
 """Unit of a stored displacement [m]: the vertex is at most 0.87 of it away, half a unit along each axis."""
+POINTS = "sensor_msgs/msg/PointCloud2"
 SHAPE, JOINTS = "std_msgs/msg/Int16MultiArray", "sensor_msgs/msg/JointState"
 CAMERA = "/scene/camera/joints"
-SHAPES = "/scene/shape/"
+SHAPES, SENSORS = "/scene/shape/", "/sensors/"
 FRAMES = "/tf"
-BODY = "palpate_body_"
-"""Begin of the name of a body's frame."""
+BODY, SENSOR = "palpate_body_", "palpate_sensor_"
+"""Begin of the name of a body's frame, and of a sensor's."""
+CLOUD_QUANTUM = 2.0**-15
+"""Unit to which the points of a sensor are rounded [m]: 0.03 mm, so that they need half the space."""
 _FARTHEST = 32767 * QUANTUM  # largest displacement [m]
 _HEAD = 4  # bytes before the body of a message
 
 
 def topic_of(name: str) -> str:
     """Topic of a soft object's shape; characters that a ROS name cannot have become underscores."""
-    return SHAPES + "".join(c if c.isascii() and (c.isalnum() or c == "_") else "_" for c in name)
+    return SHAPES + _ros_name(name)
+
+
+def cloud_topic(name: str) -> str:
+    """Topic of the frames of the sensor that an object is the cloud of."""
+    return f"{SENSORS}{_ros_name(name)}/points"
+
+
+def _ros_name(name: str) -> str:
+    return "".join(c if c.isascii() and (c.isalnum() or c == "_") else "_" for c in name)
 
 
 @dataclass(frozen=True)
@@ -63,6 +76,28 @@ def shape_of(message: bytes) -> npt.NDArray[np.int16]:
     """
     count = int(np.frombuffer(message, "<u4", 1, len(shape_message(np.empty((0, 3)))) - 4)[0])
     return np.frombuffer(message, "<i2", count, len(message) - 2 * count).reshape(-1, 3)
+
+
+def cloud_message(
+    t: float, frame: str, size: tuple[int, int], fields: list[tuple[str, int, int, int]], data: npt.NDArray[np.uint8]
+) -> bytes:
+    """The message of a cloud, measured at a time [s].
+
+    Args:
+        t: time.
+        frame: name of the camera's frame.
+        size: rows and columns.
+        fields: name, offset, datatype and count of each field of a point.
+        data: the points.
+    """
+    rows, columns = size
+    step = data.size // max(1, rows * columns)
+    sec, nanosec = divmod(round(1e9 * t), 10**9)
+    message = Cdr().number("i", sec).number("I", nanosec).text(frame).number("I", rows, columns, len(fields))
+    for name, offset, datatype, count in fields:
+        message.text(name).number("I", offset).number("B", datatype).number("I", count)
+    message.number("B", 0).number("I", step, step * columns, data.size)
+    return bytes(message) + data.tobytes() + b"\x00"  # not dense: a camera does not see everything
 
 
 def joints_message(t: float, names: tuple[str, ...], q: Array) -> bytes:

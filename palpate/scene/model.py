@@ -258,6 +258,9 @@ class RecordSection(Section):
     """size at which the record of the open viewer, which takes all motion after the run, ends [GB]"""
     frames: bool = True
     """true: the record also holds frames, arms and meshes, which Foxglove's 3-D panel shows"""
+    sensors: bool = False
+    """true: the record also holds every frame of the sensors as sensor_msgs/PointCloud2, with the pose of the camera on
+    /tf; its points are rounded to 0.03 mm"""
     report: bool | None = None
     """true: write an HTML report next to the record; when left out only after a run in the viewer (palpate report
     writes one of any record)"""
@@ -272,9 +275,11 @@ class RecordSection(Section):
         return names
 
     @model_validator(mode="after")
-    def _one_rate(self) -> RecordSection:
+    def _consistent(self) -> RecordSection:
         if self.rate is not None and self.every > 1:
             raise ValueError("rate and every are given | keep one of them")
+        if self.sensors and not self.frames:
+            raise ValueError("sensors needs frames: their points are in frames of the record | leave frames: false out")
         return self
 
     def step(self, haptic: float) -> int:

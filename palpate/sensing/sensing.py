@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -84,6 +84,8 @@ class Sensing:
         self._objects = list(rig.snapshot.objects)
         self._rendered: dict[str, tuple[_tissue.PointSurface, float]] = {}
         self.frames: dict[str, CloudFrame] = {}  #: newest frame of each object, for drawings
+        self.keep: Callable[[str, CloudFrame, float], None] | None = None
+        """Called with the object, each of its frames, and the session's time [s], for the record."""
 
     def step(self, t: float) -> int:
         """Ask the sources at the session's time t [s] and hand over the new surfaces; returns their number."""
@@ -94,6 +96,8 @@ class Sensing:
             frame = frames[name]
             if frame is None:
                 continue
+            if self.keep is not None:
+                self.keep(name, frame, t)
             tick = self._tick()
             found = stream.build(frame, t, tick, self._position(tick, name))
             if found is None:

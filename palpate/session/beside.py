@@ -55,6 +55,9 @@ class AttendedLoop(RecordedLoop):
         self.sensing = _sensing(rig, loop, clouds, targets)  #: turns the frames of sensors into surfaces
         if self.sensing is not None:
             weakref.finalize(self, self.sensing.close)
+            if self.scene.record.sensors:
+                me = weakref.proxy(self)
+                self.sensing.keep = lambda *frame: me.take_cloud(*frame)
         self.execution: PlanExecution | None = None  #: the newest plan that moves, or moved, the follower
         self.steps_beside: list[Callable[[float], None]] = []  #: called with the time [s], every `PERIOD`
         self.task_words: Callable[[], str] | None = None  #: how a task stands, for viewers; None: there is none

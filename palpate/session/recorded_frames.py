@@ -18,7 +18,7 @@ from palpate.record.extra import (
     text_message,
     transform_message,
 )
-from palpate.record.snapshots import BODY, CAMERA, JOINTS, SHAPE, topic_of
+from palpate.record.snapshots import BODY, CAMERA, JOINTS, POINTS, SHAPE, cloud_topic, topic_of
 from palpate.record.ticks import Ticks
 from palpate.scene.live_targets import object_poses
 from palpate.scene.rig import Rig
@@ -49,6 +49,9 @@ class RecordedFrames:
         self.topics = {"/tf_static": TF, "/scene/arms": MARKERS, "/scene/objects": MARKERS}
         self.topics |= dict.fromkeys(self._models, TEXT)
         self.topics |= {topic_of(name): SHAPE for name in soft_objects(rig).values()}
+        if rig.scene.record.sensors:
+            seen = [obj.name for obj in rig.scene.objects if obj.cloud is not None and obj.cloud.sensor is not None]
+            self.topics |= {cloud_topic(name): POINTS for name in seen}
         if rig.ecm is not None:
             self.topics[CAMERA] = JOINTS
         self._solids = _solids(rig)

@@ -24,6 +24,7 @@ from palpate.session.summary import Summary, Totals
 
 if TYPE_CHECKING:
     from palpate import _network
+    from palpate.sensing.source import CloudFrame
     from palpate.session.loop import Loop
 
 
@@ -114,6 +115,11 @@ class RecordedLoop:
         """Take a snapshot of the newest tick, if one is due."""
         if self.takes_snapshots:
             self._take_snapshot(float(self.latest()["t"]))
+
+    def take_cloud(self, name: str, frame: CloudFrame, now: float) -> None:
+        """Keep a frame of the sensor that an object is the cloud of for the record; now: session's time [s]."""
+        if self._out is not None and self.recording:
+            self._snapshots.take_cloud(name, frame, now)
 
     def _take_snapshot(self, t: float) -> None:
         self._snapshots.take(t)

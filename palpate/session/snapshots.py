@@ -1,9 +1,10 @@
-"""Takes snapshots of a running session for its record: soft objects, the endoscope arm, rigid bodies."""
+"""Takes snapshots of a running session for its record: soft objects, the endoscope arm, rigid bodies, sensors."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,15 +13,22 @@ from palpate.record.extra import WORLD, transform_message
 from palpate.record.snapshots import (
     BODY,
     CAMERA,
+    CLOUD_QUANTUM,
     FRAMES,
     RATE,
+    SENSOR,
     Snapshot,
+    cloud_message,
+    cloud_topic,
     joints_message,
     shape_message,
     topic_of,
 )
 from palpate.scene.rig import Rig
 from palpate.scene.soft import is_soft, rest_shape
+
+if TYPE_CHECKING:
+    from palpate.sensing.source import CloudFrame
 
 ECM_JOINTS = ("yaw", "pitch", "insertion", "roll")
 
@@ -74,6 +82,17 @@ class Snapshots:
         q = self._joints()
         if q is not None:
             self._kept.append(Snapshot(t, CAMERA, joints_message(t, ECM_JOINTS, q)))
+
+    def take_cloud(self, name: str, frame: CloudFrame, now: float) -> None:
+        """Take a frame of an object's sensor, with the pose of the camera; now: the session's time [s]."""
+        from palpate.sensing.messages import fields_of
+
+        points, child = np.asarray(frame.points, dtype=np.float64), SENSOR + name
+        fields, _, data = fields_of(np.rint(points / CLOUD_QUANTUM) * CLOUD_QUANTUM, frame.colors)
+        size = points.shape[:2] if points.ndim == 3 else (1, len(points))
+        stamp = round(1e9 * frame.t)
+        self._kept.append(Snapshot(now, FRAMES, transform_message({(WORLD, child): frame.X_WC}, stamp)))
+        self._kept.append(Snapshot(now, cloud_topic(name), cloud_message(frame.t, child, size, fields, data)))
 
     def idle_periods(self, t: float, period: float) -> float:
         """Number of periods from a time on [s] at whose begin no snapshot is due."""

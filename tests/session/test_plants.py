@@ -56,7 +56,7 @@ def test_a_scene_with_a_driver_runs_in_real_time_at_the_rate_of_the_driver():
     session = palpate.Session(trusted(scene(arms=on(Sinks))))
     assert not session.plant.simulated
     assert session.rate == 500.0
-    summary = session.run(2.0)
+    summary = session.run(10.0, on_progress=lambda state: state.force > 1.0 and session.finish())
     assert summary.realtime
     assert summary.peak_force_N == pytest.approx(session.plant.driver.strongest)
     assert 1.0 < summary.peak_force_N <= 3.0
@@ -105,7 +105,7 @@ def two(right, left):
 def test_a_device_and_a_simulated_hand_are_one_session():
     session = palpate.PairsSession(two(Sinks, None))
     assert session.driven
-    summary = session.run(2.0)
+    summary = session.run(10.0, on_progress=lambda states: states["right"].force > 1.0 and session.interrupt())
     assert summary.pairs["right"].peak_force_N > 1.0
     assert summary.pairs["right"].realtime
     with pytest.raises(StateError, match="pair right is felt on test_plants:Sinks"):
@@ -115,7 +115,8 @@ def test_a_device_and_a_simulated_hand_are_one_session():
 
 
 def test_two_devices_lead_two_hands_and_one_device_cannot():
-    found = palpate.PairsSession(two(Sinks, Left)).run(2.0)
+    session = palpate.PairsSession(two(Sinks, Left))
+    found = session.run(10.0, on_progress=lambda states: states["right"].force > 1.0 and session.interrupt())
     assert found.pairs["right"].peak_force_N > 1.0
     assert found.pairs["left"].peak_force_N == 0.0, "its ball is elsewhere"
     with pytest.raises(palpate.PalpateError, match="the pairs right and left both have"):
