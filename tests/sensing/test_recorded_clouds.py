@@ -1,107 +1,120 @@
-"""A record holds the frames of sensors: other tools read them, and a run on them feels what the run felt."""
+"""Recorded streams and PointCloud2 messages: round trips, times, and damaged data."""
 
-import itertools
-from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import yaml
-from mcap.reader import make_reader
-from mcap_ros2.decoder import DecoderFactory
 
-import palpate
-from palpate.base.errors import SceneError
-from palpate.record import edit
-from palpate.record.snapshots import CLOUD_QUANTUM
+from palpate.base.errors import CloudError
+from palpate.sensing import messages
 from palpate.sensing.replay import ReplaySource
-from palpate.sensing.source import CloudFrame
+from palpate.world.clouds import PointCloud
 
-TOPIC = "/sensors/seen/points"
-DURATION = 1.5
-
-
-def camera(sensor, **record):
-    """The shipped scene with this sensor."""
-    scene = yaml.safe_load(Path(palpate.Scene.load("camera").file).read_text())
-    scene["sensors"]["camera"] = {**sensor, "pose": scene["sensors"]["camera"]["pose"]}
-    return {**scene, "record": record}
+P = np.arange(24, dtype=np.float32).reshape(2, 4, 3) / 8
+C = np.arange(24, dtype=np.uint8).reshape(2, 4, 3)
 
 
-@pytest.fixture(scope="module")
-def run(tmp_path_factory):
-    """The summary of a run with a simulated camera, and the frames that its objects got."""
-    seen = {"simulated": {"rows": 96, "columns": 128, "noise_mm": 0.0, "step_mm": 0.0, "dropout": 0.02}}
-    session = palpate.Session(camera(seen, sensors=True), out=tmp_path_factory.mktemp("runs"))
-    got, keep = [], session.sensing.keep
-    session.sensing.keep = lambda name, frame, now: (got.append((frame, now)), keep(name, frame, now))
-    return session.run(DURATION), got
+def message(points=P, colors=C, frame="camera", **more):
+    fields, step, data = messages.fields_of(points, colors)
+    header = SimpleNamespace(frame_id=frame, stamp=SimpleNamespace(sec=1, nanosec=0))
+    named = [SimpleNamespace(name=n, offset=o, datatype=k, count=c) for n, o, k, c in fields]
+    rows, columns = points.shape[:2] if points.ndim == 3 else (1, len(points))
+    values = {"header": header, "height": rows, "width": columns, "fields": named, "is_bigendian": False,
+              "point_step": step, "row_step": step * columns, "data": data, "is_dense": False}  # fmt: skip
+    return SimpleNamespace(**(values | more))
 
 
-def messages(record, topic):
-    with open(record, "rb") as file:
-        reader = make_reader(file, decoder_factories=[DecoderFactory()])
-        return [one.decoded_message for one in reader.iter_decoded_messages(topics=[topic])]
+def test_a_message_gives_back_points_and_colours():
+    for colors in (C, None):
+        found = messages.decode(message(colors=colors))
+        assert np.array_equal(found.points, P)
+        assert (found.colors is None) == (colors is None)
+    assert np.array_equal(messages.decode(message()).colors, C.reshape(-1, 3))
+    assert messages.decode(message(P.reshape(-1, 3))).points.shape == (8, 3)
 
 
-def test_another_reader_finds_each_frame_with_the_pose_of_the_camera(run):
-    summary, got = run
-    clouds = messages(summary.record, TOPIC)
-    assert len(clouds) == len(got) == pytest.approx(30 * DURATION, abs=2)
-    poses = [
-        transform
-        for message in messages(summary.record, "/tf")
-        for transform in message.transforms
-        if transform.child_frame_id == "palpate_sensor_seen"
-    ]
-    assert len(poses) == len(got)
-    for cloud, pose, (frame, _) in itertools.islice(zip(clouds, poses, got, strict=True), 0, None, 7):
-        assert (cloud.height, cloud.width) == frame.points.shape[:2]
-        assert cloud.header.frame_id == pose.child_frame_id
-        assert cloud.header.stamp.sec + 1e-9 * cloud.header.stamp.nanosec == pytest.approx(frame.t, abs=1e-8)
-        data = np.frombuffer(bytes(cloud.data), np.uint8).reshape(-1, cloud.point_step)
-        read = np.ascontiguousarray(data[:, :12]).view("<f4").reshape(frame.points.shape)
-        np.testing.assert_allclose(read, frame.points, rtol=0, atol=0.5 * CLOUD_QUANTUM)
-        moved = pose.transform.translation
-        np.testing.assert_allclose([moved.x, moved.y, moved.z], frame.X_WC[:3, 3], atol=1e-12)
+def test_padded_rows_and_other_layouts():
+    padded = np.zeros((2, 100), np.uint8)
+    padded[:, :64] = messages.fields_of(P, C)[2].reshape(2, 64)
+    assert np.array_equal(messages.decode(message(row_step=100, data=padded.reshape(-1))).points, P)
+    swapped = P.astype(">f8").reshape(-1, 3)
+    fields = [SimpleNamespace(name=n, offset=8 * k, datatype=8, count=1) for k, n in enumerate("xyz")]
+    data = np.frombuffer(swapped.tobytes(), np.uint8)
+    found = messages.decode(message(fields=fields, point_step=24, row_step=96, data=data, is_bigendian=True))
+    assert np.array_equal(found.points, P)
 
 
-def test_the_recorded_frames_can_be_touched_again(run, tmp_path):
-    """A replay gives each frame at its time; a scene that knows of the organ only what the record holds feels it."""
-    summary, got = run
-    source = ReplaySource(Path(summary.record), topic=TOPIC)
-    for frame, _ in got[:-1]:  # asked just before the next one is due
-        again = source.latest(frame.t - got[0][0].t + 0.01)
-        np.testing.assert_allclose(again.points, frame.points.reshape(again.points.shape), rtol=0, atol=CLOUD_QUANTUM)
-    before = palpate.Record.open(summary.record)
-    scene = camera({"replay": str(summary.record), "topic": TOPIC})
-    scene["objects"] = [one for one in scene["objects"] if one["name"] == "seen"]
-    path = zip(before["t"][::20].tolist(), before["p_WT"][::20].tolist(), strict=True)
-    scene["operator"] = {"path": [{"t": t, "xyz": p} for t, p in path]}
-    assert palpate.Session(scene, out=tmp_path).run(DURATION).peak_force_N > 0.3 * summary.peak_force_N > 0.03
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"data": np.zeros(50, np.uint8)}, "contradict each other"),
+        ({"row_step": 20}, "contradict each other"),
+        ({"point_step": 0}, "contradict each other"),
+        ({"point_step": 8, "row_step": 32}, "is not in a point"),
+        ({"width": 50_000_000, "height": 1}, "are more than"),
+        ({"fields": []}, "no field 'x'"),
+    ],
+)
+def test_contradictions_are_refused(change, words):
+    with pytest.raises(CloudError, match=words):
+        messages.decode(message(**change))
 
 
-def test_a_part_of_a_record_holds_the_frames_of_its_time(run, tmp_path):
-    summary, got = run
-    edit.copy([Path(summary.record)], tmp_path / "part.mcap", 0.5, 1.0)
-    assert len(messages(tmp_path / "part.mcap", TOPIC)) == sum(0.5 <= now < 1.0 for _, now in got)
+@pytest.fixture
+def folder(tmp_path):
+    for k in range(3):
+        PointCloud(P.reshape(-1, 3) + k).save(tmp_path / f"frame{k}.pcd")
+    return tmp_path
 
 
-def test_nothing_is_kept_unless_it_is_asked_for(tmp_path):
-    seen = {"simulated": {"rows": 48, "columns": 64}}
-    summary = palpate.Session(camera(seen), out=tmp_path).run(0.2)
-    assert not messages(summary.record, TOPIC)
-    with pytest.raises(SceneError, match="sensors needs frames"):
-        palpate.Scene.model_validate(camera(seen, sensors=True, frames=False))
+def test_files_follow_each_other_at_their_rate(folder):
+    source = ReplaySource(folder, rate=10.0)
+    seen = [source.latest(5.0 + t) for t in (0.0, 0.05, 0.1, 0.15, 0.25, 0.5)]
+    assert [None if f is None else round(float(f.points[0, 0])) for f in seen] == [0, None, 1, None, 2, None]
+    assert seen[2].t == 5.1
 
 
-def test_colours_and_clouds_without_rows_are_kept(tmp_path):
-    rng = np.random.default_rng(0)
-    points = rng.uniform(-0.02, 0.02, (200, 3))
-    colors = rng.integers(0, 256, (200, 3), dtype=np.uint8)
-    frames = (CloudFrame(points, 0.03 * k, colors=colors) for k in range(20))
-    scene = {"objects": [{"name": "a cloud", "cloud": {"sensor": "mine"}}], "record": {"sensors": True}}
-    session = palpate.Session(scene, out=tmp_path, clouds={"mine": frames})
-    (cloud, *_) = messages(session.run(0.3).record, "/sensors/a_cloud/points")
-    assert [field.name for field in cloud.fields] == ["x", "y", "z", "rgb"]
-    data = np.frombuffer(bytes(cloud.data), np.uint8).reshape(-1, cloud.point_step)
-    np.testing.assert_array_equal(data[:, 12:15], colors[:, ::-1])
+def test_late_calls_get_the_newest_frame_and_repetition_begins_again(folder):
+    source = ReplaySource(folder, rate=10.0, repeat=True)
+    assert source.latest(0.0).points[0, 0] == 0
+    assert source.latest(0.25).points[0, 0] == 2
+    assert source.latest(0.29) is None
+    assert source.latest(0.31).points[0, 0] == 0
+
+
+def test_a_bag_is_replayed_by_its_stamps(tmp_path):
+    rosbags = pytest.importorskip("rosbags.rosbag2", reason="rosbags is not installed")
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_KILTED)
+    kinds = {name.rsplit("/", 1)[1]: store.types[name] for name in store.types}
+    with rosbags.Writer(tmp_path / "bag", version=9, storage_plugin=rosbags.StoragePlugin.MCAP) as bag:
+        topics = [bag.add_connection(f"/{n}/points", "sensor_msgs/msg/PointCloud2", typestore=store) for n in "ab"]
+        for k, t in enumerate((100.0, 100.5)):
+            for connection in topics:
+                m = message(P + k)
+                fields = [kinds["PointField"](f.name, f.offset, f.datatype, f.count) for f in m.fields]
+                header = kinds["Header"](kinds["Time"](int(t), int(1e9 * (t % 1))), "camera")
+                made = kinds["PointCloud2"](header, 2, 4, fields, False, m.point_step, m.row_step, m.data, False)
+                bag.write(connection, int(1e9 * t), store.serialize_cdr(made, "sensor_msgs/msg/PointCloud2"))
+    source = ReplaySource(tmp_path / "bag", topic="/b/points")
+    first, none, second = (source.latest(t) for t in (3.0, 3.4, 3.6))
+    assert none is None
+    assert np.array_equal(first.points, P)
+    assert np.array_equal(second.points, P + 1)
+    with pytest.raises(CloudError, match=r"2 topics have clouds(.|\n)*/a/points, /b/points"):
+        ReplaySource(tmp_path / "bag")
+    with pytest.raises(CloudError, match="no clouds on /c"):
+        ReplaySource(tmp_path / "bag", topic="/c")
+
+
+def test_what_is_no_recording_is_refused(tmp_path):
+    for path, words in ((tmp_path / "none", "does not exist"), (tmp_path, "cannot be read|no cloud")):
+        with pytest.raises(CloudError, match=words):
+            ReplaySource(path)
+    (tmp_path / "a.txt").write_text("")
+    with pytest.raises(CloudError, match="not a recording"):
+        ReplaySource(tmp_path / "a.txt")
+    (tmp_path / "b.mcap").write_bytes(b"nonsense")
+    with pytest.raises(CloudError, match="cannot be read"):
+        ReplaySource(tmp_path / "b.mcap")
