@@ -1,5 +1,6 @@
 """The coverage harness: each printed interval has an estimate in it, and wrong figures are seen."""
 
+import json
 import re
 from pathlib import Path
 
@@ -124,6 +125,20 @@ def test_a_new_number_after_plus_minus_is_found(tmp_path):
     (tmp_path / "palpate" / "new.py").write_text('print(f"{value:.3g} +-{reach:.1g}")\n')
     (tmp_path / "palpate" / "other.py").write_text('print(f"{value:.3g}")\n')
     assert printing_plus_minus(tmp_path) == {"palpate/new.py"}
+
+
+def lacking_rows(rows):
+    """Forms of estimates that the kept table lacks, and rows of forms that no longer exist."""
+    kept = {(row["estimate"], row["form"], row["description"]) for row in rows}
+    forms = {(name, *form) for name in run.names() for form in run.estimate(name).FORMS.items()}
+    return forms ^ kept
+
+
+def test_every_form_of_every_estimate_has_its_row_in_the_kept_table():
+    rows = json.loads((ROOT / "docs" / "results" / "coverage.json").read_text(encoding="utf-8"))["result"]["rows"]
+    assert lacking_rows(rows) == set()
+    gone = {(row["estimate"], row["form"], row["description"]) for row in rows if row["estimate"] == "gain"}
+    assert lacking_rows([row for row in rows if row["estimate"] != "gain"]) == gone != set()
 
 
 @pytest.mark.parametrize("name", run.names())

@@ -17,12 +17,13 @@ def share(found: float, ends: tuple[float, float]) -> str:
 
 
 def coverage_rows(found: Result) -> list[str]:
-    out = []
+    out, last = [], ""
     for r in found["rows"]:
+        command, last = "" if r["estimate"] == last else f" {r['command']} ", r["estimate"]
         cover = "refused" if r["cover"] is None else share(r["cover"], r["cover_95"])
         bias = "-" if r["bias"] is None else f"{r['bias']:.2g}"
         told = share(r["told"], proportion(r["told"], r["trials"]))
-        out.append(f"| {r['command']} | {r['description']} | {r['trials']} | {cover} | {bias} | {told} |")
+        out.append(f"|{command}| {r['description']} | {r['trials']} | {cover} | {bias} | {told} |")
     return out
 
 

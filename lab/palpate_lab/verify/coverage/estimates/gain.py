@@ -11,10 +11,10 @@ from palpate_lab.verify.coverage.trial import RIGHT, Trial, of_intervals
 
 COMMAND = "device bench"
 FORMS = {
-    RIGHT: "gain of 0.8 to 1.2 by a weight of 50 to 200 g; 0.1 to 0.4 kg, 0.02 to 0.15 N of friction",
+    RIGHT: "weights of 50 to 200 g; 20 to 150 mN of friction",
     "rests": "the weight rests on a table in the lower third of the way",
     "falls": "the weight falls off in the middle of its motion",
-    "leans": "a hand leans on the handle, with 0.1 N rms that change over seconds",
+    "leans": "a hand leans on the handle with 0.1 N",
 }
 _LEAN = np.array([0.1, 0.07, 0.05])  # N
 _HANGS = 10.0  # time after which the weight hangs [s]
