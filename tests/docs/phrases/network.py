@@ -111,6 +111,7 @@ def outages(found: Result) -> list[str]:
 
 
 TIES = [
-    Tie("network-figures.md", "network", (conditions, modes, random, passivity, moving, outages)),
+    Tie("network-figures.md", "network", (conditions, modes, passivity, moving, outages)),
+    Tie("network-figures.md", "network_runs", (random,)),
     Tie("network-figures.md", "network_unknown", (unknown,)),
 ]
