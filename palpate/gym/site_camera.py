@@ -26,7 +26,8 @@ class SiteCamera:
 
     Args:
         rigs: those of all pairs.
-        packets: the bytes of the newest datagram of each pair's follower, with the pose of its tool.
+        packets: the bytes of the newest datagram of each pair's follower, with the pose of its tool; none while
+            nobody looks, so that nothing is drawn.
 
     Raises:
         MissingExtraError: nothing here draws, or packs pictures as JPEG.
@@ -53,7 +54,9 @@ class SiteCamera:
             while not stopped.wait(max(due - time.monotonic(), 0.0)):
                 due = max(due + 1.0 / RATE, time.monotonic())
                 ticks, t = np.zeros((1, len(self._rigs)), TICK), time.monotonic()
-                for k, data in enumerate(self._packets()):
+                if len(packets := self._packets()) < len(self._rigs):
+                    continue
+                for k, data in enumerate(packets):
                     self._place(ticks[:, k], k, _network.decode(data))
                 yield Picture(packed(eye.pictures(ticks, [None])[0]), t)
         finally:

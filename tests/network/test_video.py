@@ -245,7 +245,13 @@ def test_the_endoscope_of_a_simulated_site_sees_its_tool_move():
     state = _network.Datagram()
     state.t, state.X = 1.0, rig.arms.X_WB @ rig.arms.follower.fk(rig.arms.q_follower0)
     stopped, found, told = threading.Event(), [], []
-    for picture in SiteCamera([rig], lambda: [_network.encode(state)]).pictures(stopped, told.append):
+    asked = []
+
+    def packets():  # nobody looks at first
+        asked.append(len(found))
+        return [_network.encode(state)] if len(asked) > 3 else []
+
+    for picture in SiteCamera([rig], packets).pictures(stopped, told.append):
         found.append(np.asarray(Image.open(io.BytesIO(picture.jpeg)), int))
         assert 0.0 <= time.monotonic() - picture.t < 5.0
         if len(found) == 2:
@@ -255,6 +261,7 @@ def test_the_endoscope_of_a_simulated_site_sees_its_tool_move():
         if len(found) == 3:
             stopped.set()
     assert told == []
+    assert asked == [0, 0, 0, 0, 1, 2]
     still, moved = (np.abs(found[k] - found[k - 1]).max(axis=2) > 40 for k in (1, 2))
     assert still.sum() == 0
     assert 200 < moved.sum() < 0.2 * moved.size  # the instrument, and nothing else

@@ -173,6 +173,11 @@ class FollowerServer:
         self.cpu = 0.0  #: processor time of the process while it ran [s]
 
     @property
+    def attended(self) -> bool:
+        """True while an operator's end is connected."""
+        return self._master is not None
+
+    @property
     def largest(self) -> float:
         """Largest force on the tissue so far [N]."""
         return max(float(one.state().largest) for one in self.followers)

@@ -70,7 +70,7 @@ class Command:
         scene = Scene.load(self.scene)
         rigs = build_pairs(scene) if scene.pairs else {"": build(scene)}
         rate = scene.remote.rate if scene.remote is not None else 1000.0
-        camera = self._camera(rigs, lambda: [one.packet() for one in server.followers])
+        camera = self._camera(rigs, lambda: [one.packet() for one in server.followers if server.attended])
         arms = self._arms(rigs, lambda line: say(console, line))
         server = FollowerServer(rigs, key, self.host, self.port, rate, lambda line: say(console, line), arms,
                                 camera)  # fmt: skip
