@@ -65,7 +65,7 @@ PLUS_MINUS = {
 }
 _PLUS_MINUS = re.compile(r"(?<!\+)\+- ?\{")
 _INTERVAL = re.compile(r"_95$|^covariance$|_covariance$|interval|_low$|_high$|deviation|^std|_std|^p_|^uncertain$")
-_TRIALS = {"bench": 2, "dynamics": 5, "gain": 2, "payload": 2, "session": 1, "surface": 1, "tissue": 5}
+_TRIALS = {"bench": 2, "dynamics": 5, "gain": 1, "payload": 2, "session": 1, "surface": 1, "tissue": 5}
 if LONG:
     _TRIALS |= {"dynamics": 10, "surface": 4, "tissue": 10}
 

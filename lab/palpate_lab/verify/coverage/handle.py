@@ -42,6 +42,7 @@ class Handle(SimulatedDevice):
     ) -> None:
         super().__init__(truth=Truth(delay=0.0))
         self.axis, self.outside, self.gain, self.time = axis, outside, 1.0, 0.0
+        self.free: tuple[int, ...] = (0, 1, 2)  #: axes that move
         self.random = random.Random(seed)
         self.forces = [(0.0, 0.0, 0.0)] * (axis.delay // QUARTERS + 2)  # of the last periods, the newest last
         self.places, self.speeds, self.now = [0.0] * 3, [0.0] * 3, (0.0, 0.0, 0.0)
@@ -55,7 +56,7 @@ class Handle(SimulatedDevice):
         gauss, late = self.random.gauss, self.axis.delay
         for quarter in range(QUARTERS):
             force = self.forces[-1 - (late + QUARTERS - 1 - quarter) // QUARTERS]
-            for i in range(3):
+            for i in self.free:
                 if force[i] != 0.0 or self.speeds[i] != 0.0 or self.outside is not None:
                     self._move(i, self.gain * force[i], PERIOD / QUARTERS)
         self.time += PERIOD

@@ -28,8 +28,6 @@ def trial(form: str, rng: np.random.Generator) -> Trial:
     turn, phase = 2.0 * np.pi / rng.uniform(3.0, 15.0, 3), rng.uniform(0.0, 2.0 * np.pi, 3)
 
     def outside(i: int, p: float, v: float, t: float) -> float:
-        if i != 2:
-            return 0.0
         lean = float(np.sum(_LEAN * np.sin(turn * t + phase))) if form == "leans" else 0.0
         if device.load == 0.0:
             return lean
@@ -41,6 +39,6 @@ def trial(form: str, rng: np.random.Generator) -> Trial:
         return carried - weight * GRAVITY
 
     device = Handle(axis, int(rng.integers(2**31)), outside)
-    device.gain = gain
+    device.gain, device.free = gain, (2,)
     found = by_weight(device, "simulated", weight, lambda words: None)
     return of_intervals(np.array([found.gain]), np.array([gain]), np.array([found.reach]), bool(found.doubts))
