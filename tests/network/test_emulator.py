@@ -179,6 +179,20 @@ def test_delays_and_losses_are_read_from_captured_packets(tmp_path, order, magic
     assert np.abs(got - late)[kept & (got >= 0)].max() < 2e-4
 
 
+@pytest.mark.parametrize(("jitter", "loss"), [(0.002, 0.0), (0.002, 0.2), (0.001, 0.1)])
+def test_jitter_and_losses_of_a_long_capture_are_told_apart(tmp_path, jitter, loss):
+    """An error of the period of .3 % made half a period of delay out of 1 ms, and jitter passed for 15 % of losses."""
+    rng = np.random.default_rng(3)
+    kept = rng.uniform(size=3000) >= loss
+    times = 1000.0 + 0.01 * np.arange(3000) + rng.exponential(jitter, 3000)
+    write_pcap(tmp_path / "a.pcap", np.sort(times[kept]))
+    trace = np.array(read_trace(tmp_path / "a.pcap"))
+    assert (trace[:, 1] < 0.0).mean() == pytest.approx(1.0 - kept.mean(), abs=0.005)
+    late = trace[trace[:, 1] >= 0.0, 1]
+    for share in (0.5, 0.9):
+        assert np.quantile(late, share) == pytest.approx(-jitter * np.log(1.0 - share), rel=0.1)
+
+
 @pytest.mark.parametrize(
     ("name", "content", "words"),
     [

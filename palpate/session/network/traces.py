@@ -7,6 +7,7 @@ import struct
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from palpate.base import limits
 from palpate.base.arrays import Array
@@ -21,7 +22,11 @@ _MAGIC = {0xA1B2C3D4: 1e-6, 0xA1B23C4D: 1e-9}
 _LONG = 5.0  # median delay that is none of a network [s]
 _LEAST = 10
 _SPARSE = 100  # most periods a packet: more of them are no stream
-_WINDOW = 200  # packets over which the sender's period is taken as constant
+_WINDOW = 200  # packets before and after one that tell how early it could have come
+_EARLIEST = 0.02  # share of them that count as none: packets with a wrong number
+_FAR = 0.1  # share by which the period may differ from the median distance of two packets
+_MANY, _UNSURE, _BEGINNINGS = 2000, 0.03, 31  # packets of the first fits, and the periods with which they begin
+_FITS = 3  # of a line to the same part
 
 
 def read_trace(path: str | Path) -> Trace:
@@ -119,14 +124,47 @@ def _of_arrivals(path: Path, arrivals: Array) -> Trace:
         raise PalpateError(
             f"{path}: packets have no period", mend="filter the capture to one stream with a constant rate"
         )
-    number = np.round(arrivals / period).astype(int)
-    number = np.maximum.accumulate(number)
-    slots = int(number[-1]) + 1
+    slots = int(arrivals[-1] / period) + 1
     if slots > _SPARSE * len(arrivals):
         mend = "filter the capture to one stream with a constant rate"
         raise PalpateError(f"{path}: {len(arrivals)} packets in {slots} periods of {period:g} s", mend=mend)
-    late = np.full(slots, -1.0)
+    number, period = _numbered(arrivals, period)
     lag = arrivals - period * number
-    floor = np.array([lag[max(i - _WINDOW, 0) : i + _WINDOW].min() for i in range(len(lag))])
-    late[number] = lag - floor
-    return [(period * k, float(late[k])) for k in range(slots)]
+    middles = np.arange(0, len(lag), _WINDOW // 8)
+    floors = [np.quantile(lag[max(i - _WINDOW, 0) : i + _WINDOW], _EARLIEST) for i in middles]
+    late = np.full(int(number[-1]) + 1, -1.0)
+    late[number] = np.maximum(lag - np.interp(np.arange(len(lag)), middles, floors), 0.0)
+    return [(period * k, float(delay)) for k, delay in enumerate(late)]
+
+
+def _numbered(arrivals: Array, period: float) -> tuple[NDArray[np.int64], float]:
+    """Number of each packet, and the sender's period [s], near the given one.
+
+    Of several periods to begin with, the one is taken whose line fits the first packets best: one that loses or gains a
+    packet on the way leaves a step.
+    """
+    some = arrivals[:_MANY]
+    begun = [_fitted(some, period * share) for share in np.linspace(1.0 - _UNSURE, 1.0 + _UNSURE, _BEGINNINGS)]
+    near = [one for one in begun if abs(one[1] / period - 1.0) <= _FAR] or begun
+    best = min(near, key=lambda one: float(np.std(some - one[1] * one[0])))
+    number, period = _fitted(arrivals, best[1])
+    return number - number[0], period
+
+
+def _fitted(arrivals: Array, period: float) -> tuple[NDArray[np.int64], float]:
+    """Numbers and period by lines through longer and longer parts of a stream.
+
+    A packet that comes more than half a period later than the others shares its number with the next one: each has the
+    latest that is still free.
+    """
+    n, first = _LEAST, float(arrivals[0])
+    while True:
+        part = arrivals[:n]
+        for _ in range(_FITS):
+            order = np.arange(len(part))
+            number = np.round((part - first) / period).astype(np.int64) - order
+            number = np.minimum.accumulate(number[::-1])[::-1] + order
+            period, first = (float(one) for one in np.polyfit(number, part, 1))
+        if n >= len(arrivals):
+            return number, period
+        n *= 2
