@@ -54,9 +54,9 @@ unsigned Authority::step(FixtureStates& states, int i, const Input& in) const no
   const bool has_place = placed(f);
   const double wanted = target(f, now, has_place, in);
   const bool jumped = std::any_of(f.frames.begin(), f.frames.end(), [](const auto& frame) { return frame->jumped(); });
-  const bool appears = now.authority == 0.0 && wanted > 0.0;
-  now.needs_slack |= jumped || appears;
-  now.edited |= jumped || (appears && !follows_distance(f.policy));  // a hand that comes back is no edit
+  const bool appears = now.authority == 0.0 && wanted > 0.0 && !follows_distance(f.policy);
+  now.needs_slack |= jumped || appears;  // a hand that comes back is no edit, and its authority begins at zero
+  now.edited |= jumped || appears;
   const double before = now.authority;
   now.authority = std::clamp(wanted, before - dt_ / f.policy.fall, before + dt_ / f.policy.rise);
   now.rise = std::max(now.authority - before, 0.0);

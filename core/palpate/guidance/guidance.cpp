@@ -93,7 +93,7 @@ void Guidance::act(const Input& in) noexcept {
   out_.energy = {};
   const Wrench soft = act_softly(at_tool);
   apply_hard_laws(states_, hard_, follower_, {in, at_tool, J_before_}, soft, out_.energy);
-  kept_.step(states_, out_.X_WT_goal);
+  kept_.step(states_, in.goal.X_WT_goal, out_.X_WT_goal, out_.J_goal);
   out_.on_tool = blend_.step(states_, in, before_, out_.J_goal);
   for (int i = 0; i < states_.size(); ++i) {  // every wrench is reported as the hand feels it
     FixtureState& now = states_[i];

@@ -38,4 +38,60 @@ class SpringRest {
   double stored_ = 0.0, rest_ = 0.0;
 };
 
+/// The same for a field of forces that need not be the gradient of V: what E gains beyond the work of the hand against
+/// the rendered force is summed up over the ticks, so that a small part in each tick counts as well.
+class SpringAccount {
+ public:
+  /// As SpringRest::start().
+  void start(double stored) noexcept {
+    energy_ = most_ = stored;
+    rest_ = unexplained_ = 0.0;
+    share_ = 1.0;
+  }
+  /// V is changed by an edit, whose energy counts as put in; the rest stays. Returns the share of F that is rendered.
+  double edit(double stored) noexcept {
+    const double root = std::sqrt(std::max(stored, 0.0)), left = std::max(root - rest_, 0.0);
+    return keep(root, left * left);
+  }
+  /// The share of F that is rendered [0-1].
+  ///
+  /// stored: V now. before, after: work of the hand since the last tick against the whole of F as it was then and as it
+  /// is now. motion: energy that the motion of the surface has stored. inexact: part of the sum that is forgiven in
+  /// this tick, as errors of the trapezoidal rule. All in one unit, for example [J].
+  double step(double stored, double before, double after, double motion, double inexact) noexcept {
+    const double root = std::sqrt(std::max(stored, 0.0)), left = std::max(root - rest_, 0.0);
+    double energy = left * left, beyond = 0.0;
+    for (int pass = 0; pass < kPasses; ++pass) {
+      const double share = root > 0.0 ? std::sqrt(energy) / root : 1.0;
+      const double work = 0.5 * (share_ * before + share * after) + share * motion;
+      beyond = unexplained_ + energy - energy_ - work;
+      beyond -= std::clamp(beyond, -inexact, inexact);
+      const double slack = kSlack * std::max(most_, std::min(energy, energy_ + std::max(work, 0.0)));
+      const double wanted = std::clamp(energy - (beyond - std::clamp(beyond, -slack, slack)), 0.0, root * root);
+      beyond = std::max(beyond + wanted - energy, -slack);
+      if (wanted == energy) break;
+      energy = wanted;
+    }
+    unexplained_ = beyond;
+    most_ = std::max(most_, energy);
+    if (!(stored > 0.0)) unexplained_ = most_ = 0.0;  // a contact that has ended
+    return keep(root, energy);
+  }
+
+ private:
+  static constexpr double kSlack = 1e-3;  // of the largest E since the contact began, which may remain unexplained
+  static constexpr int kPasses = 4;       // of the share within a tick, on which the work depends
+
+  double keep(double root, double energy) noexcept {
+    energy_ = energy;
+    rest_ = std::max(root - std::sqrt(energy), 0.0);
+    share_ = root > 0.0 ? 1.0 - rest_ / root : 1.0;
+    return share_;
+  }
+
+  double energy_ = 0.0, rest_ = 0.0, share_ = 1.0;
+  double unexplained_ = 0.0;  ///< what E has gained beyond the work of the hand
+  double most_ = 0.0;         ///< largest E since the contact began
+};
+
 }  // namespace palpate

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -46,6 +46,7 @@ class Device:
     """
 
     def __init__(self, scene: Content, folder: Path, like: Device | None = None) -> None:
+        self._values, self._folder = scene, folder
         self.scene = device_scene(scene_of(scene, folder), "loop")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -65,6 +66,13 @@ class Device:
     def no_fixtures(self) -> _core.FixtureList:
         """An empty list of fixtures."""
         return _core.FixtureList(self._rig.context.tool)
+
+    def alone(self) -> Iterator[Device]:
+        """A device for each fixture of the scene, which has no other one and touches nothing that is felt."""
+        first = self._values["objects"][0]
+        felt = {"name": "body", "sphere": {"radius": 1e-4}, "pose": first["pose"], "stiffness": 1e-3, "damping": 0.0}
+        for one in self._values.get("guidance", ()):
+            yield Device(self._values | {"objects": [felt], "guidance": [one]}, self._folder)
 
     def cycle(self) -> _core.DeviceCycle:
         """A new cycle."""

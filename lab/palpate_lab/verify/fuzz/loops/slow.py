@@ -18,22 +18,43 @@ STEP, CORNERS = 1.5e-4, 20
 """Distance of the samples of a way [m], and least number of samples on an edge, before any halving."""
 _LONGEST, _PATIENCE = 8000, 100
 """Steps of a hand that follows the force: in all, and without getting more."""
-DWELL = 2
-"""Ticks at each place: contacts follow the motion of the tool by one tick."""
+DWELL, SETTLED = 2, 20
+"""Ticks at each place: contacts follow the motion of the tool by one tick, and forces and goals that have jumped by the
+limits of their rates."""
 
 
 def at_rest(way: Way, cycles: int, device: Device, halvings: int) -> tuple[float, float]:
     """Work at rest at every place, and the largest energy put in before [J]."""
+    return _ends(_done(way, cycles, device, halvings, DWELL))
+
+
+def by_cycle(way: Way, cycles: int, device: Device, halvings: int) -> Array:
+    """Work (cycles,) in each cycle, at rest until the force has settled at every place [J]."""
+    done = _done(way, cycles, device, halvings, SETTLED)
+    return np.diff(done[:: (len(done) - 1) // cycles])
+
+
+def _done(way: Way, cycles: int, device: Device, halvings: int, ticks: int) -> Array:
+    """Work up to each place, after as many ticks there [J]."""
     p, theta = way.samples(STEP * 0.5**halvings, CORNERS * 2**halvings)
-    X = np.repeat(device.handle(p, theta), DWELL, axis=0)
+    X = np.repeat(device.handle(p, theta), ticks, axis=0)
     if cycles > 1:
-        X = np.concatenate([X, *[X[DWELL:]] * (cycles - 1)])
+        X = np.concatenate([X, *[X[ticks:]] * (cycles - 1)])
     F = device.wrenches(X)
-    return _ends(work_at_rest(F[DWELL - 1 :: DWELL], X[DWELL - 1 :: DWELL]))
+    return work_at_rest(F[ticks - 1 :: ticks], X[ticks - 1 :: ticks])
 
 
 def ready(way: Way, device: Device) -> float:
-    """Energy that lies ready at the start of a way: what a hand gets that follows the force from there [J]."""
+    """Energy that lies ready at the start of a way: what hands get that follow the force from there [J].
+
+    One hand follows the force of the whole scene, others that of one fixture each: their sum counts if it is larger,
+    since the first one may end where two fixtures balance each other.
+    """
+    return max(_got(way, device), sum(_got(way, one) for one in device.alone()))
+
+
+def _got(way: Way, device: Device) -> float:
+    """Energy of a hand that follows the force from the start of a way [J]."""
     X = device.handle(way.p[:1], way.theta[:1])[0]
     wrench = device.at_rest()
     got, most, since = 0.0, 0.0, 0

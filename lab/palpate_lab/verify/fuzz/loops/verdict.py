@@ -18,8 +18,8 @@ LEAST = 3e-7
 """Energy that a slow loop may return in any case [J]."""
 HALVINGS = 4
 """Largest number of halvings of the steps."""
-_LATER, _FINE = 4, 2  # cycles after the first of a failing loop, and halvings of their steps
-_MOST = 400  # cycles in which a failing loop may spend what lay ready
+_CYCLES = (4, 16, 64, 256)  # in which a loop that returns energy may spend what lay ready at its start
+_FINE = 2  # halvings of the steps in these cycles
 _FOUND = 1.02  # energy that lay ready, relative to what a hand that follows the force in steps gets
 _SURE = 0.02  # relative change at a halving, below which the work is known
 _SHARE_OF_TISSUE = 1e-2  # in place of SHARE: a soft body is never at rest
@@ -38,15 +38,16 @@ class Verdict:
     backwards: bool = False  #: the direction in which the work is the least
     error: float = 0.0  #: distance of the work from its limit for small steps [J]
     resolved: bool = True  #: False: halving the steps still changed the work
-    later: float | None = None  #: of a slow loop that returns energy: mean work over the cycles after the first [J]
+    later: float | None = None  #: of a slow loop that returns energy: work in the last of its cycles [J]
     ready: float = 0.0  #: energy that lay ready at its start [J]
     cycles: int = 1  #: cycles over which it was run to spend that
     spent: float = 0.0  #: work of the hand over these cycles [J]
 
     @property
     def fails(self) -> bool:
-        """True if the loop hands out energy, in all cycles together more than what lay ready before the first."""
-        return self.returns and (self.later is None or self.spent < self.cycles * self.bound - _FOUND * self.ready)
+        """True if the loop hands out energy: in its last cycle too, or in all cycles more than what lay ready."""
+        over = self.spent < self.cycles * self.bound - _FOUND * self.ready
+        return self.returns and (self.later is None or self.later < self.bound or over)
 
     @property
     def returns(self) -> bool:
@@ -55,7 +56,7 @@ class Verdict:
 
     @property
     def recurs(self) -> bool:
-        """True if the cycles after the first hand out energy as well."""
+        """True if the last cycle hands out energy as well."""
         return self.fails and (self.later is None or self.later < self.bound)
 
     @property
@@ -71,7 +72,7 @@ class Verdict:
         again = ""
         if self.later is not None:
             again = (
-                f", {1e6 * self.later:.4g} uJ in each later cycle, {1e6 * self.spent:.4g} uJ in {self.cycles} cycles, "
+                f", {1e6 * self.later:.4g} uJ in the last and {1e6 * self.spent:.4g} uJ in all {self.cycles} cycles, "
                 f"{1e6 * self.ready:.4g} uJ ready at the start"
             )
         return (
@@ -104,18 +105,15 @@ def judge(loop: Loop, device: Device | None = None) -> Verdict:
 
 
 def _in_later_cycles(loop: Loop, device: Device, found: Verdict) -> Verdict:
-    """The verdict with what later cycles return, over as many as would return more than what lay ready at the start."""
+    """The verdict after as many cycles as it takes until one returns nothing, or all more than what lay ready."""
     way = loop.way.backwards() if found.backwards else loop.way
     ready = slow.ready(way, device)
-
-    def work(cycles: int) -> float:
-        return slow.at_rest(way, cycles * loop.cycles, device, _FINE)[0]
-
-    first, few = work(1), work(1 + _LATER)
-    later = (few - first) / _LATER
-    source = max(found.bound - later, 0.0)
-    cycles = min(max(int(np.ceil(2 * ready / source)), _LATER), _MOST) if source > 0.0 else _LATER
-    return replace(found, later=later, ready=ready, cycles=1 + cycles, spent=work(1 + cycles))
+    for cycles in _CYCLES:
+        works = slow.by_cycle(way, cycles, device, _FINE)
+        later, spent = float(works[-1]), float(works.sum())
+        if later >= found.bound or spent < 2 * cycles * found.bound - 2 * ready:
+            break
+    return replace(found, later=later, ready=ready, cycles=cycles, spent=spent)
 
 
 def _both_ways(loop: Loop, run: Callable[[Way, int], Work], halvings: int = HALVINGS, share: float = SHARE) -> Verdict:
