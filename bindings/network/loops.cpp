@@ -59,7 +59,8 @@ void bind_loop_end(nb::module_& m) {
       .def_ro("bound", &LinkState::bound, "Error of the offset by an unknown asymmetry of the delays [s]."_doc)
       .def_ro("held", &LinkState::held, "Time without link after the first [s]."_doc)
       .def_ro("received", &LinkState::received, "Packets that have arrived."_doc)
-      .def_ro("known", &LinkState::known, "True once an answer has arrived, so that the clock of the other end is known."_doc)
+      .def_ro("known", &LinkState::known,
+              "True once an answer has arrived, so that the clock of the other end is known."_doc)
       .def_ro("linked", &LinkState::linked, "True while the hand feels the remote side."_doc)
       .def_ro("outage", &LinkState::outage, "True while packets are missing."_doc)
       .def_ro("models", &LinkState::models, "Estimates as rendered, one for each object."_doc)

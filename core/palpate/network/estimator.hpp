@@ -68,8 +68,8 @@ struct Prediction {
 /// times for kSurprised ticks, the object has moved: the place becomes unknown again.
 ///
 /// Slopes that are taken at a wrong place lead farther away. What tells it is a force that points elsewhere: it lowers
-/// the weight of the force along the normal, and makes the place across it uncertain again. An estimate that leaves most
-/// of the force unexplained begins anew.
+/// the weight of the force along the normal, and makes the place across it uncertain again. An estimate that leaves
+/// most of the force unexplained begins anew.
 class Estimator {
  public:
   explicit Estimator(const EstimatorOptions& options);
