@@ -67,7 +67,7 @@ RUNS: dict[str, Run] = {
     "passivity": Run("study passivity"),
     "network": Run("study network --runs 200 --hours 4"),
     "network_runs": Run(
-        "study network --conditions none --modes model --worlds known --runs 4000", ("conditions", "moving", "alarms")
+        "study network --conditions none --modes model --worlds known --runs 10000", ("conditions", "moving", "alarms")
     ),
     "network_unknown": Run(
         "study network --conditions none --modes model --worlds unknown --runs 200", ("conditions", "moving", "alarms")

@@ -45,7 +45,7 @@ def random(found: Result) -> list[str]:
     return [
         f"Of {n:,} random networks",
         f"| {model['energy_lowest_mJ']:.2f} mJ; {model['not_passive'] or 'no'} runs below -0.5 "
-        f"(at most {most(model['not_passive'], n)}) |",
+        f"(at most {most(model['not_passive'], n, 2)}) |",
         f"| in {felt} of the runs ({both(felt, n)}), {model['felt_over_true'][1]:.3f} in the median; "
         f"99 % of the runs within {model['felt_over_true'][0]:.2f}-{model['felt_over_true'][2]:.2f} |",
         f"| in {rms} of the runs ({both(rms, n)}), {model['force_rms_N'][1]:.3f} in the median, "
