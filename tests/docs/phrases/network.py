@@ -51,6 +51,7 @@ def random(found: Result) -> list[str]:
         f"| in {rms} of the runs ({both(rms, n)}), {model['force_rms_N'][1]:.3f} in the median, "
         f"99.5 % below {model['force_rms_N'][2]:.2f}",
         f"| {model['force_site_largest_N']:.2f} N |",
+        f"| {model['kick_largest_N']:.3f} N |",
         f"| {model['drift_largest_mm']:.4f} mm |",
     ]
 
