@@ -96,11 +96,7 @@ class DevicePlant:
         return self.loop.notices()
 
     def attach(self, remote: _core.RemoteEnd | None) -> None:
-        """Let the hand feel what this end of a link renders, from the next start on; None: the objects of the scene.
-
-        Raises:
-            PalpateError: the loop runs.
-        """
+        """Let the hand feel what this end of a link renders, from the next start on; None: the objects of the scene."""
         self.loop.cycle.attach(remote)
 
 

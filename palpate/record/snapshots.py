@@ -79,7 +79,12 @@ def shape_of(message: bytes) -> npt.NDArray[np.int16]:
 
 
 def cloud_message(
-    t: float, frame: str, size: tuple[int, int], fields: list[tuple[str, int, int, int]], data: npt.NDArray[np.uint8]
+    t: float,
+    frame: str,
+    size: tuple[int, int],
+    fields: list[tuple[str, int, int, int]],
+    step: int,
+    data: npt.NDArray[np.uint8],
 ) -> bytes:
     """The message of a cloud, measured at a time [s].
 
@@ -88,10 +93,10 @@ def cloud_message(
         frame: name of the camera's frame.
         size: rows and columns.
         fields: name, offset, datatype and count of each field of a point.
+        step: size of a point [bytes].
         data: the points.
     """
     rows, columns = size
-    step = data.size // max(1, rows * columns)
     sec, nanosec = divmod(round(1e9 * t), 10**9)
     message = Cdr().number("i", sec).number("I", nanosec).text(frame).number("I", rows, columns, len(fields))
     for name, offset, datatype, count in fields:

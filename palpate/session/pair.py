@@ -23,6 +23,7 @@ from palpate.world.bodies.engine import World
 if TYPE_CHECKING:
     from palpate.planning.live_world import Neighbour
     from palpate.planning.problem import Problem
+    from palpate.sensing.source import CloudFrame
 
 
 class Run(Protocol):
@@ -136,6 +137,11 @@ class PairSession(Session):
     def _body_places(self) -> Mapping[str, Array]:
         return {} if self._run.world is None else self._run.world.drawn()
 
+    def take_cloud(self, name: str, frame: CloudFrame, now: float) -> None:
+        """As for one session, in the record of the pair that holds what all pairs touch."""
+        if self._run.keeps_shapes(self.name):
+            super().take_cloud(name, frame, now)
+
     def _take_snapshot(self, t: float) -> None:
         self._snapshots.take(t, shapes=self._run.keeps_shapes(self.name))
 
@@ -143,8 +149,3 @@ class PairSession(Session):
         folder = self._run.run_folder() / self.name
         folder.mkdir()
         return folder
-
-    def require_own_clock(self) -> None:
-        """Refuse a lockstep run of a device, or with a tracker that sends poses in real time."""
-        self.simulation  # noqa: B018 # refuses a device
-        self._require_own_clock()

@@ -72,6 +72,9 @@ class Session(LiveSession):
         if out is not None:
             require_writable(Path(out))
         plant = plant or plant_of(Scene.of(scene), driver)
+        if rig is not None and not plant.simulated and not self.paired:
+            why = "its rate, its caps and its workspace come from the driver"
+            raise StateError("the rig of a device is built by its session", why=why, mend="leave rig out")
         rig = rig or plant.build()
         scene = rig.scene
         seed = scene.seed if seed is None else seed
@@ -96,10 +99,8 @@ class Session(LiveSession):
         Raises:
             StateError: the hand is on a device.
         """
-        if not isinstance(self._loop, _core.Simulation):
-            name = self.scene.arms.leader.driver or "a device"
-            what = f"the hand is on {name}, which has a time of its own"
-            raise StateError(what, mend="use run() or start(), or leave the driver out to simulate the arm")
+        self._require_simulated()
+        assert isinstance(self._loop, _core.Simulation)
         return self._loop
 
     @property
@@ -150,7 +151,7 @@ class Session(LiveSession):
         if duration is None:
             duration = self.scene.duration if self.plant.simulated else np.inf
         if not realtime:
-            self.simulation  # noqa: B018 # refuses a device
+            self._require_simulated()
         with stop_signals.deferred(self._interrupted):
             try:
                 (self._run_realtime if realtime else self._run_lockstep)(duration, on_progress)
@@ -162,7 +163,7 @@ class Session(LiveSession):
     def step(self, n: int = 1) -> State:
         """Run `n` ticks in lockstep and return the newest; the record stays open."""
         self._require_idle()
-        self._require_own_clock()
+        self.require_own_clock()
         for rows in self._advance(n):
             self._take(as_ticks(rows))
         return self.state
@@ -178,7 +179,7 @@ class Session(LiveSession):
             The ticks (n,), or fewer while the session is paused.
         """
         self._require_idle()
-        self._require_own_clock()
+        self.require_own_clock()
         ticks = as_ticks(np.concatenate(self._advance(n, np.ascontiguousarray(hand_W))))
         self._take(ticks)
         return ticks
@@ -198,7 +199,7 @@ class Session(LiveSession):
         """
         from palpate.session import tool_exchange
 
-        self.simulation  # noqa: B018 # refuses a device
+        self._require_simulated()
         tool_exchange.require_still(self.latest(), self.running)
         tool_exchange.require_free(self.latest())
         scene = tool_exchange.mounted(self.scene, model)
@@ -218,7 +219,19 @@ class Session(LiveSession):
         if camera is not None and self.camera is not None:
             self.camera.move_to(camera)
 
-    def _require_own_clock(self) -> None:
+    def _require_simulated(self) -> None:
+        if not self.plant.simulated:
+            name = self.scene.arms.leader.driver or "a device"
+            what = f"the hand is on {name}, which has a time of its own"
+            raise StateError(what, mend="use run() or start(), or leave the driver out to simulate the arm")
+
+    def require_own_clock(self) -> None:
+        """Refuse what has no time of its own in lockstep: a device, and a tracker that sends poses in real time.
+
+        Raises:
+            StateError, PalpateError: there is such a thing; nothing moves.
+        """
+        self._require_simulated()
         name = self.tracking.needs_realtime if self.tracking is not None else ""
         if name:
             raise PalpateError(
@@ -237,7 +250,7 @@ class Session(LiveSession):
 
     @loop_first()
     def _run_lockstep(self, seconds: float, on_progress: Callable[[State], None] | None) -> None:
-        self._require_own_clock()
+        self.require_own_clock()
         n = max(1, round(seconds * self.rate))
         watched = on_progress is not None or self.steps_beside
         batch = max(1, round((BATCH if watched else UNWATCHED_BATCH) * self.rate))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from palpate.base.arrays import Array, so3
+from palpate.base.errors import CloudError
 from palpate.record.extra import WORLD, transform_message
 from palpate.record.snapshots import (
     BODY,
@@ -30,6 +31,7 @@ from palpate.scene.soft import is_soft, rest_shape
 if TYPE_CHECKING:
     from palpate.sensing.source import CloudFrame
 
+_LATEST = 2.0**31 - 1.0  # a stamp has 32 bits [s]
 ECM_JOINTS = ("yaw", "pitch", "insertion", "roll")
 
 
@@ -84,15 +86,26 @@ class Snapshots:
             self._kept.append(Snapshot(t, CAMERA, joints_message(t, ECM_JOINTS, q)))
 
     def take_cloud(self, name: str, frame: CloudFrame, now: float) -> None:
-        """Take a frame of an object's sensor, with the pose of the camera; now: the session's time [s]."""
+        """Take a frame of an object's sensor, with the pose of the camera; now: the session's time [s].
+
+        What is no frame is left out: the stream counts and tells it.
+        """
+        from palpate.sensing.gate import points_of
         from palpate.sensing.messages import fields_of
 
-        points, child = np.asarray(frame.points, dtype=np.float64), SENSOR + name
-        fields, _, data = fields_of(np.rint(points / CLOUD_QUANTUM) * CLOUD_QUANTUM, frame.colors)
-        size = points.shape[:2] if points.ndim == 3 else (1, len(points))
-        stamp = round(1e9 * frame.t)
-        self._kept.append(Snapshot(now, FRAMES, transform_message({(WORLD, child): frame.X_WC}, stamp)))
-        self._kept.append(Snapshot(now, cloud_topic(name), cloud_message(frame.t, child, size, fields, data)))
+        try:
+            points = points_of(frame).astype(np.float64)
+        except CloudError:
+            return
+        if not abs(frame.t) < _LATEST:
+            return
+        shape, child = np.shape(frame.points), SENSOR + name
+        size = (shape[0], shape[1]) if len(shape) == 3 else (1, shape[0])
+        colors = frame.colors if frame.colors is not None and np.size(frame.colors) == points.size else None
+        fields, step, data = fields_of(np.rint(points / CLOUD_QUANTUM) * CLOUD_QUANTUM, colors)
+        X_WC = np.asarray(frame.X_WC, dtype=np.float64)
+        self._kept.append(Snapshot(now, FRAMES, transform_message({(WORLD, child): X_WC}, round(1e9 * frame.t))))
+        self._kept.append(Snapshot(now, cloud_topic(name), cloud_message(frame.t, child, size, fields, step, data)))
 
     def idle_periods(self, t: float, period: float) -> float:
         """Number of periods from a time on [s] at whose begin no snapshot is due."""

@@ -1,6 +1,7 @@
 """A record holds the frames of sensors: other tools read them, and a run on them feels what the run felt."""
 
 import itertools
+import math
 from pathlib import Path
 
 import numpy as np
@@ -105,3 +106,43 @@ def test_colours_and_clouds_without_rows_are_kept(tmp_path):
     assert [field.name for field in cloud.fields] == ["x", "y", "z", "rgb"]
     data = np.frombuffer(bytes(cloud.data), np.uint8).reshape(-1, cloud.point_step)
     np.testing.assert_array_equal(data[:, 12:15], colors[:, ::-1])
+
+
+def test_frames_that_are_none_are_left_out_and_empty_ones_are_kept(tmp_path):
+    """A stream that talks nonsense ends neither the run nor its record; what is left out is told by the stream."""
+    points = np.random.default_rng(0).uniform(-0.02, 0.02, (200, 3))
+    scaled = np.diag([2.0, 2.0, 2.0, 1.0])
+    frames = [
+        CloudFrame(points[:, :2], 0.0),
+        CloudFrame(points, 0.0, X_WC=scaled),
+        CloudFrame(points, 0.0, X_WC=np.full((4, 4), np.nan)),
+        CloudFrame(points, math.nan),
+        CloudFrame(points, 1e12),
+        CloudFrame(points[0], 0.0),
+        CloudFrame(np.full((4, 5, 3), np.nan), 0.2),
+        CloudFrame(np.zeros((0, 3)), 0.24),
+        CloudFrame(points, 0.27, colors=np.zeros((7, 3), np.uint8)),
+        CloudFrame((1000 * points).astype(int), 0.3),
+    ]
+    scene = {"objects": [{"name": "one", "cloud": {"sensor": "mine"}}], "record": {"sensors": True}}
+    summary = palpate.Session(scene, out=tmp_path, clouds={"mine": iter(frames)}).run(0.6)
+    kept = messages(summary.record, "/sensors/one/points")
+    assert [(cloud.height, cloud.width, cloud.point_step) for cloud in kept] == [
+        (4, 5, 12), (1, 0, 12), (1, 200, 12), (1, 200, 12)
+    ]  # fmt: skip
+    again = ReplaySource(Path(summary.record), topic="/sensors/one/points")
+    assert again.latest(0.0).points.shape == (4, 5, 3)
+    assert again.latest(1.0).points.shape == (200, 3)
+
+
+def test_of_several_pairs_one_keeps_the_frames(tmp_path):
+    scene = yaml.safe_load(Path(palpate.Scene.load("two_hands").file).read_text())
+    points = np.random.default_rng(0).uniform(-0.005, 0.005, (400, 3)) + np.array([0.0, 0.0, 0.3])
+    np.savetxt(tmp_path / "0.xyz", points)
+    np.savetxt(tmp_path / "1.xyz", points + 1e-4)
+    scene["sensors"] = {"camera": {"replay": str(tmp_path), "unit": "m", "repeat": True}}
+    scene["objects"].append({"name": "seen", "cloud": {"sensor": "camera"}, "stiffness": 200})
+    scene["record"] = {"sensors": True}
+    summary = palpate.PairsSession(scene, out=tmp_path / "runs").run(0.5)
+    counts = [len(messages(one.record, "/sensors/seen/points")) for one in summary.pairs.values()]
+    assert counts == [pytest.approx(15, abs=1), 0]

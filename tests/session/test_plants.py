@@ -6,6 +6,7 @@ import pytest
 import palpate
 from palpate.base.errors import DeviceError, StateError
 from palpate.devices import Driver
+from palpate.scene.rig import build
 
 BALL = {"name": "ball", "sphere": {"radius": 0.03}, "stiffness": 400.0}
 FAR = {"path": [{"t": 0.0, "xyz": [0.0, 0.0, 0.04]}, {"t": 1.0, "xyz": [0.0, 0.0, 0.04]}]}
@@ -127,3 +128,10 @@ def test_two_devices_lead_two_hands_and_one_device_cannot():
 def test_a_scene_with_pairs_names_the_session_that_takes_it():
     with pytest.raises(palpate.PalpateError, match=r"palpate\.PairsSession"):
         palpate.Session("two_hands")
+
+
+def test_a_rig_that_does_not_know_the_device_is_refused():
+    rig = build(palpate.Scene.model_validate(scene()))
+    with pytest.raises(StateError, match="the rig of a device is built by its session"):
+        palpate.Session(scene(), rig=rig, driver=(driver := Sinks()))
+    assert driver.read_ == 0

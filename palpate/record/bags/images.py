@@ -163,13 +163,15 @@ class _Shots:
     """Decodes messages; a message that is shown again is decoded once."""
 
     def __init__(self, path: Path) -> None:
-        self._decoder = Decoder(str(path))
+        self._path = path
+        self._decoders: dict[str, Decoder] = {}
         self._last: dict[str, tuple[Any, Shot]] = {}
 
     def shot(self, side: str, message: Any, time: int) -> Shot:
         if side not in self._last or self._last[side][0] is not message:
             stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
-            picture = self._decoder.rgb(message)
+            decoder = self._decoders.setdefault(side, Decoder(f"{self._path}, {side}"))
+            picture = decoder.rgb(message)
             even = picture[: picture.shape[0] // 2 * 2, : picture.shape[1] // 2 * 2]  # a film has even sides
             self._last[side] = message, Shot(np.ascontiguousarray(even), stamp or time)
         return self._last[side][1]
