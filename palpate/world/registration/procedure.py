@@ -137,9 +137,8 @@ class Procedure:
     sigma: float  #: standard deviation of a touch [m]
     tip: float  #: standard deviation of the tip's offset on each axis [m]
     radius: float  #: of the sphere on the tip [m]
-    motion: float = (
-        np.inf
-    )  #: motion of the organ half-way through the touches that they shall tell nine times of ten [m]
+    motion: float = np.inf
+    """Motion of the organ half-way through the touches that they shall tell nine times of ten [m]"""
     X_WT: list[Array] = field(default_factory=list)  #: poses (4, 4) of the tool in all touches
 
     def __post_init__(self) -> None:
