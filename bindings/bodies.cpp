@@ -194,14 +194,6 @@ void bind_bodies(nb::module_& m) {
       .def(
           "step_time", [](const Bodies& self) { return percentiles(self.step_time()); },
           "Compute time of the engine's steps [us]: p50, p99, p999, max.");
-  m.def(
-      "join_bodies",
-      [](const std::vector<loop::Simulation*>& loops, const std::shared_ptr<Bodies>& bodies) {
-        for (std::size_t i = 0; i < loops.size(); ++i) {
-          loops[i]->join_bodies(bodies, static_cast<int>(i), loops.size() == 1);
-        }
-      },
-      "simulations"_a, "bodies"_a, "Puts the tools of simulations among rigid bodies, in the order of the tools.");
   m.attr("BODY_VELOCITY_DELAY") = loop::kVelocityDelay;
   m.attr("MAX_BODIES") = loop::kMaxBodies;
   m.attr("MAX_BODY_LINKS") = loop::kMaxBodyLinks;

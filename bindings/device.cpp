@@ -83,10 +83,6 @@ void glide_together(const Cycles& cycles, const std::vector<std::shared_ptr<loop
   }
 }
 
-void join_bodies(const Cycles& cycles, const std::shared_ptr<loop::Bodies>& bodies) {
-  for (std::size_t i = 0; i < cycles.size(); ++i) cycles[i]->join_bodies(bodies, static_cast<int>(i));
-}
-
 void bind_driver(nb::module_& m) {
   nb::class_<Driver>(m, "Driver", "An opened device, which a thread of the core reads and commands.")
       .def_prop_ro(
@@ -188,14 +184,13 @@ void bind_device(nb::module_& m) {
           "timing", [](const DeviceCycle& self) { return percentiles(self.cycle_time()); },
           "Compute times of the steps: p50, p99, p999 and max [us].");
   bind_front(cycle);
+  bind_together(cycle);
   m.def("glide_together", &glide_together, "cycles"_a, "bodies"_a, "t"_a, "dt"_a, "steps"_a, "from_"_a, "to"_a,
         "rows"_a, "felt"_a,
         "Steps the cycles of several worlds from their times t (worlds,) [s] by `steps` steps of dt [s], each along a "
         "straight path of the handle: displacement [m], rotation vector [rad] and pinch angle [rad], from_ (n, 7) to "
         "`to` (n, 7). Each world has equally many of the n cycles, and its entry of `bodies` unless that is empty. "
         "Writes the newest row of each to rows (n, TICK_BYTES/8), and the largest force on its hand to felt (n,) [N].");
-  m.def("join_bodies", &join_bodies, "cycles"_a, "bodies"_a,
-        "The same for cycles of devices; the caller of `glide_together` advances the engine.");
 
   bind_driver(m);
   m.def(

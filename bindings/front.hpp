@@ -5,12 +5,15 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/shared_ptr.h>
+#include <nanobind/stl/vector.h>
 
 #include <memory>
 #include <utility>
 #include <vector>
 
+#include "palpate/loop/bodies.hpp"
 #include "palpate/loop/front.hpp"
+#include "palpate/loop/instruments.hpp"
 #include "rows.hpp"
 
 namespace palpate::bindings {
@@ -64,6 +67,24 @@ void bind_front(nanobind::class_<Loop>& c) {
           "set_live", [](Loop& self, const LiveTargets& targets) { self.front().set_live(targets); }, "targets"_a,
           "Sets the poses that the live objects of the newest snapshot shall reach, from the next tick on. Raises "
           "ValueError if their number differs.");
+}
+
+/// Loop: a class whose tool meets the instruments of other loops, and rigid bodies.
+template <class Loop>
+void bind_together(nanobind::class_<Loop>& c) {
+  using nanobind::literals::operator""_a;
+  c.def(
+       "join",
+       [](Loop& self, std::shared_ptr<loop::Board> board, int index, std::vector<loop::ToolCapsule> capsules,
+          double stiffness, double damping) {
+         self.join(std::move(board), index, std::move(capsules), {stiffness, damping});
+       },
+       "board"_a, "index"_a, "capsules"_a, "stiffness"_a, "damping"_a,
+       "Puts the instrument among those of other loops, which push it apart with a stiffness [N/m] and a damping "
+       "[N s/m]. index: its number among them. Not while the loop runs.")
+      .def("join_bodies", &Loop::join_bodies, "bodies"_a, "tool"_a,
+           "Puts the tool among rigid bodies, as the tool of this number. A simulation that has the only tool advances "
+           "them in lockstep. Not while the loop runs.");
 }
 
 }  // namespace palpate::bindings

@@ -5,14 +5,12 @@
 #include <nanobind/stl/shared_ptr.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
-#include <nanobind/stl/variant.h>
 #include <nanobind/stl/vector.h>
 
 #include <algorithm>
 #include <array>
 #include <memory>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "bindings.hpp"
@@ -79,7 +77,7 @@ std::vector<Table> run_in_turns(const std::vector<Simulation*>& pairs, std::size
     while (done < n_ticks && std::none_of(pairs.begin(), pairs.end(), is_paused)) {
       for (std::size_t i = 0; i < pairs.size(); ++i) pairs[i]->run(1, &ticks[i][done]);
       for (Simulation* pair : pairs) pair->publish();
-      if (loop::Bodies* bodies = pairs.front()->bodies()) bodies->advance(1.0 / pairs.front()->options().rate);
+      if (loop::Bodies* bodies = pairs.front()->shared_bodies()) bodies->advance(1.0 / pairs.front()->options().rate);
       ++done;
     }
   }
@@ -89,20 +87,6 @@ std::vector<Table> run_in_turns(const std::vector<Simulation*>& pairs, std::size
     rows.push_back(to_rows(std::move(one)));
   }
   return rows;
-}
-
-using Instrumented = std::variant<Simulation*, loop::DeviceCycle*>;
-
-/// Puts the instruments of several loops, simulated or of devices, into one world.
-void join_instruments(const std::vector<Instrumented>& loops,
-                      const std::vector<std::vector<loop::ToolCapsule>>& capsules, double stiffness, double damping,
-                      const loop::RodOptions& rod) {
-  if (loops.size() != capsules.size()) throw std::invalid_argument("capsules: give one list for each loop");
-  const auto board = std::make_shared<loop::Board>(static_cast<int>(loops.size()), rod);
-  for (std::size_t i = 0; i < loops.size(); ++i) {
-    const auto join = [&](auto* one) { one->join(board, static_cast<int>(i), capsules[i], {stiffness, damping}); };
-    std::visit(join, loops[i]);
-  }
 }
 
 Fields timing(const Simulation& self) {
@@ -243,6 +227,7 @@ void bind_running(nb::module_& m) {
   nb::class_<Simulation> simulation(m, "Simulation",
                                     "A simulation of hand, leader and follower around the haptic cycle.");
   bind_front(simulation);
+  bind_together(simulation);
   simulation
       .def(nb::init<const SimulationOptions&, arm::Arm, arm::Arm, const arm::Arm&,
                     std::shared_ptr<const scene::Snapshot>, HandPath>(),
@@ -303,15 +288,13 @@ void bind_simulation(nb::module_& m) {
             new (self) loop::ToolCapsule{a, b, radius};
           },
           "a"_a, "b"_a, "radius"_a, "a, b: ends of its axis; radius [m].");
+  nb::class_<loop::Board>(m, "Board", "The world in which the instruments of several loops meet.")
+      .def(nb::init<int, const loop::RodOptions&>(), "instruments"_a, "rod"_a = loop::RodOptions());
   bind_simulation_options(m);
   bind_haptic_cycle(m);
   bind_running(m);
   m.attr("MAX_INSTRUMENTS") = loop::kMaxInstruments;
   m.attr("MAX_CAPSULES") = contact::kMaxCapsules;
-  m.def("join_instruments", &join_instruments, "loops"_a, "capsules"_a, "stiffness"_a, "damping"_a,
-        "rod"_a = loop::RodOptions(),
-        "Puts the instruments of several loops into one world, in which they push each other apart with a stiffness "
-        "[N/m] and a damping [N s/m]. capsules: a list for each loop.");
   m.def("run_in_turns", &run_in_turns, "simulations"_a, "n_ticks"_a,
         "Runs several simulations in lockstep, tick by tick, in this thread; returns the rows of each.");
   m.def(

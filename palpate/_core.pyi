@@ -3090,6 +3090,11 @@ class ToolCapsule:
     def __init__(self, a: ToolSphere, b: ToolSphere, radius: float) -> None:
         """a, b: ends of its axis; radius [m]."""
 
+class Board:
+    """The world in which the instruments of several loops meet."""
+
+    def __init__(self, instruments: int, rod: RodOptions = ...) -> None: ...
+
 class CycleOptions:
     """Options of the haptic cycle and its stages."""
 
@@ -3373,6 +3378,18 @@ class Simulation:
         ValueError if their number differs.
         """
 
+    def join(self, board: Board, index: int, capsules: Sequence[ToolCapsule], stiffness: float, damping: float) -> None:
+        """
+        Puts the instrument among those of other loops, which push it apart with a stiffness [N/m] and a damping [N
+        s/m]. index: its number among them. Not while the loop runs.
+        """
+
+    def join_bodies(self, bodies: Bodies, tool: int) -> None:
+        """
+        Puts the tool among rigid bodies, as the tool of this number. A simulation that has the only tool advances them
+        in lockstep. Not while the loop runs.
+        """
+
     def run(
         self,
         n_ticks: int,
@@ -3444,18 +3461,6 @@ class Simulation:
 MAX_INSTRUMENTS: int = 8
 
 MAX_CAPSULES: int = 8
-
-def join_instruments(
-    loops: Sequence[Simulation | DeviceCycle],
-    capsules: Sequence[Sequence[ToolCapsule]],
-    stiffness: float,
-    damping: float,
-    rod: RodOptions = ...,
-) -> None:
-    """
-    Puts the instruments of several loops into one world, in which they push each other apart with a stiffness [N/m] and
-    a damping [N s/m]. capsules: a list for each loop.
-    """
 
 def run_in_turns(simulations: Sequence[Simulation], n_ticks: int) -> list[Annotated[NDArray[numpy.float64], "(:, :)"]]:
     """
@@ -3648,18 +3653,6 @@ class Bodies:
 
     def step_time(self) -> dict[str, Any]:
         """Compute time of the engine's steps [us]: p50, p99, p999, max."""
-
-@overload
-def join_bodies(simulations: Sequence[Simulation], bodies: Bodies) -> None:
-    """
-    Puts the tools of simulations among rigid bodies, in the order of the tools.
-    """
-
-@overload
-def join_bodies(cycles: Sequence[DeviceCycle], bodies: Bodies) -> None:
-    """
-    The same for cycles of devices; the caller of `glide_together` advances the engine.
-    """
 
 BODY_VELOCITY_DELAY: float = 2.3333333333333335
 
@@ -4118,6 +4111,18 @@ class DeviceCycle:
         """
         Sets the poses that the live objects of the newest snapshot shall reach, from the next tick on. Raises
         ValueError if their number differs.
+        """
+
+    def join(self, board: Board, index: int, capsules: Sequence[ToolCapsule], stiffness: float, damping: float) -> None:
+        """
+        Puts the instrument among those of other loops, which push it apart with a stiffness [N/m] and a damping [N
+        s/m]. index: its number among them. Not while the loop runs.
+        """
+
+    def join_bodies(self, bodies: Bodies, tool: int) -> None:
+        """
+        Puts the tool among rigid bodies, as the tool of this number. A simulation that has the only tool advances them
+        in lockstep. Not while the loop runs.
         """
 
 def glide_together(

@@ -14,6 +14,7 @@ from palpate.devices.haply.driver import Haply
 from palpate.devices.loop import DeviceLoop, mapped_rig
 from palpate.devices.native import NativeLoop, is_native, load_driver, native_scene, size_of
 from palpate.devices.open import open_driver
+from palpate.record.ticks import Ticks
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
 from palpate.scene.surface import Bodies
@@ -38,6 +39,7 @@ class DevicePlant:
     """
 
     simulated = False
+    lag = 0.0
 
     def __init__(
         self,
@@ -90,6 +92,12 @@ class DevicePlant:
     def buttons(self) -> int:
         """Buttons of the newest reading, as `Reading.buttons`; none after a fault, which releases them."""
         return 0 if self.loop.fault() else self.loop.buttons
+
+    def look(self) -> None:
+        """No effect: the thread of the loop looks after the device."""
+
+    def see(self, ticks: Ticks) -> None:
+        """No effect."""
 
     def notices(self) -> list[str]:
         """What has happened to the device: cause; mend."""

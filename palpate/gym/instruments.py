@@ -21,7 +21,7 @@ from palpate.gym.world import RATE, Motion, World, cycle_at
 from palpate.record.ticks import TICK_DOUBLES, Ticks, as_ticks
 from palpate.scene import held, soft
 from palpate.scene.rig import Rig
-from palpate.scene.together import capsules
+from palpate.scene.together import capsules, join_instruments
 from palpate.session.tasks.hand import OPEN
 from palpate.world.bodies.engine import World as Engine
 
@@ -87,11 +87,8 @@ class Instruments:
             self._p0[i, k], self._R0[i, k] = X[:3, 3], X[:3, :3]
         if self.h > 1:
             law = self.world.scene.instruments
-            _core.join_instruments(cycles, [capsules(rig) for rig in rigs], law.stiffness, law.damping)
-        engine = held.world(dict(zip(self.world.names, rigs, strict=True)))
-        if engine is not None:
-            _core.join_bodies(cycles, engine.core(rigs[0].snapshot))
-        self.engines[i] = engine
+            join_instruments(cycles, [capsules(rig) for rig in rigs], law.stiffness, law.damping)
+        self.engines[i] = held.join(dict(zip(self.world.names, rigs, strict=True)), cycles)
         self._cycles[i * self.h : (i + 1) * self.h] = cycles
         self._goal[i], self._t[i] = 0.0, 0.0
         self._goal[i, :, 6] = OPEN if self.world.pinches else 0.0

@@ -7,6 +7,13 @@ from collections.abc import Callable
 
 from palpate.record.ticks import STATUS
 
+_CAPS = frozenset({"force_capped", "rate_capped", "passivity"})  # they reduce a force, and forbid none
+
+
+def conditions(status: int) -> list[str]:
+    """Conditions of a status that forbid a force, the gravest first; empty if a force is allowed."""
+    return [words for name, (bit, words) in STATUS.items() if status & bit and name not in _CAPS]
+
 
 def offset(seconds: float) -> str:
     """A clock offset in words, e.g. "50 ms behind"; positive: ahead [s]."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
+from palpate.base.errors import StateError
+
 
 class EndedNode:
     """The last ticks, figures and shapes of a haptic node, with its interface. Scenes and controls have no effect.
@@ -19,6 +21,14 @@ class EndedNode:
         self._events: list[str] = node.take_events()
         self._shapes = {k: node.soft_vertices(k) for k in soft}
         self.dropped, self.controls = node.dropped, node.controls
+
+    def start(self) -> None:
+        """Refuse to run again.
+
+        Raises:
+            StateError: always.
+        """
+        raise StateError("the node of this session has ended: its guardian works only once", mend="make a new session")
 
     def drain(self) -> Any:
         """Ticks since the last call."""

@@ -1,4 +1,4 @@
-"""A session that renders a scene on a real or simulated CRTK master over ROS 2."""
+"""The loop of a real or simulated CRTK master over ROS 2: a haptic node and its guardian."""
 
 from __future__ import annotations
 
@@ -6,40 +6,21 @@ import os
 import secrets
 import sys
 import threading
-import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from palpate import _core, ros
-from palpate.base import stop_signals
 from palpate.base.errors import PalpateError
-from palpate.record.ticks import STATUS, Ticks
+from palpate.record.ticks import Ticks, as_ticks
 from palpate.ros import jitter
 from palpate.ros.ended_node import EndedNode
 from palpate.ros.guardian import Guardian
-from palpate.ros.reports import ForceReports
-from palpate.scene import held, port
-from palpate.scene.rig import Rig, build
-from palpate.scene.scene import Scene
-from palpate.session import LiveSession, State
-from palpate.session.faults import SeenFaults
-from palpate.session.run_folder import require_writable
-from palpate.session.summary import Summary
-from palpate.world.bodies.engine import World
+from palpate.scene import port
+from palpate.scene.rig import Rig
 
 FORCE_CAP = 1.0
 """Default force cap on real arms [N]; only --force-cap can raise it."""
-NO_TIMEOUT = (
-    "an arm of the dVRK has no timeout for wrenches: if the network between this node and the arm fails, the arm keeps "
-    "the last force until its operator leaves the console, presses a pedal or stops it. Run the node on the arm's "
-    "computer wherever that is possible (docs/ros2-real-arm.md)"
-)
-"""Advice at the start of a session that commands an arm over a network."""
-_CHECK_PERIOD = 0.1  # interval of the checks of guardian and events [s]
 
 
 @dataclass(frozen=True)
@@ -103,6 +84,8 @@ class HapticLoop:
         except BaseException:
             self.guardian.kill()
             raise
+        self._ending = threading.RLock()
+        self._fault: str | None = None
         self._soft = [k for k, obj in enumerate(rig.scene.objects) if obj.tissue is not None]
 
     def _names(self, devices: Devices) -> Any:
@@ -144,18 +127,28 @@ class HapticLoop:
 
     def stop(self) -> None:
         """Set the force to zero, end the node and remove it from the network: its guardian works only once."""
-        if not isinstance(self.node, EndedNode):
-            self.node.stop()
-            self.guardian.end()
-            self.node = EndedNode(self.node, self._soft)
+        with self._ending:
+            if not isinstance(self.node, EndedNode):
+                self.node.stop()
+                self.guardian.end()
+                self.node = EndedNode(self.node, self._soft)
 
     def drain(self) -> Any:
-        """Ticks since the last call."""
-        return self.node.drain()
+        """Ticks since the last call; ends the node if its guardian process has died, without which it sends none."""
+        with self._ending:
+            if not isinstance(self.node, EndedNode) and not self.guardian.alive:
+                self._fault = "the guardian process has died: the force was set to zero"
+                self.stop()
+            return self.node.drain()
 
     def latest(self) -> Any:
         """The newest tick."""
         return self.node.latest()
+
+    def latest_tick(self) -> Ticks:
+        """The newest tick, with its fields by name."""
+        tick: Ticks = as_ticks(self.latest().reshape(1, -1))[0]
+        return tick
 
     def soft_vertices(self, object: int, /) -> Any:
         """Deformed vertices (n, 3) of a soft object, in the object's frame O [m]."""
@@ -193,175 +186,5 @@ class HapticLoop:
         self.node.set_fixtures(fixtures)
 
     def fault(self) -> str | None:
-        """Always None: the session finds faults in the ticks."""
-        return None
-
-
-def join_bodies(rigs: Mapping[str, Rig], loops: Sequence[HapticLoop]) -> World | None:
-    """Put the tools of all loops among the rigid bodies of their scene; None for a scene without bodies.
-
-    A state of the leader and a wrench wait for up to a cycle each, which the coupling counts as delay.
-
-    Raises:
-        MissingExtraError, SceneError, MeshError: as `World`.
-    """
-    rate = min(loop.rate for loop in loops)
-    made = held.world(rigs, 2.0 / rate, rate)
-    if made is not None:
-        joined = made.core(next(iter(rigs.values())).snapshot)
-        for tool, loop in enumerate(loops):
-            loop.node.join_bodies(joined, tool)
-    return made
-
-
-def as_teleoperated(rig: Rig, devices: Devices) -> tuple[Rig, str]:
-    """The scene as a running teleoperation maps it, and a sentence for the user; empty if nothing changes.
-
-    An external teleoperation copies motions from one measured_cp to the other without a rotation:
-    p_B += scale (p_L - p_L0). What it maps the leader's axes to are thus the axes of the follower's base, wherever the
-    scene has the leader stand, and the force on the hand must be turned in the same way.
-    """
-    if devices.follower == "virtual" or devices.teleop == "none":
-        return rig, ""
-    R_BL = rig.arms.X_WB[:3, :3].T @ rig.arms.X_WL[:3, :3]
-    turn = np.degrees(np.arccos(np.clip((np.trace(R_BL) - 1.0) / 2.0, -1.0, 1.0)))
-    if turn < 0.1:
-        return rig, ""
-    X_WL = rig.arms.X_WL.copy()
-    X_WL[:3, :3] = rig.arms.X_WB[:3, :3]
-    words = (
-        f"{devices.teleop} copies motions from one measured_cp to the other: the base of {devices.leader} counts as "
-        f"turned like that of {devices.follower}, by {turn:.1f} deg from the scene's"
-    )
-    return replace(rig, arms=replace(rig.arms, X_WL=X_WL)), words
-
-
-class HapticSession(LiveSession):
-    """A real-time session on a CRTK master, whose loop is a ROS 2 node; it runs once.
-
-        with HapticSession(scene, Devices("MTMR", "virtual", "none")) as session:
-            session.run(60.0)
-
-    Args:
-        scene: scene to render.
-        devices: CRTK names of the arms.
-        limits: caps and rates.
-        out: folder for records; None: no record.
-        context: arguments of the ROS context (`network`, `domain`, `arguments`).
-
-    Raises:
-        SceneError, MeshError: the scene cannot run. RosMissingError: no ROS 2. OutputError: `out` cannot be written.
-    """
-
-    def __init__(
-        self,
-        scene: Scene,
-        devices: Devices | None = None,
-        limits: Limits | None = None,
-        out: str | os.PathLike[str] | None = None,
-        context: Mapping[str, Any] | None = None,
-    ) -> None:
-        if out is not None:
-            require_writable(Path(out))
-        self.devices, self.limits = devices or Devices(), limits or Limits()
-        rig, turned = as_teleoperated(build(scene), self.devices)
-        self._seen = SeenFaults()
-        self.seen = self._seen.seen  #: faults by the name of their bit
-        self.reports = ForceReports()  #: what holds the force back, told once and counted
-        self.loop = HapticLoop(rig, self.devices, self.limits, dict(context or {}))
-        advice = [*self.loop.advice, turned, NO_TIMEOUT if (context or {}).get("network") else ""]
-        self.events = [words for words in advice if words]  #: events of the node, newest last
-        super().__init__(rig, self.loop, self.limits.rate or scene.rates.haptic, scene.seed, out)
-        if not self.paired:
-            self.world = join_bodies({"": rig}, [self.loop])
-
-    @property
-    def state(self) -> State:
-        """The newest tick; the phase is empty, as the hand is not simulated."""
-        return State(self.latest(), "")
-
-    def run(
-        self,
-        duration: float | None = None,
-        on_progress: Callable[[State], None] | None = None,
-    ) -> Summary:
-        """Render the scene for a time, or until Ctrl-C or SIGTERM; then close the record.
-
-        Args:
-            duration: time [s]; no limit when left out.
-            on_progress: called with the state about ten times a second.
-        """
-        self._require_idle()
-        with stop_signals.deferred(self._interrupted):
-            try:
-                self.start()
-                end = time.monotonic() + (np.inf if duration is None else duration)
-                while time.monotonic() < end and not self._interrupted.wait(_CHECK_PERIOD):
-                    self.check_node()
-                    if on_progress is not None:
-                        on_progress(self.state)
-            except BaseException:
-                self.close(interrupted=True)
-                raise
-            return self.close(interrupted=self._interrupted.is_set())
-
-    @property
-    def stopped(self) -> threading.Event:
-        """Set: the session ends."""
-        return self._interrupted
-
-    def check_node(self) -> None:
-        """Take the events of the node, and what its ticks say about the force.
-
-        Raises:
-            PalpateError: the guardian process has died; the force is zero.
-        """
-        self.events += self.loop.node.take_events()
-        self._look_at_clock()
-        t = float(self.latest()["t"])
-        self.events += [f"t = {t:.1f} s: {words}" for words in self.reports.sentences()]
-        self.events += [note for note in self.notes if note not in self.events]
-        if not self.loop.guardian.alive:
-            raise PalpateError("the guardian process has died: the session ends, the force is zero")
-
-    def take_back(self) -> str:
-        """Take the shift of the tool against the hand back, which pauses after faults have left; returns a sentence.
-
-        The tool moves at 20 mm/s while it follows the hand and touches nothing.
-        """
-        shift = np.nan_to_num(self.latest()["p_shift_W"])
-        controls = self.loop.controls
-        controls.take_back_requests += 1
-        self.loop.controls = controls
-        words = f"the tool returns by {1e3 * float(np.linalg.norm(shift)):.1f} mm while it touches nothing"
-        self.events.append(words)
-        return words
-
-    def _look_at_clock(self) -> None:
-        """Tell a new offset of the leader's clock."""
-        if not self.timing["leader_messages"]:
-            return
-        offset = float(self.timing["leader_clock_s"])
-        if abs(offset - self.loop.told_offset) < jitter.NAMED:
-            return
-        self.loop.told_offset = offset
-        words = jitter.offset_words(offset, self.loop.stale_after)
-        self.events.append(words or "the leader's clock agrees with this machine's again")
-
-    def words(self, status: int) -> list[str]:
-        """Conditions of a status that forbid a force, the gravest first; empty if a force is allowed."""
-        caps = {"force_capped", "rate_capped", "passivity"}
-        return [words for name, (bit, words) in STATUS.items() if status & bit and name not in caps]
-
-    def _take(self, ticks: Ticks, realtime: bool = False) -> None:
-        self._seen.take(ticks)
-        self.reports.take(ticks)
-        super()._take(ticks, realtime)
-
-    def _faults(self) -> list[str]:
-        self.events += self.loop.node.take_events()
-        faults = self._seen.words()
-        taken = int(self.timing["guardian_took_over"])
-        if taken:
-            faults.insert(0, f"the guardian took over {taken} times, as the node was silent")
-        return [*faults, *super()._faults()]
+        """Why the node ended by itself; what removes the force for a time is in the ticks."""
+        return self._fault

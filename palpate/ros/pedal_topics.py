@@ -1,6 +1,6 @@
 """The console and the foot pedals of a dVRK as pedals of a session's console.
 
-    with HapticSession(scene) as session, PedalTopics(session.console, session.loop.context.domain):
+    with PedalTopics(session.console, plant.loop.context.domain):
         session.run()
 
 The haptic node reads operator presence, clutch and camera itself as well, in its cycle, so that no force waits for

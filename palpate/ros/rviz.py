@@ -7,24 +7,9 @@ from typing import Any
 
 from palpate.ros.around.convert import WORLD
 from palpate.ros.haptics import Devices
-from palpate.ros.pairs import require_devices
 from palpate.scene.scene import Scene
 
 _PLUGIN = "rviz_default_plugins"
-
-
-def devices_of(scene: Scene, single: Devices) -> dict[str, Devices]:
-    """Devices of each pair by its name; `single` under the empty name for a scene without pairs.
-
-    Raises:
-        PalpateError: a pair does not name its arms.
-    """
-    require_devices(scene)
-    found = {}
-    for name, pair in scene.pairs.items():
-        assert pair.devices is not None
-        found[name] = Devices(pair.devices.leader, pair.devices.follower, pair.devices.teleop, pair=name)
-    return found or {"": single}
 
 
 def config(scene: Scene, devices: Mapping[str, Devices]) -> dict[str, Any]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -13,22 +12,30 @@ from palpate.base.arrays.plain import Content
 from palpate.base.errors import SceneError
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
+from palpate.scene.together import Joined
 from palpate.scene.tool import ToolSphereSection, tool_sphere
 from palpate.world.bodies import shapes
 from palpate.world.bodies.engine import JawShape, LinkShape, ToolShape, World
 from palpate.world.bodies.shapes import Solid
 
 
-def join(rigs: Mapping[str, Rig], loops: Sequence[_core.Simulation] | Sequence[_core.DeviceCycle]) -> World | None:
+def join(
+    rigs: Mapping[str, Rig], loops: Sequence[Joined], delay: float = 0.0, rate: float | None = None
+) -> World | None:
     """Put the tools of all loops among the bodies of their scene; None for a scene without bodies.
+
+    Args:
+        rigs, delay, rate: as for `world`.
+        loops: the loops of the rigs, none of which runs.
 
     Raises:
         MissingExtraError, SceneError, MeshError: as `World`.
     """
-    made = world(rigs)
+    made = world(rigs, delay, rate)
     if made is not None:
-        joined: list[Any] = list(loops)
-        _core.join_bodies(joined, made.core(next(iter(rigs.values())).snapshot))
+        bodies = made.core(next(iter(rigs.values())).snapshot)
+        for tool, loop in enumerate(loops):
+            loop.join_bodies(bodies, tool)
     return made
 
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations
+from typing import Protocol
 
 import numpy as np
 
@@ -21,6 +22,20 @@ Rigs = dict[str, Rig]
 
 _SAME = 0.005  # distance below which two bases of followers are the same place [m]
 _LEADERS = 0.05  # smallest distance between the bases of two leaders [m]
+
+
+class Joined(Protocol):
+    """A loop whose tool meets the instruments of other loops, and rigid bodies."""
+
+    def join(
+        self, board: _core.Board, index: int, capsules: list[_core.ToolCapsule], stiffness: float, damping: float, /
+    ) -> None:
+        """Put the instrument among others, as the one of this number; stiffness [N/m] and damping [N s/m]."""
+        ...
+
+    def join_bodies(self, bodies: _core.Bodies, tool: int, /) -> None:
+        """Put the tool among rigid bodies, as the tool of this number."""
+        ...
 
 
 def build_pairs(
@@ -94,6 +109,26 @@ def _refuse(scene: Scene, one: str, other: str, side: str, why: str) -> None:
         why=why,
         mend=f"move one of them: pairs.{other}.arms.{side}.base, or the start of its operator's path",
     )
+
+
+def join_instruments(
+    loops: Sequence[Joined],
+    tools: Sequence[list[_core.ToolCapsule]],
+    stiffness: float,
+    damping: float,
+    rod: _core.RodOptions | None = None,
+) -> None:
+    """Put the instruments of several loops into one world, in which they push each other apart.
+
+    Args:
+        loops: the loops, none of which runs.
+        tools: the capsules of each instrument.
+        stiffness, damping: of the contact between two instruments [N/m], [N s/m].
+        rod: what their jaws can hold and hand over.
+    """
+    board = _core.Board(len(loops), rod or _core.RodOptions())
+    for i, (loop, tool) in enumerate(zip(loops, tools, strict=True)):
+        loop.join(board, i, tool, stiffness, damping)
 
 
 def capsules(rig: Rig) -> list[_core.ToolCapsule]:

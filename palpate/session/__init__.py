@@ -8,17 +8,15 @@ from palpate.base import lazy
 
 if TYPE_CHECKING:
     from palpate.session.haptics import Haptics
-    from palpate.session.live import LiveSession
     from palpate.session.loop import Loop
     from palpate.session.pairs import PairsSession
     from palpate.session.session import Session
     from palpate.session.state import State
 
-__all__ = ["Haptics", "LiveSession", "Loop", "PairsSession", "Session", "State"]
+__all__ = ["Haptics", "Loop", "PairsSession", "Session", "State"]
 
 _HOMES = {
     "Haptics": "haptics",
-    "LiveSession": "live",
     "Loop": "loop",
     "PairsSession": "pairs",
     "Session": "session",

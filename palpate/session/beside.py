@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 class AttendedLoop(RecordedLoop):
-    """A recorded loop with the work beside it; arguments and errors as those of `LiveSession`."""
+    """A recorded loop with the work beside it; arguments and errors as those of `Session`."""
 
     def __init__(
         self,

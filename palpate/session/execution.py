@@ -197,7 +197,7 @@ def begin(
     loop: Any, rig: Rig, sensing: Sensing | None, latest: Callable[[], Ticks], plan: Plan, speed: float,
     guard: float, problem: Problem | None, neighbours: Sequence[Neighbour] = (),
 ) -> PlanExecution:  # fmt: skip
-    """Begin a plan on the follower of a loop; see `LiveSession.execute`. neighbours: as for `LiveWorld`."""
+    """Begin a plan on the follower of a loop; see `Session.execute`. neighbours: as for `LiveWorld`."""
     from palpate.planning import ahead
     from palpate.planning.problem import Problem
 

@@ -102,14 +102,6 @@ class LiveSession(AttendedLoop):
         self._pump = None
         self.drain()
 
-    def attach(self, remote: _core.RemoteEnd | None) -> None:
-        """Let the hand feel what this end of a link renders, from the next start on; None: the objects of the session.
-
-        Raises:
-            PalpateError: the loop of this session knows no links.
-        """
-        raise PalpateError("this session does not run across a network", mend="use the loop of an arm or a device")
-
     def drain(self) -> None:
         """Take the rows of the loop now, as a thread does every `DRAIN`."""
         with self._draining:  # the ring buffer has one reader
@@ -258,6 +250,7 @@ class LiveSession(AttendedLoop):
     def close(self, interrupted: bool = False) -> Summary:
         """Stop, close the record and return the summary. Later ticks go into a new record."""
         self.stop()
+        self._loop.stop()  # also of a loop that never started, such as a node that holds its arm
         return self._finish(interrupted)
 
     def __enter__(self) -> Self:

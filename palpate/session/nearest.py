@@ -79,7 +79,7 @@ def nearest(rig: Rig, tick: Ticks, sensed: Mapping[str, _core.Surface] | None = 
 def in_words(rig: Rig, tick: Ticks, sensed: Mapping[str, _core.Surface] | None = None) -> str:
     """What is nearest while the tool touches nothing; empty in contact, under a force, and where nothing is known.
 
-    Arguments as those of `nearest`; a session has it as `LiveSession.nearest`.
+    Arguments as those of `nearest`; a session has it as `Session.nearest`.
     """
     if float(tick["contacts"]) > 0.0 or float(np.linalg.norm(np.nan_to_num(tick["F_asked"]))) > 0.0:
         return ""

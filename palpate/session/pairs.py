@@ -5,11 +5,11 @@ from __future__ import annotations
 import os
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from palpate.record.ticks import Ticks, as_ticks
 from palpate.scene import held
 from palpate.scene.live_targets import PERIOD
 from palpate.scene.scene import Scene
-from palpate.scene.together import capsules
+from palpate.scene.together import capsules, join_instruments
 from palpate.session import tool_exchange
 from palpate.session.backlog import loop_first
 from palpate.session.beside import Turns
@@ -33,6 +33,7 @@ from palpate.session.pair import PairSession
 from palpate.session.pair_plants import opened, rigs_of
 from palpate.session.pairs_summary import Met, PairsSummary, meeting
 from palpate.session.periodic import every
+from palpate.session.plants import Plant
 from palpate.session.run_folder import keep_scene, new_folder, require_writable
 from palpate.session.session import BATCH, UNWATCHED_BATCH
 from palpate.session.state import State
@@ -49,7 +50,7 @@ _GRACE = 2.0  # real time after the end of a run in which late pairs may still f
 
 
 class PairsSession:
-    """Runs all pairs of a scene: those with a driver are felt on their devices, the others are simulated.
+    """Runs the pairs of a scene: those with a driver are felt on their devices, the others are simulated.
 
         session = palpate.PairsSession(palpate.Scene.load("scenes/two_hands.yaml"), out="runs")
         summary = session.run(5.0)
@@ -64,6 +65,9 @@ class PairsSession:
         scene: a scene with the section `pairs`.
         out: folder for records, in which each run gets a folder with one record per pair; None: nothing is recorded.
         seed: seed of all random numbers; the scene's when left out. The hands have different tremors.
+        plants: where the hands of some pairs are, by name, such as a `palpate.ros.plant.CrtkPlant`; the scene names
+            those of the others.
+        only: names of the pairs to run; all when left out. The instruments of the others are not known here.
 
     Raises:
         SceneError, MeshError: the scene cannot run. OutputError: `out` cannot be written. DeviceError: a driver is
@@ -75,6 +79,8 @@ class PairsSession:
         scene: Scene | dict[str, Any] | str | os.PathLike[str],
         out: str | os.PathLike[str] | None = None,
         seed: int | None = None,
+        plants: Mapping[str, Plant] | None = None,
+        only: Sequence[str] = (),
     ) -> None:
         scene = Scene.of(scene)
         self.scene, self.seed = scene, scene.seed if seed is None else seed
@@ -82,7 +88,7 @@ class PairsSession:
         if self._out is not None:
             require_writable(self._out)
         self.folder: Path | None = None  #: folder of the newest run
-        self._plants = opened(scene)
+        self._plants = opened(scene, plants, only)
         self.rigs = rigs_of(scene, self._plants)
         self._seat = OperatorSeat(self._exchange)
         self.console = self._seat.console  #: pedals, presence, locks and scale for the hands of all pairs
@@ -98,12 +104,17 @@ class PairsSession:
         self._task_over.set()
 
     def _sit(self) -> None:
-        """Make the sessions of all pairs."""
-        self._pairs = {
-            name: PairSession(name, self._plants[name], rig, (self.seed + i) % 2**64, self._out, self)
-            for i, (name, rig) in enumerate(self.rigs.items())
-        }
-        self._join()
+        """Make the sessions of all pairs; those that are made end again if one cannot be, or they cannot be joined."""
+        self._pairs: dict[str, PairSession] = {}
+        try:
+            for i, (name, rig) in enumerate(self.rigs.items()):
+                seed = (self.seed + i) % 2**64
+                self._pairs[name] = PairSession(name, self._plants[name], rig, seed, self._out, self)
+            self._join()
+        except BaseException:
+            for session in self._pairs.values():
+                session.close(interrupted=True)
+            raise
 
     @property
     def pairs(self) -> Mapping[str, PairSession]:
@@ -129,13 +140,15 @@ class PairsSession:
 
     def _join(self) -> None:
         """Put the instruments of all pairs into one world, and all hands at one console."""
-        joined = [session.plant.joined for session in self._pairs.values()]
+        plants = [session.plant for session in self._pairs.values()]
+        joined = [plant.joined for plant in plants]
         self._loops = [one for one in joined if isinstance(one, _core.Simulation)]  #: of the simulated pairs
         law = self.scene.instruments
         rod = _core.RodOptions() if self.scene.graspable is None else self.scene.graspable.core()
         tools = [capsules(rig) for rig in self.rigs.values()]
-        _core.join_instruments(joined, tools, law.stiffness, law.damping, rod)
-        self.world = held.join(self.rigs, self._loops)  #: the rigid bodies of the scene; None: it has none
+        join_instruments(joined, tools, law.stiffness, law.damping, rod)
+        lag, rate = max(plant.lag for plant in plants), min(plant.scene.rates.haptic for plant in plants)
+        self.world = held.join(self.rigs, joined, lag, rate)  #: the rigid bodies of the scene; None: it has none
         self._seat.take(list(self._pairs.values()))
 
     def _exchange(self) -> None:
@@ -180,7 +193,7 @@ class PairsSession:
         """
         try:
             scene = changed()
-            plants = opened(scene)
+            plants = opened(scene, only=tuple(self._pairs))
             rigs = rigs_of(scene, plants)
         except SceneError as error:
             raise StateError(f"{why_not}: {error.what}", where=error.where, why=error.why, mend=error.mend) from None
@@ -270,6 +283,14 @@ class PairsSession:
         for session in self.pairs.values():
             session.met = self.new_met(session.rate)
         return PairsSummary.of(found, met, None if folder is None else str(folder))
+
+    def __enter__(self) -> Self:
+        """The session itself."""
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Close the session."""
+        self.close()
 
     # -- observation -----------------------------------------------------------------------------------------------
 
@@ -371,7 +392,7 @@ class PairsSession:
         """
         for name, session in self._pairs.items():
             if not session.plant.simulated:
-                why = f"pair {name} is felt on {session.scene.arms.leader.driver}, which has a time of its own"
+                why = f"pair {name} is felt on {', '.join(session.plant.hardware)}, which has a time of its own"
                 raise StateError(what, why=why, mend="run in real time; change the scene, and run it again")
 
     def _require_idle(self) -> None:

@@ -15,7 +15,7 @@ from palpate.base.errors import OutputError
 
 if TYPE_CHECKING:
     from palpate.session.console import Console
-    from palpate.session.live import LiveSession
+    from palpate.session.session import Session
 
 KIND = "palpate places 1"
 PEDAL = "coag"
@@ -35,7 +35,7 @@ class PlaceRecorder:
         OutputError: the file cannot be written.
     """
 
-    def __init__(self, session: LiveSession, file: Path, pedal: str = PEDAL, console: Console | None = None) -> None:
+    def __init__(self, session: Session, file: Path, pedal: str = PEDAL, console: Console | None = None) -> None:
         self._session, self._file, self._pedal = session, file, pedal
         self.places: list[list[float]] = []  #: joints (n,) [rad, m] of each press
         self._write()

@@ -1,13 +1,15 @@
-"""Plants: where the hand of a session is. A simulated arm, a device with a driver, or a loop of the user's own."""
+"""Plants: where the hand of a session is. A simulated arm, a device with a driver, or an arm on ROS 2."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Protocol
 
 from palpate import _core
+from palpate.record.ticks import Ticks
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.scene.surface import Bodies
+from palpate.scene.together import Joined
 
 if TYPE_CHECKING:
     from palpate.devices.driver import Driver
@@ -26,6 +28,8 @@ class Plant(Protocol):
     """The object that drives the device; None: there is none."""
     simulated: bool
     """True: it has no time of its own, and can run in lockstep."""
+    lag: float
+    """Time by which its force and motion wait beyond the loop, as on a network [s]."""
 
     def build(self, bodies: Bodies | None = None, index: int = 0) -> Rig:
         """The rig of the scene; `index`: number of devices of the session before this one."""
@@ -36,7 +40,7 @@ class Plant(Protocol):
         ...
 
     @property
-    def joined(self) -> _core.Simulation | _core.DeviceCycle:
+    def joined(self) -> Joined:
         """What meets the rigid bodies, and the instruments of other pairs."""
         ...
 
@@ -52,6 +56,14 @@ class Plant(Protocol):
     @property
     def buttons(self) -> int:
         """Buttons of the handle, as `palpate.devices.Reading.buttons`."""
+        ...
+
+    def look(self) -> None:
+        """Look after what is beside its loop; called about twenty times a second while it runs in real time."""
+        ...
+
+    def see(self, ticks: Ticks) -> None:
+        """See every tick of the loop, in order."""
         ...
 
     def notices(self) -> list[str]:
@@ -70,6 +82,7 @@ class SimulatedPlant:
     hardware: tuple[str, ...] = ()
     driver = None
     buttons = 0
+    lag = 0.0
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -107,6 +120,12 @@ class SimulatedPlant:
     def phase(self, t: float) -> str:
         """The phase of the hand's path."""
         return "" if self._rig is None else self._rig.path.phase(t)
+
+    def look(self) -> None:
+        """No effect."""
+
+    def see(self, ticks: Ticks) -> None:
+        """No effect."""
 
     def notices(self) -> list[str]:
         """None."""

@@ -11,8 +11,8 @@ import numpy as np
 from palpate.record.snapshots import RATE, Track
 from palpate.record.ticks import Ticks, Timing
 from palpate.scene.live_targets import PERIOD
-from palpate.session.live import LiveSession
 from palpate.session.samples import Samples
+from palpate.session.session import Session
 from palpate.session.snapshots import soft_objects
 
 
@@ -48,7 +48,7 @@ class LiveRates:
         sessions: sessions by the name of their pair; the empty name for a single one.
     """
 
-    def __init__(self, sessions: Mapping[str, LiveSession]) -> None:
+    def __init__(self, sessions: Mapping[str, Session]) -> None:
         self._sessions = dict(sessions)
         self._before: dict[str, tuple[float, float]] = {}  # time of the clock and value of the count at the last call
         self._cameras: dict[int, int] = {}  # session whose row shows a camera
@@ -58,7 +58,7 @@ class LiveRates:
         """One row for each haptic loop, soft object, tracked frame and sensor, and for the endoscope."""
         return [row for name, session in self._sessions.items() for row in self._of(name, session)]
 
-    def _of(self, name: str, session: LiveSession) -> list[Rate]:
+    def _of(self, name: str, session: Session) -> list[Rate]:
         tick, timing = session.latest(), session.timing
         label = f"{name} haptic loop".strip()
         late = timing.get("lateness_us", {})
@@ -87,7 +87,7 @@ class LiveRates:
             rows.append(Rate(key, None, self._measured(key, used), age_s=t - last if used else None))
         return rows + self._camera(session)
 
-    def _camera(self, session: LiveSession) -> list[Rate]:
+    def _camera(self, session: Session) -> list[Rate]:
         """The row of the endoscope arm, which several pairs share."""
         camera = session.camera_arm
         if camera is None or self._cameras.setdefault(id(camera), id(session)) != id(session):
@@ -95,7 +95,7 @@ class LiveRates:
         rate = self._measured("endoscope", camera.steps)
         return [Rate("endoscope", 1.0 / PERIOD, rate, age_s=self._age("endoscope", camera.steps))]
 
-    def _surface_age(self, key: str, session: LiveSession, index: int) -> float | None:
+    def _surface_age(self, key: str, session: Session, index: int) -> float | None:
         """Time since the surface changed, None before it does; a body at rest looks old."""
         shape = float(np.abs(session.soft_vertices(index)).sum())
         return self._age(key, shape) if session.running else None

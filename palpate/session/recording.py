@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 class RecordedLoop:
-    """A loop whose ticks are counted and recorded; arguments and errors as those of `LiveSession`."""
+    """A loop whose ticks are counted and recorded; arguments and errors as those of `Session`."""
 
     paired = False
     """True if the record holds the signals of contact with other pairs."""

@@ -52,7 +52,7 @@ class Session(LiveSession):
             arrays (N, 3) [m] in W that is asked at 30 Hz.
         rig: the rig of the scene, if it is built already.
         driver: an object that drives a device (`palpate.devices.Driver`); that of the scene when left out.
-        plant: where the hand is; that of scene and driver when left out.
+        plant: where the hand is, such as a `palpate.ros.plant.CrtkPlant`; that of scene and driver when left out.
 
     Raises:
         SceneError, MeshError: the scene cannot run. OutputError: `out` cannot be written. DeviceError: the driver is
@@ -221,7 +221,7 @@ class Session(LiveSession):
 
     def _require_simulated(self) -> None:
         if not self.plant.simulated:
-            name = self.scene.arms.leader.driver or "a device"
+            name = ", ".join(self.plant.hardware)
             what = f"the hand is on {name}, which has a time of its own"
             raise StateError(what, mend="use run() or start(), or leave the driver out to simulate the arm")
 
@@ -288,15 +288,17 @@ class Session(LiveSession):
     def _take(self, ticks: Ticks, realtime: bool = False) -> None:
         if self._seen is not None:
             self._seen.take(ticks)
+        self.plant.see(ticks)
         super()._take(ticks, realtime)
 
     def drain(self) -> None:
         """Take the rows of the loop now, and tell the console which buttons of the handle have changed."""
         super().drain()
+        self.plant.look()
         if not self.plant.simulated:
             from palpate.session.pedals import press
 
-            source = self.scene.arms.leader.driver or "device"
+            source = ", ".join(self.plant.hardware)
             self._pressed = press(self.console, self._pressed, self.plant.buttons, source)
 
     def _faults(self) -> list[str]:

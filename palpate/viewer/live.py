@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 import viser
 
-from palpate.session import LiveSession
+from palpate.session import Session
 from palpate.session.rates import LiveRates
 from palpate.viewer import views
 from palpate.viewer.bodies import BodiesDrawing, TaskWords
@@ -65,7 +65,7 @@ class LiveViewer:
         Raises:
             PortError: the port cannot be used.
         """
-        if isinstance(source, LiveSession):  # it also knows the clouds of its sensors
+        if isinstance(source, Session):  # it also knows the clouds of its sensors
             stage = replace(stage, near=source.nearest)
         self._source, self._stage = source, stage
         self._server = open_server(host, port, stage.title) if server is None else server
@@ -84,14 +84,14 @@ class LiveViewer:
         )
         self._video = VideoPanel(self._server.gui)
         self._rates = None
-        if isinstance(source, LiveSession):
+        if isinstance(source, Session):
             with self._gauges.panel.add_tab("Rates", viser.Icon.CLOCK):
                 self._rates = RatesPanel(self._server.gui, LiveRates({"": source}).rows)
         world, words = getattr(source, "world", None), getattr(source, "task_words", None)
         self._bodies = None if world is None else BodiesDrawing(self.picture.scene, stage.solids, world.drawn)
         self._task = None if words is None else TaskWords(self._server.gui, words)
         self.soft = None
-        if isinstance(source, LiveSession) and any(obj.soft for obj in stage.objects):
+        if isinstance(source, Session) and any(obj.soft for obj in stage.objects):
             self.soft = SoftObjects(self._server.gui, stage, self._drawing, source)
         self.inset = views.add_buttons(self._server, stage, self._drawing)
         camera = self._camera = getattr(source, "camera", None)

@@ -14,7 +14,7 @@ import viser
 
 from palpate.base.arrays import Array
 from palpate.record.ticks import Ticks
-from palpate.session import LiveSession, PairsSession
+from palpate.session import PairsSession, Session
 from palpate.session.console import PEDALS, Console
 from palpate.viewer import views
 from palpate.viewer.arms import Color
@@ -58,7 +58,7 @@ class Within:
 class Handle:
     """The ball that drags one hand, and the switch of its path."""
 
-    def __init__(self, server: viser.ViserServer, name: str, stage: Stage, source: LiveSession, color: Color) -> None:
+    def __init__(self, server: viser.ViserServer, name: str, stage: Stage, source: Session, color: Color) -> None:
         self._source, self._stage = source, stage
         self._offset, self._offset_grab, self._p_grab = np.zeros(3), np.zeros(3), np.zeros(3)
         with server.gui.add_folder(name):
@@ -140,7 +140,7 @@ class PairsViewer:
 
     def __init__(
         self,
-        sources: Mapping[str, LiveSession],
+        sources: Mapping[str, Session],
         stages: Mapping[str, Stage],
         title: str,
         runner: Runner | None = None,

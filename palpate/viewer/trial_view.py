@@ -11,7 +11,7 @@ import viser
 
 from palpate.base.arrays import Array
 from palpate.record.ticks import Ticks
-from palpate.session import LiveSession
+from palpate.session import Session
 from palpate.viewer.control_panel import HandBall
 from palpate.viewer.cue import Cues, force_of
 from palpate.viewer.drawing import Drawing
@@ -45,7 +45,7 @@ class TrialView:
     def __init__(
         self,
         server: viser.ViserServer,
-        session: LiveSession,
+        session: Session,
         stage: Stage,
         cues: Cues,
         points: Array,

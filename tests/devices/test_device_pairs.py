@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from drivers import Still
 
-from palpate import _core
 from palpate.base.errors import DeviceError, SceneError, StateError
 from palpate.cli import main
 from palpate.devices import Reading
 from palpate.devices.buttons import CAMERA, CLUTCH, COAG
+from palpate.record.reader import Record
 from palpate.record.ticks import as_ticks
 from palpate.scene import Scene
 from palpate.session import PairsSession
@@ -133,12 +133,12 @@ def stepped(x, fails_at=None, n=1500, dt=1e-3):
     """Step two devices in turns, in exact time; a function x of a hand and a step gives its height and its way to the
     other hand [m]. Forces on the tools by the other instrument and on the hands, (2, n, 3) each [N]."""
     from palpate.devices.loop import DeviceLoop, device_scene
-    from palpate.scene.together import build_pairs, capsules
+    from palpate.scene.together import build_pairs, capsules, join_instruments
 
     hands = scene("loop:one", "loop:two", stability={"passivity": "off", "force_cap": 8.0})
     rigs = build_pairs(hands)
     loops = [DeviceLoop(device_scene(rig.scene, "loop", 1.0 / dt), rig=rig) for rig in rigs.values()]
-    _core.join_instruments([loop.cycle for loop in loops], [capsules(rig) for rig in rigs.values()], 500.0, 1.0)
+    join_instruments([loop.cycle for loop in loops], [capsules(rig) for rig in rigs.values()], 500.0, 1.0)
     for loop in loops:
         loop.start()
     other, felt = np.zeros((2, n, 3)), np.zeros((2, n, 3))
@@ -175,6 +175,44 @@ def test_a_hand_beside_one_that_fails_feels_the_very_same_force():
     assert np.linalg.norm(felt[0], axis=1).max() > 2.0
     assert np.array_equal(felt[0], beside[0]), "bit by bit"
     assert not beside[1, 900:].any()
+
+
+class Pushes(Still):
+    """Goes down beside a block, then pushes it along x, until it feels .4 N of the hand that holds against it."""
+
+    along = 0.0
+
+    def pose(self):
+        X = super().pose()
+        felt = np.linalg.norm(self.written[-1][1]) if self.written else 0.0
+        self.along += 1e-4 if self.count > 400 and felt < 0.4 else 0.0
+        X[0, 3] = self.along
+        return X
+
+
+@pytest.mark.parametrize("other", [Still, None])
+def test_one_hand_pushes_a_block_against_the_tool_of_the_other(tmp_path, other):
+    """Both on devices, or one simulated: the block carries the force from hand to hand, and earns nothing."""
+    pytest.importorskip("mujoco")
+    hands = scene(None if other is None else here(other), here(Pushes), apart=0.08)
+    data = hands.model_dump(mode="json", exclude_unset=True)
+    for name, x in (("right", 0.04), ("left", -0.04)):
+        path = [{"t": 0.0, "xyz": [x, 0.0, 0.05]}, {"t": 0.3, "xyz": [x, 0.0, 0.02]}, {"t": 9.0, "xyz": [x, 0.0, 0.02]}]
+        data["pairs"][name]["operator"] = {"path": path}
+        data["pairs"][name]["arms"]["follower"] = {"model": "psm_prograsp", "base": {"xyz": [x, 0.0, 0.19]}}
+    data["objects"][0]["pose"], data["stability"] = {"xyz": [0.0, 0.0, -0.1]}, {}
+    data["bodies"] = [
+        {"name": "floor", "fixed": True, "parts": [{"box": [0.3, 0.3, 0.01], "pose": {"xyz": [0, 0, -0.005]}}]},
+        {"name": "block", "mass": 0.02, "parts": [{"box": [0.03, 0.03, 0.03]}], "pose": {"xyz": [0, 0, 0.015]}},
+    ]
+    session = PairsSession(Scene.model_validate(data).with_origin("", {}, trust=True), tmp_path)
+    assert [tool.name for tool in session.world.tools] == ["right", "left"]
+    summary = session.run(4.0)
+    felt = {name: Record.open(one.record).ticks for name, one in summary.pairs.items()}
+    end = {name: ticks["F_instrument_W"][-200:, 0].mean() for name, ticks in felt.items()}
+    assert end["right"] > 0.2, "pushed along x"
+    assert end["left"] < -0.2, "the block resists"
+    assert min(ticks["energy_port"].min() for ticks in felt.values()) > -0.000501, "the allowance of the layer"
 
 
 def test_a_device_and_a_simulated_arm_share_a_scene(tmp_path):

@@ -7,7 +7,7 @@ from scipy.optimize import minimize
 from palpate import _core
 from palpate.record.ticks import as_ticks
 from palpate.scene import Scene
-from palpate.scene.together import build_pairs, capsules, gap_at_start
+from palpate.scene.together import build_pairs, capsules, gap_at_start, join_instruments
 
 # Both shafts approach over free space and cross there: the organ lies far below.
 CROSSING = """\
@@ -33,7 +33,7 @@ def crossing(source="contact", n=700, joined=True):
     rigs = build_pairs(Scene.parse(CROSSING.format(source=source)))
     pair = [rig.simulation() for rig in rigs.values()]
     if joined:
-        _core.join_instruments(pair, [capsules(rig) for rig in rigs.values()], 800.0, 1.0)
+        join_instruments(pair, [capsules(rig) for rig in rigs.values()], 800.0, 1.0)
     return rigs, [as_ticks(rows) for rows in _core.run_in_turns(pair, n)]
 
 

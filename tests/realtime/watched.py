@@ -27,6 +27,7 @@ from palpate.scene.contact_method import loaded
 from palpate.scene.guidance import curve
 from palpate.scene.rig import build
 from palpate.scene.scene import Scene
+from palpate.scene.together import join_instruments
 from palpate.simulators import dvrk
 from palpate.world.bodies.engine import World
 from palpate.world.shapes import analytic
@@ -91,7 +92,7 @@ def realtime(method: str, rate: float, seconds: float) -> dict[str, object]:
     scenes = [live, live, other, organ_scene(3_000, lift=0.001)]
     lists = [fixtures(), fixtures(0.5)]
     sim, partner = simulation(method, rate, scenes[0]), simulation(method, rate, scenes[0])
-    _core.join_instruments([sim, partner], [[capsule(0.0)], [capsule(0.003)]], 10.0, 0.1)  # they overlap all the time
+    join_instruments([sim, partner], [[capsule(0.0)], [capsule(0.003)]], 10.0, 0.1)  # they overlap all the time
     before = threads()
     sim.set_live(targets(0.0))
     sim.start()

@@ -40,8 +40,8 @@ def test_what_nobody_hears_is_not_made(built):
         create_publisher=lambda kind, topic, qos: made.setdefault(topic, Publisher(topic)), get_clock=lambda: clock
     )
     names = SimpleNamespace(leader="MTMR", follower="")
-    seen = SimpleNamespace(rig=session.rig, loop=SimpleNamespace(names=names))
-    frames, markers = Frames(node, seen), Markers(node, seen)
+    plant = SimpleNamespace(loop=SimpleNamespace(names=names))
+    frames, markers = Frames(node, session, plant), Markers(node, session)
 
     def new():
         before = {topic: len(one.messages) for topic, one in made.items()}

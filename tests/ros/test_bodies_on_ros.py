@@ -64,18 +64,19 @@ record: {report: false}
 
 
 def test_the_tools_of_all_pairs_are_among_the_same_bodies(built):
-    from palpate.ros.pairs import HapticPairs
+    from palpate.ros.pairs import plants_of
     from palpate.scene import Scene
+    from palpate.session import PairsSession
 
-    with HapticPairs(Scene.parse(PAIRS)) as pairs:
-        right, left = pairs.sessions.values()
-        assert [tool.name for tool in right.world.tools] == ["right", "left"]
-        assert left.world is None, "one engine, which the first session shows"
+    scene = Scene.parse(PAIRS)
+    with PairsSession(scene, plants=plants_of(scene)) as pairs:
+        right, world = pairs.pairs["right"], pairs.world
+        assert [tool.name for tool in world.tools] == ["right", "left"]
         pairs.start()
         time.sleep(0.5)
-        assert right.world.states()["t"] > 0.1
+        assert world.states()["t"] > 0.1
         right.stop()  # as if its node had failed
-        t = right.world.states()["t"]
+        t = world.states()["t"]
         time.sleep(0.3)
-        assert right.world.states()["t"] > t + 0.1, "the hand of the other pair still meets the bodies"
-    assert not pairs.world.core_bodies.running
+        assert world.states()["t"] > t + 0.1, "the hand of the other pair still meets the bodies"
+    assert not world.core_bodies.running

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from palpate.ros.haptics import Devices, as_teleoperated
+from palpate.ros.haptics import Devices
+from palpate.ros.plant import as_teleoperated
 from palpate.scene.rig import build
 from palpate.scene.scene import Scene
 from palpate_lab.verify.bench import ros_stand as bench

@@ -4,7 +4,7 @@ import pytest
 
 from palpate.base.errors import PalpateError
 from palpate.cli.commands.ros._pairs import wanted
-from palpate.ros.pairs import require_devices
+from palpate.ros.pairs import devices_of
 from palpate.scene import Scene
 
 TWO = """\
@@ -18,8 +18,8 @@ pairs:
 def test_a_pair_without_names_of_its_arms_is_refused():
     scene = Scene.load("two_hands")
     with pytest.raises(PalpateError, match="pair right does not name its arms"):
-        require_devices(scene)
-    require_devices(Scene.parse(TWO))
+        devices_of(scene)
+    devices_of(Scene.parse(TWO))
     assert wanted(Scene.parse(TWO), "left") == ["left"]
     with pytest.raises(PalpateError, match="there is no pair 'middle'"):
         wanted(Scene.parse(TWO), "middle")

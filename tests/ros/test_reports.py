@@ -10,8 +10,8 @@ import pytest
 from palpate.record import withheld
 from palpate.record.ticks import STATUS, TICK
 from palpate.ros import causes, reports
-from palpate.ros.haptics import HapticSession
 from palpate.ros.jitter import LARGEST, Jitter, jitter, offset_words, tolerance
+from palpate.ros.plant import CrtkPlant
 from palpate.ros.reports import ForceReports
 from palpate_lab.verify.bench import ros_stand as bench
 
@@ -275,12 +275,11 @@ class Pauses(threading.Thread):
 )
 def test_offset_is_not_taken_back_before_the_first_state(messages, told):
     """The node knows no offset yet, so it does not contradict what was measured before it started."""
-    session = SimpleNamespace(
-        timing={"leader_clock_s": 0.0, "leader_messages": messages},
-        loop=SimpleNamespace(told_offset=-0.05, stale_after=0.03), events=[],
-    )  # fmt: skip
-    HapticSession._look_at_clock(session)
-    assert session.events == told
+    timing = {"leader_clock_s": 0.0, "leader_messages": messages}
+    loop = SimpleNamespace(told_offset=-0.05, stale_after=0.03, timing=lambda: timing)
+    plant = SimpleNamespace(loop=loop, events=[])
+    CrtkPlant._look_at_clock(plant)
+    assert plant.events == told
 
 
 def test_jittery_leader_sets_the_tolerance_and_prints_few_lines(native, tmp_path):

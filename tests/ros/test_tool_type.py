@@ -12,8 +12,8 @@ pytest.importorskip("rclpy", reason="ROS 2 is not installed (extra ros)")
 
 class Session:
     def __init__(self, follower="PSM1", can_hold=True):
-        self.loop = SimpleNamespace(names=SimpleNamespace(follower=follower))
-        self.scene, self.events = Scene.parse("objects: [{shape: organ, stiffness: 300}]"), []
+        self.plant = SimpleNamespace(loop=SimpleNamespace(names=SimpleNamespace(follower=follower)), events=[])
+        self.scene = Scene.parse("objects: [{shape: organ, stiffness: 300}]")
         self.holds, self._can_hold = False, can_hold
 
     def request(self, request):
@@ -36,7 +36,7 @@ def make():
             create_service=lambda kind, name, call: calls.setdefault(name, call),
             create_subscription=lambda kind, topic, call, qos: calls.setdefault(topic, call),
         )
-        return Tool(node, session), calls
+        return Tool(node, session, session.plant), calls
 
     return made
 
@@ -53,16 +53,16 @@ def test_another_instrument_holds_until_the_first_is_mounted_again(make, can_hol
     for _ in range(2):  # a latched and a plain subscription
         typed(SimpleNamespace(data="LARGE_NEEDLE_DRIVER_400006"))
     assert not session.holds
-    assert not session.events
+    assert not session.plant.events
     typed(SimpleNamespace(data="PROGRASP_FORCEPS_400093"))
     assert session.holds
-    assert "PROGRASP_FORCEPS_400093 instead of LARGE_NEEDLE_DRIVER_400006" in session.events[-1]
-    assert "arms.follower.model" in session.events[-1]
+    assert "PROGRASP_FORCEPS_400093 instead of LARGE_NEEDLE_DRIVER_400006" in session.plant.events[-1]
+    assert "arms.follower.model" in session.plant.events[-1]
     assert not resume(calls).success
     assert session.holds
     typed(SimpleNamespace(data="LARGE_NEEDLE_DRIVER_400006"))
     assert session.holds, "a person ends the hold"
-    assert "/palpate/resume" in session.events[-1]
+    assert "/palpate/resume" in session.plant.events[-1]
     assert resume(calls).success
     assert not session.holds
     assert tool.mounted == tool.known
@@ -73,7 +73,7 @@ def test_a_question_for_the_type_holds_and_says_where_to_answer(make):
     _, calls = make(session)
     calls["/PSM1/tool_type_request"](None)
     assert session.holds
-    assert "/PSM1/set_tool_type" in session.events[-1]
+    assert "/PSM1/set_tool_type" in session.plant.events[-1]
     assert resume(calls).success
 
 

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 from palpate.arm import Arm
 from palpate.ros.background import BackgroundNode
 from palpate.scene import Scene
+from palpate.session import PairsSession
 
 RATE = 100
 Q_PSM = np.array([0.0, 0.0, 0.12, 0.0, 0.0, 0.0])
@@ -139,12 +140,13 @@ def pairs(client, tmp_path):
     """Both pairs, following, with the console's topics; the left hand holds its handle."""
     from palpate.ros.around import Around
     from palpate.ros.haptics import Limits
-    from palpate.ros.pairs import HapticPairs
+    from palpate.ros.pairs import plants_of
     from palpate.ros.pedal_topics import PedalTopics
 
     scene = Scene.parse(scene_text())
-    with HapticPairs(scene, Limits(CAP, RATE), out=tmp_path) as pairs, PedalTopics(pairs.console, pairs.domain):
-        around = [Around(session, pair=name) for name, session in pairs.sessions.items()]
+    plants = plants_of(scene, Limits(CAP, RATE))
+    with PairsSession(scene, tmp_path, plants=plants) as pairs, PedalTopics(pairs.console, domain(pairs)):
+        around = [Around(session, pair=name) for name, session in pairs.pairs.items()]
         pairs.start()
         client.publish("/MTML/hand/servo_cp", client.poses["MTML"])
         client.press("/console/emulate_operator_present")
@@ -166,23 +168,27 @@ def test_two_hands_feel_opposite_forces_below_the_cap(client, pairs):
     forces = np.concatenate([np.linalg.norm(np.array(f), axis=1) for f in client.forces.values()])
     assert CAP * 0.98 < forces.max() <= CAP + 1e-9
     check_tool(client, pairs)
-    summaries = pairs.close()
+    summaries = pairs.close().pairs
     client.wait(lambda: not client.now().any(), "zero last")
     client.wait(lambda: not any("writer" in name for name in client.node.get_node_names()), "the writers are gone")
-    assert all(one.timing["published"] > 0 and one.latest()["t"] > 0.0 for one in pairs.sessions.values())
+    assert all(one.timing["published"] > 0 and one.latest()["t"] > 0.0 for one in pairs.pairs.values())
     assert all(os.path.isfile(one.record) for one in summaries.values())
+
+
+def domain(pairs):
+    return next(iter(pairs.pairs.values())).plant.loop.context.domain
 
 
 def check_tool(client, pairs):
     """Another instrument on one arm makes its pair hold, until the first one is mounted again and somebody resumes."""
     from std_msgs.msg import String
 
-    right, left = pairs.sessions.values()
-    arm = right.devices.follower
+    right, left = pairs.pairs.values()
+    arm = right.plant.devices.follower
     client.publish(f"/{arm}/set_tool_type", String(data="PROGRASP_FORCEPS_400093"))
     client.wait(lambda: right.state.session == "hold", "a hold")
     assert left.state.session != "hold"
-    assert f"{arm} has another instrument, PROGRASP_FORCEPS_400093 instead of" in right.events[-1]
+    assert f"{arm} has another instrument, PROGRASP_FORCEPS_400093 instead of" in right.plant.events[-1]
 
 
 def check_console(client, pairs):
@@ -195,7 +201,7 @@ def check_console(client, pairs):
     assert pairs.console.present, "the head sensor reports presence, not this pedal"
     client.press("/console/emulate_clutch")
     client.wait(lambda: not client.now().any() and pairs.console.pedals["clutch"], "no force on either hand")
-    client.wait(lambda: {one.state.session for one in pairs.sessions.values()} == {"clutched"}, "both clutched")
+    client.wait(lambda: {one.state.session for one in pairs.pairs.values()} == {"clutched"}, "both clutched")
     client.press("/console/emulate_clutch", False)
     client.wait(lambda: client.opposite() > 0.02, "the force is back on both hands")
     client.press("/console/emulate_operator_present", False)
@@ -207,7 +213,7 @@ def check_console(client, pairs):
 def check_graph():
     """Two nodes never share a name, and two pairs never share a topic."""
     from palpate.ros import graph, rviz
-    from palpate.ros.haptics import Devices
+    from palpate.ros.pairs import devices_of
 
     wanted = {"/palpate_console", "/right/palpate", "/left/palpate", "/right/palpate_haptics_MTMR"}
     end = time.monotonic() + 30.0
@@ -223,7 +229,7 @@ def check_graph():
     assert "/right/palpate_haptics_MTMR" in measured.subscribers
     assert topics["/right/palpate/markers"].publishers == ["/right/palpate"]
     scene = Scene.parse(scene_text())
-    shown = rviz.topics(yaml.safe_load(yaml.safe_dump(rviz.config(scene, rviz.devices_of(scene, Devices())))))
+    shown = rviz.topics(yaml.safe_load(yaml.safe_dump(rviz.config(scene, devices_of(scene)))))
     assert len(shown) == 7
     assert [name for name in shown if name not in topics] == [], "topics of the configuration of RViz"
 

@@ -211,7 +211,7 @@ def test_the_line_of_a_node_on_ros_says_it():
     timing = {"leader_rate": 1000.0, "answer_us": {"p50": 30.0, "p99": 120.0}}
     with palpate.Haptics(scene([0.0, 0.0, 0.044])) as haptics:
         moved(haptics, [0.0, 0.0, 0.0])
-        node = SimpleNamespace(nearest=haptics.session.nearest, timing=timing, words=lambda bits: [], events=[])
+        node = SimpleNamespace(nearest=haptics.session.nearest, timing=timing, plant=None, notes=[])
         text = shown(HapticLine(terminal(), node), State(haptics.session.latest(), ""))
     assert text.rstrip().endswith("'ball' is 40.0 mm away: move the hand 80 mm along -z")
 

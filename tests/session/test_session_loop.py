@@ -8,7 +8,7 @@ import pytest
 from palpate import Scene, _core
 from palpate.record import TICK
 from palpate.scene.rig import build
-from palpate.session import LiveSession
+from palpate.session.live import LiveSession
 
 
 class Metronome:

@@ -109,11 +109,11 @@ void Simulation::join(std::shared_ptr<Board> board, int index, std::vector<ToolC
   publish();
 }
 
-void Simulation::join_bodies(std::shared_ptr<Bodies> bodies, int tool, bool alone) {
+void Simulation::join_bodies(std::shared_ptr<Bodies> bodies, int tool) {
   const std::lock_guard lock(driver_);
   if (running()) throw std::logic_error("the simulation runs in real time: stop() it before join_bodies()");
   bodies_ = std::move(bodies);
-  advances_ = alone;
+  advances_ = bodies_->options().tools.size() == 1;
   body_port_ = std::make_unique<BodyPort>(bodies_, tool, follower_model_);
   publish();
 }

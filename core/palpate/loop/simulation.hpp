@@ -70,10 +70,11 @@ class Simulation {  // NOLINT(clang-analyzer-optin.performance.Padding): a singl
   /// Puts the instrument among those of other simulations, which push it from the next tick on. Throws std::logic_error
   /// in real time.
   void join(std::shared_ptr<Board> board, int index, std::vector<ToolCapsule> capsules, contact::InstrumentLaw law);
-  /// Puts the tool among rigid bodies, from the next tick on. alone: run() advances the engine after each tick; the
-  /// owner of several simulations advances it itself. Throws std::logic_error in real time.
-  void join_bodies(std::shared_ptr<Bodies> bodies, int tool, bool alone);
-  [[nodiscard]] Bodies* bodies() const noexcept { return bodies_.get(); }
+  /// Puts the tool among rigid bodies, from the next tick on. If it is their only tool, run() advances the engine after
+  /// each tick; the owner of several loops advances it itself. Throws std::logic_error in real time.
+  void join_bodies(std::shared_ptr<Bodies> bodies, int tool);
+  /// Null if run() advances them.
+  [[nodiscard]] Bodies* shared_bodies() const noexcept { return advances_ ? nullptr : bodies_.get(); }
   /// Shows the instrument to the other simulations and to the bodies; a real-time loop does so after each tick.
   void publish() noexcept;
   /// Lets the hand feel what this end of a link renders, from the next tick on. Throws std::logic_error in real time.

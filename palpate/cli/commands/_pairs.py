@@ -67,11 +67,11 @@ def run_pairs(command: Options, scene: Scene, viewer: bool) -> int:
         page = open_page(scene.title, command.port, console, command.host)
         begin = partial(_session, command, scene, page.say)
         run = partial(_run, command, console, realtime=not command.fast)
-        summary = live_pairs(begin, run, partial(_report, console, scene, viewer), page, console)
+        summary = live_pairs(begin, run, partial(report, console, scene, viewer), page, console)
     else:
         session = _session(command, scene, lambda line: None)
         realtime = command.realtime or bool(driven) or command.is_remote(scene)
-        summary = _report(console, scene, viewer, _run(command, console, session, realtime))
+        summary = report(console, scene, viewer, _run(command, console, session, realtime))
     write_json(command.json, with_result(summary, command.task, console))
     return outcome.exit_code(*summary.pairs.values()) or int(command.failed)
 
@@ -150,7 +150,7 @@ def _with_page(summary: PairsSummary) -> PairsSummary:
         return replace(summary, faults=(*summary.faults, f"no report: {error}"))
 
 
-def _report(console: Console, scene: Scene, viewer: bool, summary: PairsSummary) -> PairsSummary:
+def report(console: Console, scene: Scene, viewer: bool, summary: PairsSummary) -> PairsSummary:
     """Write the reports of all pairs that are wanted, and print their summaries."""
     from palpate.cli.terminal import outcome
     from palpate.cli.terminal.pairs import pairs_table

@@ -11,7 +11,7 @@ from palpate.base.errors import PalpateError, SceneError
 
 if TYPE_CHECKING:
     from palpate.scene import Scene
-    from palpate.session import LiveSession, PairsSession
+    from palpate.session import PairsSession, Session
     from palpate.session.remote.link import RemoteLink
 
 
@@ -45,7 +45,7 @@ def require(scene: Scene, at: str | None, fast: bool) -> None:
 
 
 @contextmanager
-def joined(session: LiveSession | PairsSession, at: str | None, key: Path | None) -> Iterator[RemoteLink | None]:
+def joined(session: Session | PairsSession, at: str | None, key: Path | None) -> Iterator[RemoteLink | None]:
     """The link of a session: to the address, to processes on this machine as the scene says, or none.
 
     Raises:

@@ -8,7 +8,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from palpate.scene import Scene
-    from palpate.session import LiveSession, PairsSession
+    from palpate.session import PairsSession, Session
     from palpate.session.tasks import TaskRun
 
 
@@ -21,7 +21,7 @@ def drawn(scene: Scene, seed: int | None) -> Scene:
     return tasks.drawn(scene, scene.seed if seed is None else seed)
 
 
-def task_of(session: LiveSession | PairsSession) -> TaskRun | None:
+def task_of(session: Session | PairsSession) -> TaskRun | None:
     """The task of a session's scene, judged and operated from now on; None without one."""
     if session.scene.task is None:
         return None

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from palpate.cli.terminal.device import DeviceLine
     from palpate.cli.terminal.progress import Progress
     from palpate.scene import Scene
-    from palpate.session import LiveSession, Session
+    from palpate.session import Session
     from palpate.session.remote.link import RemoteLink
     from palpate.session.summary import Summary
     from palpate.session.tasks import TaskRun
@@ -159,7 +159,7 @@ class Command:
             output.say(console, f"{words}, {session.rate:g} Hz; Ctrl-C ends it")
         return session
 
-    def _record_places(self, session: LiveSession) -> None:
+    def _record_places(self, session: Session) -> None:
         if self.record_places is not None:
             from palpate.session.places import PlaceRecorder
 
@@ -207,7 +207,7 @@ class Command:
         elif self.key is not None:
             raise PalpateError("--key has no effect without --remote", mend="give --remote HOST:PORT, or leave it out")
 
-    def sender(self, sessions: LiveSession | Mapping[str, LiveSession]) -> AbstractContextManager[object]:
+    def sender(self, sessions: Session | Mapping[str, Session]) -> AbstractContextManager[object]:
         """What sends the frames of the session, or of the pairs by name, to 3D Slicer, if it is wanted."""
         if self.openigtlink is None:
             return nullcontext()

@@ -17,7 +17,7 @@ class DeviceLine(LiveLine):
 
     Args:
         console: output.
-        near: says what is nearest to a tool that touches nothing (`LiveSession.nearest`).
+        near: says what is nearest to a tool that touches nothing (`Session.nearest`).
     """
 
     def __init__(self, console: Console, near: Callable[[Ticks], str]) -> None:

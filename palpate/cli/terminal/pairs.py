@@ -20,7 +20,7 @@ class PairsProgress(RunLine):
 
     Args:
         console, duration, mode: as those of `RunLine`.
-        near: says for each pair what is nearest to a tool that touches nothing (`LiveSession.nearest`).
+        near: says for each pair what is nearest to a tool that touches nothing (`Session.nearest`).
         ended: says for each pair why it ended by itself, None if it did not; each is printed once.
     """
 

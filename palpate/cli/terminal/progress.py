@@ -16,7 +16,7 @@ class Progress(RunLine):
 
     Args:
         console, duration, mode: as those of `RunLine`.
-        near: says what is nearest to a tool that touches nothing (`LiveSession.nearest`).
+        near: says what is nearest to a tool that touches nothing (`Session.nearest`).
     """
 
     def __init__(self, console: Console, duration: float, mode: str, near: Callable[[Ticks], str]) -> None:

@@ -12,8 +12,9 @@ from palpate.ros import causes
 from palpate.ros.around.convert import latched
 
 if TYPE_CHECKING:
-    from palpate.ros.haptics import HapticSession
+    from palpate.ros.plant import CrtkPlant
     from palpate.scene.rig import Rig
+    from palpate.session import Session
 
 _CAPS = ("force_capped", "rate_capped", "passivity")
 _WAITING = ("not_following", "clutched")  # not faults: no force is requested
@@ -22,15 +23,17 @@ _WAITING = ("not_following", "clutched")  # not faults: no force is requested
 class Diagnostics:
     """Publishes /diagnostics, ~/message (events) and ~/scene (YAML)."""
 
-    def __init__(self, node: Any, session: HapticSession) -> None:
+    def __init__(self, node: Any, session: Session, plant: CrtkPlant) -> None:
         from diagnostic_msgs.msg import DiagnosticArray
         from std_msgs.msg import String
 
-        self._node, self._session = node, session
+        from palpate.ros.plant import News
+
+        self._node, self._session, self._plant = node, session, plant
+        self._news = News(session)
         self._diagnostics = node.create_publisher(DiagnosticArray, "/diagnostics", 10)
         self._message = node.create_publisher(String, "~/message", 10)
         self._scene = node.create_publisher(String, "~/scene", latched())
-        self._published = 0
         self._shown: Rig | None = None
 
     def publish(self) -> None:
@@ -38,10 +41,8 @@ class Diagnostics:
         from diagnostic_msgs.msg import DiagnosticArray
         from std_msgs.msg import String
 
-        news = list(self._session.events)
-        for words in news[self._published :]:
+        for words in self._news.take():
             self._message.publish(String(data=words))
-        self._published = len(news)
         rig = self._session.rig
         if rig is not self._shown:
             self._scene.publish(String(data=rig.resolved_yaml(absolute=True)))
@@ -57,7 +58,7 @@ class Diagnostics:
         bits, timing = int(np.nan_to_num(tick["status"])), session.timing
         on = [name for name, (bit, _) in STATUS.items() if bits & bit]
         faults = [name for name in on if name not in (*_CAPS, *_WAITING)]
-        words = [*session.words(bits), *withheld.in_words(tick)] or ["free to push"]
+        words = [*causes.conditions(bits), *withheld.in_words(tick)] or ["free to push"]
         asked, less = np.nan_to_num(tick["F_asked"]), np.nan_to_num(tick["F_withheld"])
         values = {
             "leader rate [Hz]": f"{timing['leader_rate']:.1f}",
@@ -72,7 +73,7 @@ class Diagnostics:
             "force asked, of contacts, of guidance [N]": " / ".join(f"{F:.3f}" for F in asked),
             **{f"force withheld by {name} [N]": f"{F:.3f}" for name, F in zip(withheld.NAMES, less, strict=True)},
             "shift of the tool against the hand [mm]": f"{1e3 * float(np.linalg.norm(tick['p_shift_W'])):.2f}",
-            "force cap [N]": f"{session.loop.force_cap:g}",
+            "force cap [N]": f"{self._plant.loop.force_cap:g}",
             "penetration [mm]": f"{1e3 * float(tick['depth']):.2f}",
             "energy taken from the hand [mJ]": f"{1e3 * float(tick['energy_port']):.3f}",
             "energy withheld by the caps [mJ]": f"{1e3 * float(tick['energy_cut']):.3f}",
@@ -83,9 +84,9 @@ class Diagnostics:
         }
         return DiagnosticStatus(
             level=DiagnosticStatus.WARN if faults else DiagnosticStatus.OK,
-            name=f"palpate: {session.loop.names.leader}",
+            name=f"palpate: {self._plant.loop.names.leader}",
             message="; ".join(words),
-            hardware_id=session.loop.names.leader,
+            hardware_id=self._plant.loop.names.leader,
             values=[KeyValue(key=key, value=value) for key, value in values.items()],
         )
 

@@ -14,7 +14,8 @@ from palpate.ros.around.convert import WORLD, is_heard, latched, transforms
 from palpate.scene.live_targets import object_poses
 
 if TYPE_CHECKING:
-    from palpate.ros.haptics import HapticSession
+    from palpate.ros.plant import CrtkPlant
+    from palpate.session import Session
 
 
 class Frames:
@@ -25,7 +26,9 @@ class Frames:
     latched on /tf_static where its pose is known or registered, on /tf where a tracker sees it.
     """
 
-    def __init__(self, node: Any, session: HapticSession, pair: str = "", draws_objects: bool = True) -> None:
+    def __init__(
+        self, node: Any, session: Session, plant: CrtkPlant, pair: str = "", draws_objects: bool = True
+    ) -> None:
         from sensor_msgs.msg import JointState
         from std_msgs.msg import String
         from tf2_msgs.msg import TFMessage
@@ -33,7 +36,7 @@ class Frames:
         self._node, self._session = node, session
         self._tf = node.create_publisher(TFMessage, "/tf", 10)
         self._static = node.create_publisher(TFMessage, "/tf_static", latched())
-        scene, arms, names = session.rig.scene, session.rig.arms, session.loop.names
+        scene, arms, names = session.rig.scene, session.rig.arms, plant.loop.names
         own = f"{pair}_" if pair else ""  # frames of several pairs in one tree
         self._leader, self._follower = names.leader, names.follower or f"{own}virtual"
         self._proxy, self._draws_objects = f"{own}palpate_proxy", draws_objects

@@ -12,7 +12,7 @@ from palpate.record.ticks import Ticks
 from palpate.ros.around.convert import WORLD, is_heard, latched, point, vector
 
 if TYPE_CHECKING:
-    from palpate.ros.haptics import HapticSession
+    from palpate.session import Session
 
 FORCE_SCALE = 0.06
 """Length of a force arrow [m/N]."""
@@ -28,7 +28,7 @@ _SHORTEST = 1e-4  # shorter arrows are deleted [m]
 class Markers:
     """Publishes ~/markers, and ~/objects (latched), in the frame palpate_world."""
 
-    def __init__(self, node: Any, session: HapticSession) -> None:
+    def __init__(self, node: Any, session: Session) -> None:
         from visualization_msgs.msg import MarkerArray
 
         self._node, self._session = node, session

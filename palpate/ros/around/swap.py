@@ -14,7 +14,8 @@ from palpate.scene import Scene, gains, surface
 from palpate.scene.rig import check_method
 
 if TYPE_CHECKING:
-    from palpate.ros.haptics import HapticSession
+    from palpate.ros.plant import CrtkPlant
+    from palpate.session import Session
 
 _GAINS = {
     "stiffness": (0.0, 1e5, "N/m, all axes alike"),
@@ -34,10 +35,10 @@ class Swap:
     mapping, caps and all other settings keep their values from the start of the node.
     """
 
-    def __init__(self, node: Any, session: HapticSession, on_swap: Callable[[], None]) -> None:
+    def __init__(self, node: Any, session: Session, plant: CrtkPlant, on_swap: Callable[[], None]) -> None:
         from std_srvs.srv import Trigger
 
-        self._node, self._session, self._on_swap = node, session, on_swap
+        self._node, self._session, self._plant, self._on_swap = node, session, plant, on_swap
         self._declare()
         node.add_on_set_parameters_callback(self._set)
         node.create_service(Trigger, "~/load_scene", self._load)
@@ -59,13 +60,13 @@ class Swap:
         snapshot = surface.snapshot(scene, placed)
         check_method(scene, snapshot)
         try:
-            session.loop.set_snapshot(snapshot)
+            self._plant.loop.set_snapshot(snapshot)
         except ValueError as error:
             raise PalpateError(
                 str(error), where=scene.file, mend="correct the scene; the previous one stays active"
             ) from None
         session.rig = replace(session.rig, scene=scene, surfaces=placed, snapshot=snapshot)
-        session.events.append(f"at t = {float(session.latest()['t']):.3f} s: {', '.join(_gains_in_words(scene))}")
+        self._plant.events.append(f"at t = {float(session.latest()['t']):.3f} s: {', '.join(_gains_in_words(scene))}")
         self._on_swap()
 
     def _declare(self) -> None:

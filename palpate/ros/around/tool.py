@@ -8,7 +8,8 @@ from palpate.base.errors import StateError
 from palpate.session import machine
 
 if TYPE_CHECKING:
-    from palpate.ros.haptics import HapticSession
+    from palpate.ros.plant import CrtkPlant
+    from palpate.session import Session
 
 
 class Tool:
@@ -19,12 +20,12 @@ class Tool:
     hold, unless the other instrument is still mounted.
     """
 
-    def __init__(self, node: Any, session: HapticSession) -> None:
+    def __init__(self, node: Any, session: Session, plant: CrtkPlant) -> None:
         from rclpy.qos import DurabilityPolicy, QoSProfile
         from std_msgs.msg import Empty, String
         from std_srvs.srv import Trigger
 
-        self._session, self._arm = session, session.loop.names.follower
+        self._session, self._plant, self._arm = session, plant, plant.loop.names.follower
         self.known = self.mounted = ""  #: type at the start, and the newest one; empty before the arm reports it
         self._service = f"{node.get_fully_qualified_name()}/resume"
         node.create_service(Trigger, "~/resume", self._resume)
@@ -70,7 +71,7 @@ class Tool:
             self._session.change(**machine.level("hold"))
 
     def _tell(self, words: str) -> None:
-        self._session.events.append(words)
+        self._plant.events.append(words)
 
     def _resume(self, _: Any, answer: Any) -> Any:
         if self.mounted != self.known:

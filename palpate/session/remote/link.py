@@ -16,12 +16,12 @@ from palpate import __version__, _network
 from palpate.base.errors import PalpateError
 from palpate.scene import held
 from palpate.scene.remote import UNKNOWN
-from palpate.session.live import LiveSession
 from palpate.session.network import channel as channels
 from palpate.session.network.video import Picture, received
 from palpate.session.pairs import PairsSession
 from palpate.session.remote.pump import Pump
 from palpate.session.remote.site import PATIENCE, digest, known, mode, parts, planes
+from palpate.session.session import Session
 
 MENDS = {
     "another operator": "end the other session, or wait until it has ended",
@@ -38,7 +38,7 @@ _HEADERS = 28  # of IPv4 and UDP [bytes]
 class _Hand:
     """One pair of a session at the operator's end."""
 
-    def __init__(self, session: LiveSession, mode: str) -> None:
+    def __init__(self, session: Session, mode: str) -> None:
         self.session, options = session, _network.LoopEndOptions()
         options.radius = session.rig.scene.contact.radius
         options.mode, options.planes = _network.Mode[mode], planes(session.scene)
@@ -91,9 +91,7 @@ class RemoteLink:
         through the network.
     """
 
-    def __init__(
-        self, session: LiveSession | PairsSession, at: tuple[str, int], key: bytes, rate: float = 1000.0
-    ) -> None:
+    def __init__(self, session: Session | PairsSession, at: tuple[str, int], key: bytes, rate: float = 1000.0) -> None:
         self._session, self._at = session, at
         held.refuse(session.scene, "across a network")
         self.mode = mode(session.scene)  #: what the hands feel
@@ -242,7 +240,7 @@ def _learnt(model: dict[str, Any]) -> str:
     return "" if model["normal"] is None else f"; {name}: a plane of {K:.0f} N/m"
 
 
-def _sessions(session: LiveSession | PairsSession) -> dict[str, LiveSession]:
+def _sessions(session: Session | PairsSession) -> dict[str, Session]:
     """The session of each pair by its name; that of one pair has the name ''."""
     return dict(session.pairs) if isinstance(session, PairsSession) else {"": session}
 

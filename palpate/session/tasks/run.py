@@ -12,7 +12,7 @@ from palpate.base.arrays.so3 import pose
 from palpate.base.errors import SceneError
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
-from palpate.session import LiveSession, PairsSession, Session
+from palpate.session import PairsSession, Session
 from palpate.session.tasks.hand import EVERY, Hand
 from palpate.session.tasks.judge import Judge, Seen, TaskResult, judge_of
 from palpate.session.tasks.scripts import Script, script_of
@@ -49,7 +49,7 @@ class TaskRun:
         SceneError: the scene has no task.
     """
 
-    def __init__(self, session: LiveSession | PairsSession) -> None:
+    def __init__(self, session: Session | PairsSession) -> None:
         self._hands: list[Any] = list(session.pairs.values()) if isinstance(session, PairsSession) else [session]
         self.judge = judge_in(self._hands[0].rig)
         assert session.scene.task is not None

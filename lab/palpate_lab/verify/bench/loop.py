@@ -19,7 +19,7 @@ import numpy as np
 from palpate import _core, _reference
 from palpate.record.ticks import TICK, Ticks, Timing
 from palpate.scene import Scene, rig
-from palpate.scene.together import capsules
+from palpate.scene.together import capsules, join_instruments
 from palpate_lab import places
 
 Progress = Callable[[str], None]
@@ -276,7 +276,7 @@ def _several(setup: rig.Rig, count: int, rate: float, seconds: float) -> list[On
     shared.allow_affinity, shared.spin_us = False, 0.0
     options.realtime = shared
     simulations = [setup.simulation(options=options) for _ in range(count)]
-    _core.join_instruments(simulations, [capsules(setup)] * count, 0.0, 0.0)
+    join_instruments(simulations, [capsules(setup)] * count, 0.0, 0.0)
     controls = [_core.BareLoop(rate, shared) for _ in range(count)]
     for _ in range(_TURNS):
         for loops in (controls, simulations):

@@ -9,14 +9,18 @@ import json
 import resource
 import sys
 
-from palpate.ros.haptics import Devices, HapticSession, Limits
+from palpate.ros.haptics import Devices, Limits
+from palpate.ros.plant import CrtkPlant
 from palpate.scene import Scene
+from palpate.session import Session
 
 
 def main(arguments: list[str]) -> int:
     """Run the haptic node with the scene."""
     path, rate, leader, teleop = arguments
-    session = HapticSession(Scene.load(path), Devices(leader, "virtual", teleop), Limits(rate=float(rate)))
+    scene = Scene.load(path)
+    plant = CrtkPlant(scene, Devices(leader, "virtual", teleop), Limits(rate=float(rate)))
+    session = Session(scene, plant=plant)
     session.start()
     print("ready", flush=True)
     sys.stdin.read()
@@ -24,7 +28,10 @@ def main(arguments: list[str]) -> int:
     timing, used = session.timing, resource.getrusage(resource.RUSAGE_SELF)
     session.close()
     counted = {k: timing[k] for k in ("published", "ticks", "answer_us", "cycle_us", "scheduler", "guardian_took_over")}
-    print(json.dumps(counted | {"cpu_s": used.ru_utime + used.ru_stime, "events": session.events}), flush=True)
+    print(
+        json.dumps(counted | {"cpu_s": used.ru_utime + used.ru_stime, "events": plant.events + session.notes}),
+        flush=True,
+    )
     return 0
 
 

@@ -20,7 +20,6 @@ from palpate_lab.verify.bench.browser import Page, open_browser
 
 if TYPE_CHECKING:
     from palpate.session import Session
-    from palpate.session.live import LiveSession
 
 _RATE = 1000.0  # of the bare loop [Hz]
 SETTLE = 12.0
@@ -155,7 +154,7 @@ def shown(scene: str, quality: str) -> Iterator[tuple[str, Callable[[], int], Ca
     given = Scene.load(scene)
     session: Session | PairsSession
     viewer: LiveViewer | PairsViewer
-    loops: list[LiveSession]
+    loops: list[Session]
     if given.pairs:
         session = PairsSession(given)
         stages = {name: stage_of(rig, name) for name, rig in session.rigs.items()}
@@ -178,7 +177,7 @@ def shown(scene: str, quality: str) -> Iterator[tuple[str, Callable[[], int], Ca
         viewer.close()
 
 
-def _sway(loops: list[LiveSession], stop: threading.Event) -> None:
+def _sway(loops: list[Session], stop: threading.Event) -> None:
     """Move the hands about their paths until `stop`."""
     began = time.monotonic()
     while not stop.wait(_STEP):

@@ -1,22 +1,19 @@
-"""`palpate ros haptics` of a scene with several pairs: one haptic node a pair, in one process."""
+"""`palpate ros haptics` of a scene with several pairs: one haptic node for each pair on ROS 2, in one process."""
 
 from __future__ import annotations
 
-import time
 from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from palpate.base.errors import PalpateError
 from palpate.cli.terminal.output import console_for, say, write_json
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from palpate.ros.pairs import HapticPairs
     from palpate.scene import Scene
-
-_PERIOD = 0.1  # between two checks of the nodes [s]
+    from palpate.session import PairsSession
+    from palpate.session.pairs import States
 
 
 class Options(Protocol):
@@ -38,54 +35,54 @@ class Options(Protocol):
 
 
 def run_pairs(command: Options, scene: Scene) -> int:
-    """Render every pair of a scene on its arms until the duration, Ctrl-C or SIGTERM.
+    """Render the pairs of a scene on their arms and devices until the duration, Ctrl-C or SIGTERM.
 
     Returns:
-        The exit code: 1 if a node failed.
+        The exit code: 1 if a node or a device failed.
 
     Raises:
-        PalpateError: a pair has no names of its arms.
+        PalpateError: a pair names neither arms nor a driver, or none is on ROS 2.
     """
-    from palpate.base import stop_signals
+    from palpate.cli.commands._pairs import report
     from palpate.cli.commands._pedals import pedals
-    from palpate.cli.terminal import outcome
-    from palpate.report.summary import summary_table
+    from palpate.cli.terminal.pairs import PairsProgress
     from palpate.ros.haptics import Limits
-    from palpate.ros.pairs import HapticPairs
+    from palpate.ros.pairs import plants_of
     from palpate.ros.pedal_topics import PedalTopics
+    from palpate.session import PairsSession
 
     console, names = console_for(command.json), wanted(scene, command.pair)
     limits = Limits(command.force_cap, command.rate, command.tip_frame, not command.any_state)
+    plants = plants_of(scene, limits, names, command.console, {"network": command.network})
     folder = command.out or Path(scene.record.folder)
     with ExitStack() as stack:
-        pairs = HapticPairs(scene, limits, names, command.console, folder, {"network": command.network})
-        stack.enter_context(pairs)
-        for name, session in pairs.sessions.items():
-            say(console, f"{name}: {session.devices.leader}, wrenches to {session.loop.names.wrench}")
+        session = PairsSession(scene, folder, plants=plants, only=names)
+        stack.callback(session.stop)
+        for name, plant in plants.items():
+            say(console, f"{name}: {plant.devices.leader}, wrenches to {plant.loop.names.wrench}")
+        domain = next(iter(plants.values())).loop.context.domain
         stack.enter_context(
-            PedalTopics(pairs.console, pairs.domain, command.console, command.head_sensor, space=command.pair)
+            PedalTopics(session.console, domain, command.console, command.head_sensor, space=command.pair)
         )
-        stack.enter_context(pedals(command.pedals, pairs.console, realtime=True))
-        for name, session in pairs.sessions.items() if not command.bare else ():
+        stack.enter_context(pedals(command.pedals, session.console, realtime=True))
+        for name in plants if not command.bare else ():
             from palpate.ros.around import Around
 
-            stack.enter_context(Around(session, pair=name, draws_objects=name == next(iter(scene.pairs))))
-        with stop_signals.deferred(pairs.stopped):
-            pairs.start()
-            failed = _watch(pairs, command.duration, console)
-        summaries = pairs.close(pairs.stopped.is_set())
-    each = scene.each_pair()
-    if not any(summary.interrupted for summary in summaries.values()):  # Ctrl-C ends at once; palpate report writes it
-        summaries = {
-            name: outcome.with_report(summary, outcome.wants_report(each[name], viewer=False))
-            for name, summary in summaries.items()
-        }
-    for name, summary in summaries.items():
-        say(console, name, "pair", "bold")
-        console.print(summary_table(summary))
-        outcome.print_details(console, summary)
-    write_json(command.json, {"pairs": summaries})
-    return 1 if failed else 0
+            stack.enter_context(Around(session.pairs[name], pair=name, draws_objects=name == next(iter(plants))))
+        news = _News(console, session)
+        progress = stack.enter_context(
+            PairsProgress(console, None, "real time", {k: one.nearest for k, one in session.pairs.items()}, news.ended)
+        )
+
+        def show(states: States) -> None:
+            progress(states)
+            news.tell()
+
+        summary = session.run(command.duration, on_progress=show)
+        failed = any(news.ended().values())
+    news.tell()
+    write_json(command.json, report(console, scene, False, summary))
+    return int(failed)
 
 
 def wanted(scene: Scene, pair: str) -> list[str]:
@@ -99,26 +96,22 @@ def wanted(scene: Scene, pair: str) -> list[str]:
     return [pair] if pair else list(scene.pairs)
 
 
-def _watch(pairs: HapticPairs, duration: float | None, console: Console) -> set[str]:
-    """Print the events of all nodes until the end; a node that fails ends alone, and the others go on.
+class _News:
+    """Prints what happens to each pair."""
 
-    Returns:
-        Names of the pairs whose node failed.
-    """
-    end = time.monotonic() + (float("inf") if duration is None else duration)
-    printed, failed = dict.fromkeys(pairs.sessions, 0), set[str]()
-    while time.monotonic() < end and not pairs.stopped.wait(_PERIOD) and len(failed) < len(pairs.sessions):
-        for name, session in pairs.sessions.items():
-            if name in failed:
-                continue
-            try:
-                session.check_node()
-            except PalpateError as error:
-                failed.add(name)
-                session.stop()
-                say(console, f"{name}: {error}", "fault:", "red")
-            for words in session.events[printed[name] :]:
-                say(console, f"{name}: {words}", "*", "cyan")
-            printed[name] = len(session.events)
-            console.file.flush()
-    return failed
+    def __init__(self, console: Console, session: PairsSession) -> None:
+        from palpate.ros.plant import News
+
+        self._console, self._session = console, session
+        self._news = {name: News(one) for name, one in session.pairs.items()}
+
+    def ended(self) -> dict[str, str | None]:
+        """Why each pair ended by itself; None if it did not."""
+        return {name: one.ended for name, one in self._session.pairs.items()}
+
+    def tell(self) -> None:
+        """Print the sentences since the last call."""
+        for name, news in self._news.items():
+            for words in news.take():
+                say(self._console, f"{name}: {words}", "*", "cyan")
+        self._console.file.flush()

@@ -17,8 +17,7 @@ from palpate.cli.terminal.output import console_for, require_writable, say, writ
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from palpate.ros.haptics import HapticSession
-    from palpate.session import State
+    from palpate.session import Session, State
 
 
 @dataclass
@@ -32,8 +31,9 @@ class Command:
 
     With a running teleoperation component (--teleop NAME), forces go to its topic following/mtm/body/servo_cf. With
     --teleop none, forces go to the leader itself, and Palpate moves the follower. A guardian process sends zero
-    wrenches if this process dies. A scene with pairs names the arms of each under devices; all pairs run in this
-    process, each with its own node, guardian and record, and its topics in the namespace of its name.
+    wrenches if this process dies. A scene with pairs names the arms of each under devices, or a driver for a hand on a
+    device; all pairs run in this process, each with its own node, guardian and record, and its topics in the namespace
+    of its name.
     """
 
     scene: Positional[Path]
@@ -58,6 +58,8 @@ class Command:
     """Send wrenches in the tip's frame, and set this on the arm: for a master without absolute orientation."""
     any_state: bool = False
     """Do not wait for ENABLED: for devices that report no operating state."""
+    trust: bool = False
+    """Let a driver that the scene names run, although it is not installed: code beside the scene file."""
     bare: bool = False
     """Render forces only: no frames, markers, diagnostics, parameters or services."""
     pair: str = ""
@@ -76,14 +78,16 @@ class Command:
         from palpate.cli.commands._pedals import pedals
         from palpate.cli.terminal import outcome
         from palpate.report.summary import summary_table
-        from palpate.ros.haptics import Devices, HapticSession, Limits
+        from palpate.ros.haptics import Devices, Limits
         from palpate.ros.pedal_topics import PedalTopics
+        from palpate.ros.plant import CrtkPlant
         from palpate.scene import Scene
+        from palpate.session import Session
 
         self._refuse()
         console = console_for(self.json)
         require_writable(self.json)
-        scene = Scene.load(self.scene)
+        scene = Scene.load(self.scene, self.trust)
         if scene.pairs:
             from palpate.cli.commands.ros._pairs import run_pairs
 
@@ -91,14 +95,14 @@ class Command:
         if self.pair:
             mend = "leave --pair out, or give the scene a section pairs"
             raise PalpateError(f"--pair {self.pair}: the scene has no pairs", where=scene.file, mend=mend)
-        session = HapticSession(
+        plant = CrtkPlant(
             scene,
             Devices(self.leader, self.follower, self.teleop, self.console),
             Limits(self.force_cap, self.rate, self.tip_frame, not self.any_state),
-            out=self.out or Path(scene.record.folder),
-            context={"network": self.network},
+            {"network": self.network},
         )
-        loop = session.loop
+        session = Session(scene, out=self.out or Path(scene.record.folder), plant=plant)
+        loop = plant.loop
         say(console, f"{self.leader} feels {scene.title or self.scene.stem}: wrenches to {loop.names.wrench}")
         say(console, f"force cap {loop.force_cap:g} N, {session.rate:g} Hz, guardian process {loop.guardian.pid}")
         with ExitStack() as stack:
@@ -116,7 +120,7 @@ class Command:
         console.print(summary_table(summary))
         outcome.print_details(console, summary)
         write_json(self.json, summary)
-        return 0
+        return int(session.failed)
 
     def _refuse(self) -> None:
         if self.force_cap is not None and not 0.0 <= self.force_cap <= 20.0:
@@ -139,10 +143,11 @@ class HapticLine(LiveLine):
     New conditions are events. A cause that repeats is counted, once a minute.
     """
 
-    def __init__(self, console: Console, session: HapticSession) -> None:
+    def __init__(self, console: Console, session: Session) -> None:
+        from palpate.ros.plant import News
+
         super().__init__(console)
-        self._session = session
-        self._printed = 0
+        self._session, self._news = session, News(session)
 
     def __call__(self, state: State) -> None:
         """Show the newest state."""
@@ -151,8 +156,9 @@ class HapticLine(LiveLine):
         if self._live is None:
             return
         from palpate.record import withheld
+        from palpate.ros.causes import conditions
 
-        words = [*self._session.words(int(state.tick["status"]))[:2], *withheld.in_words(state.tick)]
+        words = [*conditions(int(state.tick["status"]))[:2], *withheld.in_words(state.tick)]
         line = Text.assemble(
             (f"{state.t:7.1f} s", "bold"),
             ("  leader ", "dim"),
@@ -167,6 +173,5 @@ class HapticLine(LiveLine):
 
     def rest(self) -> None:
         """Print the events since the last call."""
-        for words in self._session.events[self._printed :]:
+        for words in self._news.take():
             say(self._console, words, "*", "cyan")
-        self._printed = len(self._session.events)

@@ -35,11 +35,12 @@ class Command:
 
         from palpate.ros import rviz
         from palpate.ros.haptics import Devices
+        from palpate.ros.pairs import devices_of
         from palpate.scene import Scene
 
         require_writable(self.out)
         scene = Scene.load(self.scene)
-        contents = rviz.config(scene, rviz.devices_of(scene, Devices(self.leader, self.follower)))
+        contents = rviz.config(scene, devices_of(scene) or {"": Devices(self.leader, self.follower)})
         self.out.write_text(yaml.safe_dump(contents, sort_keys=False), encoding="utf-8")
         say(console_for(None), f"{self.out}, {len(rviz.topics(contents))} topics", "configuration:")
         return 0

@@ -6,7 +6,6 @@
 #include <nanobind/stl/vector.h>
 
 #include <memory>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -42,16 +41,6 @@ nb::dict timing(const HapticNode& self) {
   return d;
 }
 
-/// Puts the instruments of several nodes into one world.
-void join_nodes(const std::vector<HapticNode*>& nodes, const std::vector<std::vector<loop::ToolCapsule>>& capsules,
-                double stiffness, double damping) {
-  if (nodes.size() != capsules.size()) throw std::invalid_argument("capsules: give one list for each node");
-  const auto board = std::make_shared<loop::Board>(static_cast<int>(nodes.size()));
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    nodes[i]->join(board, static_cast<int>(i), capsules[i], {stiffness, damping});
-  }
-}
-
 void bind_node(nb::module_& m) {
   nb::class_<HapticNames>(m, "HapticNames", "CRTK names of the devices of a haptic node.")
       .def(nb::init<>())
@@ -75,6 +64,7 @@ void bind_node(nb::module_& m) {
   nb::class_<HapticNode> node(
       m, "HapticNode", "Receives the state of a CRTK leader, steps the cycle and sends the wrench, in a C++ thread.");
   bindings::bind_front(node);
+  bindings::bind_together(node);
   node.def(nb::init<std::shared_ptr<Context>, const HapticNodeOptions&, std::optional<arm::Arm>,
                     std::shared_ptr<const scene::Snapshot>>(),
            "context"_a, "options"_a, "follower"_a, "snapshot"_a)
@@ -82,14 +72,9 @@ void bind_node(nb::module_& m) {
            "Starts the cycle: from now on the node sends wrenches.")
       .def("stop", &HapticNode::stop, nb::call_guard<nb::gil_scoped_release>(),
            "Ends the cycle; the last wrench sent is zero.")
-      .def("join_bodies", &HapticNode::join_bodies, "bodies"_a, "tool"_a,
-           "Puts the tool among rigid bodies, as the tool of this number. To be called before the node starts.")
       .def_prop_ro("running", &HapticNode::running)
       .def("take_events", &HapticNode::take_events, "Messages for the user since the last call, oldest first.")
       .def("timing", &timing, "Computation times, response times, counts and rates.");
-  m.def("join_nodes", &join_nodes, "nodes"_a, "capsules"_a, "stiffness"_a, "damping"_a,
-        "Puts the instruments of several nodes of this process into one world, in which they push each other apart "
-        "with a stiffness [N/m] and a damping [N s/m]. To be called before the nodes start.");
 }
 
 }  // namespace
