@@ -76,9 +76,8 @@ void bind_together(nanobind::class_<Loop>& c) {
   c.def(
        "join",
        [](Loop& self, std::shared_ptr<loop::Board> board, int index, std::vector<loop::ToolCapsule> capsules,
-          double stiffness, double damping) {
-         self.join(std::move(board), index, std::move(capsules), {stiffness, damping});
-       },
+          double stiffness,
+          double damping) { self.join(std::move(board), index, std::move(capsules), {stiffness, damping}); },
        "board"_a, "index"_a, "capsules"_a, "stiffness"_a, "damping"_a,
        "Puts the instrument among those of other loops, which push it apart with a stiffness [N/m] and a damping "
        "[N s/m]. index: its number among them. Not while the loop runs.")
