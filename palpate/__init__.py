@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from palpate.base.errors import PalpateError as PalpateError
     from palpate.devices.certificate import DeviceModel as DeviceModel
     from palpate.devices.certificate import certify as certify
+    from palpate.devices.own_loop import OwnLoop as OwnLoop
     from palpate.record import Record as Record
     from palpate.scene import Scene as Scene
     from palpate.scene import contact as contact
@@ -41,6 +42,7 @@ __all__ = [
     "Fixture",
     "Haptics",
     "Mesh",
+    "OwnLoop",
     "PairsSession",
     "PalpateError",
     "PointCloud",
@@ -67,6 +69,7 @@ _PLACE = {
     "Fixture": "palpate.scene.guidance:Fixture",
     "Haptics": "palpate.session:Haptics",
     "Mesh": "palpate.world.mesh:Mesh",
+    "OwnLoop": "palpate.devices.own_loop:OwnLoop",
     "PairsSession": "palpate.session:PairsSession",
     "PalpateError": "palpate.base.errors:PalpateError",
     "PointCloud": "palpate.world.clouds:PointCloud",

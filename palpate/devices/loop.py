@@ -209,6 +209,7 @@ class DeviceLoop:
         self._t: float | None = None  # of the last step, for bodies without a thread [s]
         self.wrench: Array = np.zeros(6)  #: newest wrench on the hand [N, N m]; overwritten by every step
         self._buttons = 0
+        self.started = False  #: whether a session runs the loop
 
     def step(self, t: float, X: Array, V: Array | None, gripper: float, buttons: int) -> _core.DeviceFault:
         """One step; the arrays are C-contiguous float64 (4, 4) and (6,). Writes `wrench`."""
@@ -222,10 +223,12 @@ class DeviceLoop:
     def start(self) -> None:
         """Allocate the queue of ticks."""
         self.cycle.start()
+        self.started = True
 
     def stop(self) -> None:
         """End the thread of the collision queries, if the contact method has one."""
         self.cycle.stop()
+        self.started = False
 
     @property
     def buttons(self) -> int:

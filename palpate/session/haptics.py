@@ -10,15 +10,11 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-import numpy as np
 import numpy.typing as npt
 
-from palpate import _core
 from palpate.base.arrays import Array
 from palpate.base.errors import DeviceError
-from palpate.devices.handle import AtHandle
-from palpate.devices.loop import DeviceLoop, conditions, device_scene, explain
-from palpate.devices.plant import DevicePlant
+from palpate.devices.own_loop import OwnLoop
 from palpate.scene.scene import Scene
 from palpate.sensing.source import Clouds
 from palpate.session.session import Session
@@ -36,7 +32,8 @@ class Haptics:
     The first pose is where the tool starts (``arms.follower.start`` of the scene); from there the tool follows the
     relative motion of the hand times ``mapping.scale``. ``arms.leader.base`` places the axes of the device in the
     scene; without it they are those of the world. All caps, the passivity layer, guidance and the watchdog of the scene
-    act on every step. A ``Haptics`` object belongs to one thread; `session` is for other threads.
+    act on every step. A ``Haptics`` object belongs to one thread; `session` is for other threads. Of several hands each
+    has a `palpate.OwnLoop`.
 
     Args:
         scene: a scene, or the path of a scene file.
@@ -78,16 +75,10 @@ class Haptics:
             what = f"palpate.Haptics takes a scene, or the path of a scene file. Got: {type(scene).__name__}"
             raise DeviceError(what, mend="make a scene of a dictionary: palpate.Scene.model_validate(values)")
         loaded = scene if isinstance(scene, Scene) else Scene.load(Path(scene))
-        given = device_scene(loaded, "loop", rate, force_cap, moment_max)
-        known = AtHandle(resolution, delay=delay, friction=friction, damping=damping)
-        plant = DevicePlant(
-            given, None, ("loop",), lambda rig, own: DeviceLoop(given, known, replays=True, rig=rig, own=own)
-        )
-        self.session = Session(given, record, clouds=clouds, plant=plant)
+        self._plant = OwnLoop(loaded, rate, force_cap, moment_max, delay, resolution, friction, damping)
+        self.session = Session(self._plant.scene, record, clouds=clouds, plant=self._plant)
         """Record, controls, fixtures and newest state; also for `palpate.viewer.LiveViewer`."""
-        self._loop = plant.loop
         self._steps, self._counted_at = 0, time.monotonic()
-        self._fault = _core.DeviceFault.none
         self._summary: Summary | None = None
         self._dropped = weakref.finalize(self, _close_dropped, self.session)
         self.session.start()
@@ -116,13 +107,9 @@ class Haptics:
         """
         if self._summary is not None:
             raise DeviceError("Haptics.step after close()", mend="make a new palpate.Haptics")
-        pose, twist = self._numbers("X", X, (4, 4)), None if V is None else self._numbers("V", V, (6,))
-        try:
-            self._fault = self._loop.step(float(t), pose, twist, float(gripper), int(buttons))
-        except (TypeError, ValueError) as error:
-            raise self._refuse("t, gripper and buttons must be numbers", str(error)) from None
+        wrench = self._plant.step(t, X, V, gripper, buttons)
         self._keep_up()
-        return self._loop.wrench.copy()
+        return wrench
 
     @property
     def gripper_torque(self) -> float:
@@ -130,16 +117,12 @@ class Haptics:
 
         It is within ``arms.leader.gripper.torque`` of the scene, and zero after a fault.
         """
-        return self._loop.cycle.gripper_torque
+        return self._plant.gripper_torque
 
     @property
     def status(self) -> str:
-        """``ok``, or the names of all present conditions, the gravest first, e.g. ``left_handed not_finite``.
-
-        The names are those of the fault of the last step (`_core.DeviceFault`) and of `palpate.record.ticks.STATUS`.
-        """
-        fault = [] if self._fault is _core.DeviceFault.none else [self._fault.name]
-        return " ".join(dict.fromkeys([*fault, *conditions(self._loop.cycle.status)])) or "ok"
+        """``ok``, or the names of all present conditions, the gravest first (`OwnLoop.status`)."""
+        return self._plant.status
 
     def why(self) -> str:
         """Why there is no force, or a reduced one, in a sentence with the mend; ``ok`` without a reason.
@@ -147,7 +130,7 @@ class Haptics:
         While the tool touches nothing, it says which object is nearest, how far it is, and in which direction of the
         device's axes the hand must move.
         """
-        words = explain(self._fault, self._loop.cycle.status)
+        words = self._plant.why()
         free = self.session.nearest(self.session.latest()) if words == "ok" else ""
         return f"no force: the tool touches nothing; {free}" if free else words
 
@@ -177,21 +160,6 @@ class Haptics:
         if now - self._counted_at < 0.5 * self._steps / self.session.rate:
             self.session.drain()
         self._steps, self._counted_at = 0, now
-
-    def _numbers(self, name: str, value: npt.ArrayLike, shape: tuple[int, ...]) -> Array:
-        try:
-            array = np.ascontiguousarray(value, dtype=np.float64)
-        except (TypeError, ValueError) as error:
-            raise self._refuse(f"{name} must be an array of numbers of shape {shape}", str(error)) from None
-        if array.shape != shape:
-            raise self._refuse(f"{name} must have shape {shape}. Got: {array.shape}")
-        return array
-
-    def _refuse(self, what: str, why: str = "") -> DeviceError:
-        """The error for a wrong argument, after setting the wrench to zero."""
-        self._loop.cycle.report_failure(self._loop.wrench)
-        self._fault = _core.DeviceFault.driver_failed
-        return DeviceError(f"Haptics.step: {what}", why=why, mend="see help(palpate.Haptics.step)")
 
 
 def _close_dropped(session: Session) -> None:

@@ -392,7 +392,8 @@ class PairsSession:
         """
         for name, session in self._pairs.items():
             if not session.plant.simulated:
-                why = f"pair {name} is felt on {', '.join(session.plant.hardware)}, which has a time of its own"
+                felt = ", ".join(session.plant.hardware) or "a loop of your own"
+                why = f"pair {name} is felt on {felt}, which has a time of its own"
                 raise StateError(what, why=why, mend="run in real time; change the scene, and run it again")
 
     def _require_idle(self) -> None:

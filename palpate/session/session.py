@@ -221,7 +221,7 @@ class Session(LiveSession):
 
     def _require_simulated(self) -> None:
         if not self.plant.simulated:
-            name = ", ".join(self.plant.hardware)
+            name = ", ".join(self.plant.hardware) or "a loop of your own"
             what = f"the hand is on {name}, which has a time of its own"
             raise StateError(what, mend="use run() or start(), or leave the driver out to simulate the arm")
 
@@ -298,7 +298,7 @@ class Session(LiveSession):
         if not self.plant.simulated:
             from palpate.session.pedals import press
 
-            source = ", ".join(self.plant.hardware)
+            source = ", ".join(self.plant.hardware) or "device"
             self._pressed = press(self.console, self._pressed, self.plant.buttons, source)
 
     def _faults(self) -> list[str]:

@@ -222,6 +222,40 @@ def test_a_device_and_a_simulated_arm_share_a_scene(tmp_path):
     assert summary.pairs["left"].ticks > 100
 
 
+@pytest.mark.parametrize("other", ["loop", "driver"])
+def test_a_loop_of_ones_own_is_one_hand_of_two(tmp_path, other):
+    """Two in one thread, or one beside a driver: instruments meet, one record, and nothing without a session."""
+    import palpate
+
+    hands = scene(None, None if other == "loop" else here(Still), apart=0.03, instruments={"stiffness": 500})
+    own = ("right", "left") if other == "loop" else ("right",)
+    plants = {name: palpate.OwnLoop(hands.pair(name), rate=1000.0) for name in own}
+    right = plants["right"]
+    with pytest.raises(DeviceError, match="no session runs this loop"):
+        right.step(0.0, np.eye(4))
+    with PairsSession(hands, tmp_path, plants=plants) as session:
+        with pytest.raises(StateError, match="a loop of your own"):
+            session.step()
+        session.start()
+        begin, way, felt = time.monotonic(), 0.0, {name: np.zeros(3) for name in plants}
+        while (t := time.monotonic() - begin) < 20.0 and np.linalg.norm(felt["right"]) < 0.5:
+            way += 1e-5
+            for name, plant in plants.items():
+                X = np.eye(4)
+                X[0, 3] = -way if name == "right" else way
+                felt[name] = plant.step(t, X)[:3]
+            time.sleep(0.0005)
+        assert felt["right"][0] > 0.3, "the instrument of the left hand pushes back"
+        if other == "loop":
+            assert felt["left"] == pytest.approx(-felt["right"], abs=0.1)
+        with pytest.raises(DeviceError, match="X must have shape"):
+            right.step(t + 0.01, np.eye(3))
+        summary = session.close()
+    with pytest.raises(DeviceError, match="no session runs this loop"):
+        right.step(t + 1.0, np.eye(4))
+    assert Record.open(summary.pairs["right"].record).ticks["F_instrument_W"][:, 0].max() > 0.3
+
+
 class Absent(Still):
     def open(self):
         raise OSError("no such device")

@@ -80,7 +80,8 @@ def test_an_object_that_nobody_closes_ends_its_threads_and_completes_its_record(
 def test_time_without_a_measurement_passes_once():
     """A failure lets a period pass, which the next measurement's time contains: a run showed up to twice its time."""
     with palpate.Haptics(scene()) as haptics:
-        cycle, wrench = haptics._loop.cycle, haptics._loop.wrench
+        loop = haptics.session.plant.loop
+        cycle, wrench = loop.cycle, loop.wrench
         shown = []
         for k in range(1000):
             if k % 200 >= 100 and k % 7:

@@ -59,7 +59,7 @@ def test_the_told_motion_of_the_hand_touches_the_object(rpy):
     with palpate.Haptics(scene([0.01, 0.0, 0.03], 0.5, rpy)) as haptics:
         moved(haptics, [0.0, 0.0, 0.0])
         words = haptics.why()
-        found = nearest.nearest(haptics._loop.rig, haptics.session.latest())
+        found = nearest.nearest(haptics.session.rig, haptics.session.latest())
         assert f"move the hand {1e3 * found.hand:.0f} mm" in words
         t, felt = 0.06, []
         for i in range(2000):
@@ -77,7 +77,7 @@ def test_the_distance_is_that_of_the_closed_form():
     with palpate.Haptics(scene([0.02, -0.01, 0.05])) as haptics:
         moved(haptics, [0.0, 0.0, 0.0])
         p = haptics.session.latest()["p_WT"]
-        found = nearest.nearest(haptics._loop.rig, haptics.session.latest())
+        found = nearest.nearest(haptics.session.rig, haptics.session.latest())
         away = np.array([0.0, 0.0, -0.03]) - p
         assert found.distance == pytest.approx(np.linalg.norm(away) - 0.03 - 0.004, abs=1e-9)
         np.testing.assert_allclose(found.towards_L, away / np.linalg.norm(away), atol=1e-9)
