@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 
 import pytest
+import warm
 
 from palpate.base.errors import RosMissingError
 from palpate.ros import build, where
@@ -69,6 +70,13 @@ def _own_domain():
     os.environ.clear()
     os.environ.update(kept)
     _sweep(began)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _warm_processes(_own_domain):
+    """Processes of Python start without importing Palpate, which takes most of the time of many tests."""
+    with warm.processes():
+        yield
 
 
 def _sweep(began):

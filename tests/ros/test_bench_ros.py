@@ -94,18 +94,20 @@ def test_discovery_beside_the_robot_and_its_control(built, tmp_path, capsys, mon
     assert main(["bench", "ros", "--discovery", "--starts", "0"]) == 2
 
 
-def announcements(domain, count):
-    """What the participants of a domain send to an unused address of it: pairs of time [s] and message.
+def announcements(domain, count, process):
+    """What the participant of a process sends to an unused address of its domain: pairs of time [s] and message.
 
-    RTPS 2.5, table 9.8 and section 9.6.2.3: participant 30 listens at 7400 + 250 * domain + 10 + 2 * 30.
+    RTPS 2.5, table 9.8 and section 9.6.2.3: participant 30 listens at 7400 + 250 * domain + 10 + 2 * 30. Others on
+    this machine may use the same domain: Fast DDS writes the number of a process into the identifier of a participant.
     """
+    number = struct.pack("<H", process.pid & 0xFFFF)
     heard = []
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sock:
         sock.bind(("127.0.0.1", 7400 + 250 * domain + 10 + 2 * 30))
         sock.settimeout(30.0)
         while len(heard) < count:
             message = sock.recv(65536)
-            if message.startswith(b"RTPS"):
+            if message.startswith(b"RTPS") and message[12:14] == number:
                 heard.append((time.monotonic(), message))
     return heard
 
@@ -144,7 +146,7 @@ def test_robot_announces_itself_often_and_offers_udp_alone(start, monkeypatch, t
     """
     domain = (int(os.environ["ROS_DOMAIN_ID"]) + 50) % 102
     robot = start("-c", ROBOT, domain)
-    heard = announcements(domain, 12)  # the first ones follow each other quickly in any case
+    heard = announcements(domain, 12, robot)  # the first ones follow each other quickly in any case
     robot.kill()
     robot.wait()
     assert np.median(np.diff([when for when, _ in heard][6:])) < 1.0
@@ -153,8 +155,8 @@ def test_robot_announces_itself_often_and_offers_udp_alone(start, monkeypatch, t
     mine = tmp_path / "mine.xml"
     mine.write_text('<dds xmlns="http://www.eprosima.com"><profiles/></dds>')
     monkeypatch.setenv("FASTDDS_DEFAULT_PROFILES_FILE", str(mine))
-    start("-c", ROBOT, (domain + 1) % 102)
-    kinds, types = offered(announcements((domain + 1) % 102, 1)[0][1])
+    other = start("-c", ROBOT, (domain + 1) % 102)
+    kinds, types = offered(announcements((domain + 1) % 102, 1, other)[0][1])
     assert UDP in kinds
     assert len(kinds) == 2, "Fast DDS offers shared memory, where it is not asked to leave it"
     assert types, "Fast DDS offers types, where it is not asked to leave them"

@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+import warm
 
 from palpate.base.errors import RosMissingError
 from palpate.ros import build, where
@@ -123,7 +124,8 @@ print("palpate" in __import__("sys").modules)
 def test_messages_are_importable_without_palpate(built):
     if built.ros.kind == "sourced":
         pytest.skip("packages cannot be added to a sourced ROS 2")
-    done = subprocess.run([sys.executable, "-c", CLIENT], capture_output=True, text=True, timeout=60)
+    with warm.cold():
+        done = subprocess.run([sys.executable, "-c", CLIENT], capture_output=True, text=True, timeout=60)
     assert done.stdout == "False\n", done.stderr
 
 

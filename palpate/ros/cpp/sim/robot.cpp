@@ -10,6 +10,7 @@ namespace {
 constexpr double kEnd = 0.1;                  // time between power-off and the end of the threads [s]
 constexpr std::int64_t kCatchUp = 30;         // most ticks that are caught up after a delay of the servo thread [-]
 constexpr std::int64_t kSearch = 20'000'000;  // interval of the searches for latching clients [ns]
+constexpr int kArmTicks = 2;                   // ticks in a period of the arms' controllers [-]
 constexpr int kLooks = 3;                     // searches per look for clients that are gone
 constexpr std::int64_t kListenWait = 100'000'000;  // longest wait of the subscribing thread [ns]
 constexpr int kServo = 70;                         // priority of the servo; the haptic loop has 80
@@ -30,6 +31,7 @@ std::int64_t wall_ns() noexcept {
 Robot::Robot(const std::shared_ptr<Context>& context, dvrk::System& robot, dvrk::System& twin, double rate)
     : robot_(robot),
       every_(std::max(3, static_cast<int>(std::lround(1.0 / (dvrk::System::kTick * rate))))),
+      steps_(every_ % kArmTicks == 0 ? kArmTicks : 1),
       node_(context, "dvrk"),
       query_node_(context, "dvrk_queries"),
       queries_(query_node_, twin),
@@ -58,7 +60,7 @@ Robot::Robot(const std::shared_ptr<Context>& context, dvrk::System& robot, dvrk:
     loop::schedule(at(kPublish));
     publish();
   });
-  servo_.start(1.0 / dvrk::System::kTick, [this](const loop::Wake& wake) { return tick(wake); });
+  servo_.start(1.0 / (dvrk::System::kTick * steps_), [this](const loop::Wake& wake) { return tick(wake); });
   spinner_ = std::make_unique<Spinner>(node_, SpinnerOptions{.in_thread = [] { loop::schedule(at(kListen)); },
                                                              .after =
                                                                  [this] {
@@ -88,7 +90,7 @@ void Robot::stop() {
 bool Robot::tick(const loop::Wake& wake) noexcept {
   const std::int64_t begin = loop::now_ns();
   if (wake.stopping && ticks_left_ < 0) {
-    ticks_left_ = static_cast<int>(kEnd / dvrk::System::kTick);
+    ticks_left_ = static_cast<int>(kEnd / (dvrk::System::kTick * steps_));
     dvrk::Command off;
     off.verb = dvrk::Verb::power_off;
     robot_.apply(off);
@@ -96,7 +98,7 @@ bool Robot::tick(const loop::Wake& wake) noexcept {
   holders_.let_go(robot_);
   dvrk::Command command;
   while (commands_.pop(command)) robot_.apply(command);
-  const std::int64_t ticks = 1 + std::min(wake.missed, kCatchUp);
+  const std::int64_t ticks = steps_ + std::min(steps_ * wake.missed, kCatchUp);
   for (std::int64_t i = 0; i < ticks; ++i) {
     robot_.step();
     if (++ticks_ % every_ == 0) hand_over();

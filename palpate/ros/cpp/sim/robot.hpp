@@ -64,7 +64,8 @@ class Robot {
   void publish_frames(std::int64_t now);
 
   dvrk::System& robot_;
-  int every_;  // simulation steps between publications
+  int every_;  // ticks of the simulation between publications
+  int steps_;  // ticks in a wake of the servo: the arms' controllers run in every second one
   Node node_, query_node_;
   Queries queries_;
   Events events_;
