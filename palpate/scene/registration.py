@@ -16,10 +16,17 @@ class CameraSection(Section):
     """frame of the scene's frames: the camera's optical frame, z forward, x right, y down"""
     cloud: str | None = None
     """points of the organ in that frame (.csv, .npy, .pcd), relative to the scene file; simulated when left out [m]"""
+    cloud_after: str | None = None
+    """the same after the last touch: tells whether the organ moved meanwhile [m]"""
     noise_mm: Positive = 1.0
     """simulated: standard deviation along the ray [mm]"""
     outliers: Annotated[NotNegative, Field(le=0.3)] = 0.02
     """simulated: share of points at a wrong range [-]"""
+
+    @property
+    def looks_again(self) -> bool:
+        """True if the camera also sees the organ after the last touch."""
+        return self.cloud is None or self.cloud_after is not None
 
 
 class PointerSection(Section):

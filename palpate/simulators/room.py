@@ -49,13 +49,19 @@ class Room:
         self.rig = build(at(self._scene, X_WA))
         self.hand = TouchingHand(self.rig, 1e-3 * self.section.touch_mm, self._tip, self.seed + 1)
 
-    def look(self, index: int) -> Array:
-        """Points (N, 3) of the object `index` in the camera's frame, simulated or from the scene's file [m]."""
+    def look(self, index: int, last: bool = False) -> Array:
+        """Points (N, 3) of the object `index` in the camera's frame, simulated or from the scene's files [m].
+
+        Args:
+            index: the object.
+            last: after the last touch, which has a file of its own.
+        """
         camera = self.section.camera
         if camera is None:
             raise SceneError("the scene has no camera", where=self._scene.file, mend="give registration.camera")
-        if camera.cloud is not None:
-            return read_cloud(self._scene.path_to(camera.cloud, where=self._scene.where("registration", "camera")))
+        file = camera.cloud_after if last else camera.cloud
+        if file is not None:
+            return read_cloud(self._scene.path_to(file, where=self._scene.where("registration", "camera")))
         stated = self.rig.frames.pose(camera.frame)
         variances, axes = np.linalg.eigh(stated.covariance)
         X_WC = displaced(stated.X, axes @ (np.sqrt(np.maximum(variances, 0.0)) * self._departure))

@@ -10,7 +10,8 @@ from palpate.base.arrays import Array
 from palpate.base.errors import RegistrationError
 from palpate.scene.registered import RegisteredOrgan
 from palpate.simulators.room import Room
-from palpate.world.registration.procedure import Procedure, from_view, nothing_felt
+from palpate.world.registration import views
+from palpate.world.registration.procedure import Procedure, nothing_felt
 
 MOST_MISSES = 4
 """Places at which nothing is felt, after which the session gives up [-]."""
@@ -33,10 +34,11 @@ def unattended(scanned: RegisteredOrgan, room: Room, told: Told = lambda procedu
     if camera is None:
         raise RegistrationError("the scene has no camera", mend="give registration.camera, or register attended")
     stated = room.rig.frames.pose(camera.frame)
-    first = from_view(scanned.organ, room.look(scanned.index), stated.X, stated.covariance)
+    seen = views.seen(scanned.organ.points, room.look(scanned.index))
+    first = views.placed(seen, stated.X, stated.covariance)
     procedure = Procedure(
         scanned.organ, first, given.accuracy, 1e-3 * given.touch_mm, 1e-3 * given.tip_mm, room.hand.radius,
-        np.inf if given.motion is None else given.motion,
+        np.inf if given.motion is None else given.motion, seen if camera.looks_again else None,
     )  # fmt: skip
     told(procedure)
     misses = 0
@@ -52,6 +54,8 @@ def unattended(scanned: RegisteredOrgan, room: Room, told: Told = lambda procedu
             continue
         procedure.add(X_WT)
         told(procedure)
+    if procedure.view is not None:
+        procedure.look_again(room.look(scanned.index, last=True))
     return procedure
 
 

@@ -14,6 +14,7 @@ from palpate.base.arrays import rigid
 from palpate.base.errors import PalpateError, RegistrationError
 from palpate.cli.commands.register import _attended, _viewer
 from palpate.scene import Scene, placing
+from palpate.scene.overrides import override
 from palpate.scene.registered import RegisteredOrgan, at
 from palpate.sensing.trackers import SimulatedTracker
 from palpate.sensing.trackers.pointer import TrackedPointer
@@ -97,6 +98,7 @@ frames:
   - {child: tracker, pose: {xyz: [0.3, 0.2, 1.4], rpy_deg: [180, 0, 90]}}
   - {parent: tracker, child: stylus, tracker: polaris, pose: {xyz: [0, 0, 1.2]}}
   - {child: anatomy, file: registered.yaml}
+  - {child: eye, pose: {xyz: [0, 0, 0]}, sigma_mm: 0.5, sigma_deg: 0.1}
 trackers: {polaris: {simulated: {}}}
 registration:
   frame: anatomy
@@ -189,6 +191,41 @@ def test_mirrored_landmarks_and_an_organ_that_moves_are_told(tmp_path):
 
     with pytest.raises(RegistrationError, match="touches disagree"):
         Clumsy(X).register(tmp_path)
+
+
+@pytest.mark.parametrize("away", [0.0, 1.5e-3])
+def test_operator_writes_the_cameras_points_again_after_the_touches(tmp_path, away):
+    X = rigid.rigid(np.eye(3), [0.05, -0.02, 0.1])
+
+    class Seeing(Operator):
+        def write(self, name):
+            p = self.scanned.organ.points[::20]
+            p = p[p[:, 2] > 0.0] + 5e-4 * np.random.default_rng(len(self.prompts)).normal(
+                size=(len(p[p[:, 2] > 0.0]), 3)
+            )
+            np.save(tmp_path / name, rigid.transform(self.X_WO, p))
+
+        def scene(self, tmp_path, spoil=lambda p: p):
+            scene = override(super().scene(tmp_path, spoil), {
+                "registration.camera": {"frame": "eye", "cloud": "before.npy", "cloud_after": "after.npy"},
+            })  # fmt: skip
+            self.scanned = RegisteredOrgan(scene)
+            self.write("before.npy")
+            return scene
+
+        def __call__(self, prompt):
+            if "sees now" in prompt:
+                self.X_WO = rigid.displaced(self.X_WO, [0.0, away, 0.0, 0, 0, 0])
+                self.write("after.npy")
+            return super().__call__(prompt)
+
+    operator = Seeing(X)
+    if away:
+        with pytest.raises(RegistrationError, match=r"organ or camera moved .* by about [12]\.\d mm"):
+            operator.register(tmp_path)
+    else:
+        assert operator.register(tmp_path).smallest_motion_seen < 1.5e-3
+    assert any("after.npy" in prompt for prompt in operator.prompts)
 
 
 def test_stylus_that_is_hidden_or_moves_is_not_read(tmp_path):

@@ -8,9 +8,9 @@ import pytest
 from palpate.base.arrays import rigid
 from palpate.base.errors import RegistrationError
 from palpate.world.mesh import Mesh
-from palpate.world.registration import disagreement, organ_motion, predict, touch_check
+from palpate.world.registration import disagreement, organ_motion, predict, touch_check, views
 from palpate.world.registration.clouds import sampled
-from palpate.world.registration.procedure import Organ, Procedure, from_landmarks, from_view
+from palpate.world.registration.procedure import Organ, Procedure, from_landmarks
 from palpate.world.registration.touches import Guess, Touched, next_touch, touched_by, touches
 from palpate.world.shapes.organs import gallbladder, organ
 
@@ -104,6 +104,23 @@ def test_smallest_motion_is_told_in_nine_of_ten_sessions_and_rest_is_not_called_
     assert np.isnan(Procedure(liver, first, 1e-3, SIGMA, TIP, RADIUS).smallest_motion)  # no touch, no statement
 
 
+def test_two_views_tell_the_motion_that_they_promise_and_call_rest_no_motion():
+    rng, told = np.random.default_rng(7), {0.0: 0, 0.4: 0, 1.0: 0, 2.0: 0}
+    L = 1e-4 * rng.normal(size=(6, 6))
+    before, n = Guess(rigid.rigid(rigid.exp(np.ones(3)), np.ones(3)), L @ L.T), 300
+    for _ in range(n):
+        d = rng.normal(size=3)
+        for factor in told:
+            e = L @ rng.normal(size=6) + L @ rng.normal(size=6)
+            e[:3] += factor * views.smallest(before) * d / np.linalg.norm(d)
+            told[factor] += bool(
+                views.motion(before, Guess(rigid.displaced(before.X, e), before.covariance), np.zeros(3))
+            )
+    assert told[1.0] / n == pytest.approx(0.9, abs=0.06)
+    assert told[0.0] <= 3  # 0.1 % of 300
+    assert told[0.4] / n < 0.5 < told[2.0] / n
+
+
 def test_motion_is_estimated_beside_the_place_of_the_touches(liver):
     rng, X0 = np.random.default_rng(8), np.eye(4)
     first, given = Guess(X0, PRIOR), touching(liver, rng, drawn(rng, X0), 20)
@@ -184,7 +201,7 @@ def test_mirrored_targets_and_a_view_of_another_organ_are_refused(liver):
         Organ(liver.surface, liver.points, flipped).check_targets()
     view = sampled(*gallbladder(2000), 800) + 1e-3 * np.random.default_rng(0).normal(size=(800, 3))
     with pytest.raises(RegistrationError, match="cannot be registered"):
-        from_view(liver, view, np.eye(4), PRIOR)
+        views.seen(liver.points, view)
 
 
 @pytest.mark.parametrize(

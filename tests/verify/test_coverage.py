@@ -9,7 +9,9 @@ import numpy as np
 import pytest
 from effort import LONG
 
+from palpate.world.registration import organ_motion
 from palpate_lab.verify.coverage import run
+from palpate_lab.verify.coverage.bound import most_powerful
 from palpate_lab.verify.coverage.trial import RIGHT
 
 #: Commands that print intervals or covariances and have no file in `estimates`, with the reason.
@@ -155,13 +157,29 @@ def test_a_few_trials_of_each_estimate(name):
     assert [row.form for row in rows] == list(one.FORMS)
 
 
+def test_bound_of_what_can_be_told_is_that_of_known_directions_and_above_the_chi_square_test():
+    """One direction seen: the one-sided normal test, averaged over random directions. All seen: above chi-square."""
+    from scipy.special import chdtri, chndtr, ndtr
+
+    seen = np.abs(np.linspace(-1.0, 1.0, 20_001))  # the component of a random direction is uniform
+    two_sided = np.mean(ndtr(3.0 * seen - 1.96) + ndtr(-3.0 * seen - 1.96))
+    assert most_powerful(np.diag([9.0, 0.0, 0.0]), 1.0, 0.05) == pytest.approx(two_sided, abs=0.02)
+    chi_square = 1.0 - chndtr(chdtri(3, 0.02), 3, 9.0)
+    assert most_powerful(9.0 * np.eye(3), 1.0, 0.02) == pytest.approx(chi_square, abs=0.02)
+    M = np.diag([16.0, 4.0, 1.0])
+    d = organ_motion.directions()
+    assert most_powerful(M, 1.0, 0.02) >= np.mean(1.0 - chndtr(chdtri(3, 0.02), 3, (d**2) @ np.diag(M))) - 0.01
+
+
 def test_row_of_a_narrow_interval_and_of_a_silent_bias_is_not_met():
     """Normal errors with a stated deviation of half the true one, and errors with a bias of three deviations."""
     rng = np.random.default_rng(0)
 
     def row(form, bias, size, told):
         z = size * rng.normal(size=400) + bias
-        return run._row("x", "x", form, "", (np.abs(z) < 1.96).astype(float), z**2, np.full(400, told))
+        return run._row(
+            "x", "x", form, "", (np.abs(z) < 1.96).astype(float), z**2, np.full(400, told), np.full(400, np.nan)
+        )
 
     assert row(RIGHT, 0.0, 1.0, 0.0).met
     assert not row(RIGHT, 0.0, 2.0, 0.0).met

@@ -66,21 +66,36 @@ def smallest(model: _core.Surface, first: Guess, touched: Touched, found: TouchR
     explains the touches. The test's chi-square is then non-central; the arguments are those of `told`. NaN with fewer
     than six touches, or if no motion up to 1 m is told so often.
     """
-    from scipy.optimize import brentq
-    from scipy.special import chdtri, chndtr
-
     n = len(touched)
     if n < 2 * FEWEST:
         return float("nan")
+    return smallest_told(information(model, first, touched, found, n // 2), 3, _LEVEL / _places(n))
+
+
+def information(model: _core.Surface, first: Guess, touched: Touched, found: TouchRegistration, before: int) -> Array:
+    """Inverse covariance (3, 3) of a displacement of the organ before this touch, estimated beside all else [1/m^2]."""
     _, J = linearised(model, found.X, found.offset, touched)
-    late = _late(J, n // 2)
-    M = late.T @ np.linalg.solve(distance_covariance(J, first.covariance, touched), late)
-    d = _directions()
+    late = _late(J, before)
+    return np.asarray(late.T @ np.linalg.solve(distance_covariance(J, first.covariance, touched), late))
+
+
+def smallest_told(M: Array, freedom: int, level: float) -> float:
+    """Smallest displacement in a random direction that a chi-square test tells in nine of ten cases [m], or NaN.
+
+    Args:
+        M: inverse covariance (3, 3) of the displacement [1/m^2].
+        freedom: degrees of freedom of the test.
+        level: its probability of a false alarm.
+    """
+    from scipy.optimize import brentq
+    from scipy.special import chdtri, chndtr
+
+    d = directions()
     per_m2 = np.einsum("ni,ij,nj->n", d, M, d)  # non-centrality of a motion by 1 m
-    limit = chdtri(3, _LEVEL / _places(n))
+    limit = chdtri(freedom, level)
 
     def missing(motion: float) -> float:
-        return float(np.mean(chndtr(limit, 3, motion**2 * per_m2))) - (1.0 - _POWER)
+        return float(np.mean(chndtr(limit, freedom, motion**2 * per_m2))) - (1.0 - _POWER)
 
     return float(brentq(missing, 0.0, _FARTHEST)) if missing(_FARTHEST) < 0.0 else float("nan")
 
@@ -97,7 +112,7 @@ def _late(J: Array, k: int) -> Array:
     return late
 
 
-def _directions(n: int = 200) -> Array:
+def directions(n: int = 200) -> Array:
     """Directions (n, 3) that are spread evenly."""
     k = np.arange(n) + 0.5
     z, angle = 1.0 - 2.0 * k / n, np.pi * (1.0 + np.sqrt(5.0)) * k

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from palpate import _core
 from palpate.base.arrays import Array
-from palpate.base.arrays.rigid import composed_covariance, inverse, inverse_covariance, transform
+from palpate.base.arrays.rigid import inverse, transform
 from palpate.base.errors import RegistrationError
-from palpate.world.registration import disagreement, organ_motion, predict
+from palpate.world.registration import disagreement, organ_motion, predict, views
 from palpate.world.registration.fiducials import points
-from palpate.world.registration.surfaces import surface
 from palpate.world.registration.touches import Guess, Touched, TouchRegistration, next_touch, touched_by, touches
 
 CONFIDENCE = 0.95
@@ -82,23 +81,6 @@ class Organ:
         return p[flat], normals[flat]
 
 
-def from_view(organ: Organ, view: Array, X_WC: Array, covariance: Array) -> Guess:
-    """First pose X_WO from a camera's view (N, 3) in its frame C [m], and the camera's pose with its covariance.
-
-    Raises:
-        RegistrationError: the view does not show this organ, or not enough of it.
-    """
-    found = surface(view, organ.points)
-    if not found.trusted:
-        raise RegistrationError(
-            "the camera's view cannot be registered with the organ",
-            why="; ".join(found.doubts),
-            mend="show more of the organ, or name the right scan",
-        )
-    X_CO, C_CO = inverse(found.X), inverse_covariance(found.X, found.covariance)
-    return Guess(X_WC @ X_CO, composed_covariance(X_WC, covariance, X_CO, C_CO))
-
-
 def from_landmarks(organ: Organ, landmarks: Mapping[str, Array], touched: Touched, sigma: float) -> Guess:
     """First pose X_WO from touched landmarks.
 
@@ -139,6 +121,7 @@ class Procedure:
     radius: float  #: of the sphere on the tip [m]
     motion: float = np.inf
     """Motion of the organ half-way through the touches that they shall tell nine times of ten [m]"""
+    view: Guess | None = None  #: pose X_CO in the view before the touches, if a view after them follows
     X_WT: list[Array] = field(default_factory=list)  #: poses (4, 4) of the tool in all touches
 
     def __post_init__(self) -> None:
@@ -155,6 +138,23 @@ class Procedure:
         """Forget the last touch."""
         self.X_WT.pop()
         self._update()
+
+    def look_again(self, view: Array) -> None:
+        """Compare the camera's view (N, 3) after the touches with the one before; raises as `views.require_rest`."""
+        if self.view is not None:
+            views.require_rest(self.organ.points, self.view, view, next(iter(self.organ.targets.values())))
+
+    def foreseen(self, most: int) -> Procedure | None:
+        """This procedure after the touches that it will ask for, each on the predicted surface; None beyond `most`."""
+        state = replace(self, X_WT=list(self.X_WT))
+        while not state.met:
+            if len(state.X_WT) == most:
+                return None
+            p_W, n_W = state.next_place()
+            X = np.eye(4)
+            X[:3, 3] = p_W + self.radius * n_W
+            state.add(X)
+        return state
 
     def skip(self, p_W: Array) -> None:
         """Propose no place near p_W (3,) any more [m]."""
@@ -183,6 +183,11 @@ class Procedure:
         """Smallest motion of the organ half-way through the touches that is told in nine of ten cases [m], or NaN."""
         touched = touched_by(self.X_WT, self.radius, self.sigma, self.tip)
         return organ_motion.smallest(self.organ.surface, self.first, touched, self.found)
+
+    @property
+    def smallest_motion_seen(self) -> float:
+        """Smallest motion between two views that is told in nine of ten cases [m]; NaN without views."""
+        return float("nan") if self.view is None else views.smallest(self.view)
 
     @property
     def met(self) -> bool:

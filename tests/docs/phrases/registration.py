@@ -156,11 +156,17 @@ def session_limits(found: Result) -> list[str]:
 
 
 def session_small_motion(found: Result) -> list[str]:
-    (row,) = (r for r in found["rows"] if (r["estimate"], r["form"]) == ("session", "nudged"))
-    low, high = proportion(row["told"], row["trials"])
+    seen, alone = (
+        next(r for r in found["rows"] if (r["estimate"], r["form"]) == ("session", form))
+        for form in ("nudged", "alone")
+    )
+    low, high = proportion(alone["told"], alone["trials"])
+    least, _ = proportion(seen["told"], seen["trials"])
     return [
-        f"in {100 * row['told']:.0f} % of {row['trials']} sessions ({100 * low:.0f} to {100 * high:.0f} %)",
-        f"then holds {100 * row['cover']:.0f} % of the targets",
+        f"in {seen['told'] * seen['trials']:.0f} of {seen['trials']} sessions (at least {100 * least:.1f} %)",
+        f"in {100 * alone['told']:.0f} % of {alone['trials']} sessions ({100 * low:.0f} to {100 * high:.0f} %)",
+        f"would tell {100 * alone['possible']:.0f} %",
+        f"then holds {100 * alone['cover']:.0f} % of the targets",
     ]
 
 

@@ -73,8 +73,8 @@ def judged(point: Point, seed: int) -> dict[str, float]:
     except MissingExtraError:
         raise
     except PalpateError:
-        return {"inside": np.nan, "square": np.nan, "told": 1.0}
-    return {"inside": trial.inside, "square": trial.square, "told": float(trial.told)}
+        return {"inside": np.nan, "square": np.nan, "told": 1.0, "possible": np.nan}
+    return {"inside": trial.inside, "square": trial.square, "told": float(trial.told), "possible": trial.possible}
 
 
 @dataclass(frozen=True)
@@ -94,6 +94,8 @@ class Row:
     """Root of the mean squared error over the stated variance, less one: 0 in the right form [standard deviations]."""
     told: float
     """Share of the trials that were refused, doubted or partly left out: false alarms in the right form."""
+    possible: float | None
+    """Share that the most powerful test would tell; None where no bound is known."""
     met: bool
     """The asked figures are met, as far as this number of trials can tell."""
 
@@ -120,25 +122,29 @@ def run(
             judged, grid, seed, "serial" if workers == 0 else "local", workers=workers or None, console=console,
             title=name, resume=None if folder is None else folder / f"{name}-{trials}.journal",
         )  # fmt: skip
-        data = {key: np.asarray(swept.array(key), dtype=np.float64)[0] for key in ("inside", "square", "told")}
+        data = {
+            key: np.asarray(swept.array(key), dtype=np.float64)[0] for key in ("inside", "square", "told", "possible")
+        }
         for k, (form, description) in enumerate(one.FORMS.items()):
             rows.append(_row(name, one.COMMAND, form, description, *(data[key][k] for key in data)))
     return rows
 
 
 def _row(
-    name: str, command: str, form: str, description: str, inside: np.ndarray, square: np.ndarray, told: np.ndarray
-) -> Row:
+    name: str, command: str, form: str, description: str, inside: np.ndarray, square: np.ndarray, told: np.ndarray,
+    possible: np.ndarray,
+) -> Row:  # fmt: skip
     answered = np.isfinite(inside)
     cover = float(inside[answered].mean()) if answered.any() else None
     interval = None if cover is None else proportion(cover, int(answered.sum()))
     bias = float(np.sqrt(max(float(square[answered].mean()) - 1.0, 0.0))) if answered.any() else None
-    share = float(told.mean())
+    share, bounded = float(told.mean()), possible[np.isfinite(possible)]
+    bound = float(bounded.mean()) if len(bounded) else None
     if form == RIGHT:
         met = interval is not None and interval[0] <= ASKED[1] and interval[1] >= ASKED[0]
     else:
         met = bias is None or bias <= 1.0 or proportion(share, len(told))[1] >= TOLD
-    return Row(name, command, form, description, len(told), cover, interval, bias, share, met)
+    return Row(name, command, form, description, len(told), cover, interval, bias, share, bound, met)
 
 
 def table(rows: Sequence[Row]) -> Table:
@@ -153,7 +159,6 @@ def table(rows: Sequence[Row]) -> Table:
         if row.cover_95 is not None:
             cover += " ({:.3f}-{:.3f})".format(*row.cover_95)
         bias = "-" if row.bias is None else f"{row.bias:.2g}"
-        out.add_row(
-            row.estimate, row.description, str(row.trials), cover, bias, f"{row.told:.3f}", "" if row.met else "not met"
-        )
+        told = f"{row.told:.3f}" if row.possible is None else f"{row.told:.3f} of {row.possible:.3f}"
+        out.add_row(row.estimate, row.description, str(row.trials), cover, bias, told, "" if row.met else "not met")
     return out

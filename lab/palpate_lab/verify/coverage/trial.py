@@ -19,6 +19,7 @@ class Trial:
     inside: float  # share of the 95 % intervals, or of the ellipsoid, that hold the truth; NaN if it was refused
     square: float  # squared error over the stated variance, mean of the components; NaN if it was refused
     told: bool  # the data were refused or doubted, or some of them were named as wrong
+    possible: float = np.nan  # share of such data that the best possible test would tell; NaN: not bounded
 
 
 def of_ellipsoid(error: Array, covariance: Array, told: bool) -> Trial:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import Protocol
+from functools import cached_property
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 from rich.console import Console
@@ -17,8 +18,12 @@ from palpate.scene import Scene, placing
 from palpate.scene.registered import RegisteredOrgan, at
 from palpate.scene.registration import CameraSection
 from palpate.sensing.trackers.tracker import Tracker
-from palpate.world.registration.procedure import Procedure, from_landmarks, from_view
+from palpate.world.registration import views
+from palpate.world.registration.procedure import Procedure, from_landmarks
 from palpate.world.registration.touches import Guess, touched_by
+
+if TYPE_CHECKING:
+    from palpate.simulators.room import Room
 
 FELT = 0.05
 """Smallest force that counts as contact [N]."""
@@ -119,13 +124,18 @@ class Dialogue:
         """
         given = self._scanned.section
         camera = given.camera
-        first = self._first_by_landmarks() if camera is None else self._first_by_camera(camera)
+        if camera is None:
+            first, again = self._first_by_landmarks(), None
+        else:
+            seen = views.seen(self._scanned.organ.points, self._view(camera))
+            stated = placing.graph(at(self._scene, np.eye(4))).pose(camera.frame)
+            first, again = views.placed(seen, stated.X, stated.covariance), seen if camera.looks_again else None
         state = Procedure(
             self._scanned.organ, first, given.accuracy, 1e-3 * given.touch_mm, 1e-3 * given.tip_mm,
-            self._pointer.radius, float("inf") if given.motion is None else given.motion,
+            self._pointer.radius, float("inf") if given.motion is None else given.motion, again,
         )  # fmt: skip
         self.procedure = state
-        _session.progress(self._console, state)
+        _session.progress(self._console, given, state)
         while not state.met:
             state.require_sound(given.touches)
             p_W, _ = state.next_place()
@@ -138,7 +148,9 @@ class Dialogue:
                 state.remove()
             elif not answer:
                 state.add(self._taken(p_W))
-                _session.progress(self._console, state)
+                _session.progress(self._console, given, state)
+        if camera is not None and state.view is not None:
+            state.look_again(self._view(camera, last=True))
         return state
 
     def touches_of(self, places_W: list[Array]) -> list[Array]:
@@ -176,19 +188,23 @@ class Dialogue:
             raise RegistrationError("the session was ended before its accuracy was met", why="nothing was written")
         return answer
 
-    def _first_by_camera(self, camera: CameraSection) -> Guess:
-        """First pose from the file with the camera's points, or from a simulated view."""
-        where = self._scene.where("registration", "camera")
-        if camera.cloud is None:
-            from palpate.simulators.room import Room
+    def _view(self, camera: CameraSection, last: bool = False) -> Array:
+        """Points (N, 3) that the camera sees before or after the touches: of a file, or simulated."""
+        file = camera.cloud_after if last else camera.cloud
+        if file is None:
+            return self._room.look(self._scanned.index)
+        from palpate.world.registration.cloud_files import read_cloud
 
-            view = Room(self._scene, self._seed).look(self._scanned.index)
-        else:
-            from palpate.world.registration.cloud_files import read_cloud
+        path = self._scene.path_to(file, where=self._scene.where("registration", "camera"))
+        if last:
+            self._asked(f"write the points that the camera sees now to {path}, then Enter (q: quit) ")
+        return read_cloud(path)
 
-            view = read_cloud(self._scene.path_to(camera.cloud, where=where))
-        stated = placing.graph(at(self._scene, np.eye(4))).pose(camera.frame)
-        return from_view(self._scanned.organ, view, stated.X, stated.covariance)
+    @cached_property
+    def _room(self) -> Room:
+        from palpate.simulators.room import Room
+
+        return Room(self._scene, self._seed)
 
     def _first_by_landmarks(self) -> Guess:
         """First pose from landmarks that the operator finds and touches."""

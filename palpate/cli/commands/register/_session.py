@@ -13,6 +13,7 @@ from palpate.cli.terminal.output import say, write_text
 if TYPE_CHECKING:
     from palpate.base.arrays import Array
     from palpate.scene.registered import RegisteredOrgan
+    from palpate.scene.registration import RegistrationSection
     from palpate.world.registration.procedure import Procedure
     from palpate.world.registration.touch_check import TouchCheck
 
@@ -32,12 +33,26 @@ def lines_of_targets(procedure: Procedure) -> list[str]:
     ]
 
 
-def progress(console: Console, procedure: Procedure) -> None:
+def progress(console: Console, given: RegistrationSection, procedure: Procedure) -> None:
     """Print the state after the first pose, or after a touch."""
     n, worst = len(procedure.X_WT), 1e3 * max(procedure.bounds.values())
     label = "first pose:" if n == 0 else f"touch {n}:"
     rest = f", {1e3 * procedure.found.residuals[-1]:+.2f} mm from the surface" if n else ""
     say(console, f"targets known within {worst:.2f} mm{rest}", label)
+    if n == 0:
+        _outlook(console, given, procedure)
+
+
+def _outlook(console: Console, given: RegistrationSection, procedure: Procedure) -> None:
+    """Print which motion of the organ the session will tell, before its first touch."""
+    later = procedure.foreseen(given.touches)
+    if later is not None:
+        size = f"{1e3 * later.smallest_motion:.1f} mm"
+        words = f"{len(later.X_WT)} touches, which tell a motion of the organ from {size} on (9 of 10 times)"
+        say(console, words, "expected:")
+    if procedure.view is not None:
+        size = f"{1e3 * procedure.smallest_motion_seen:.1f} mm"
+        say(console, f"a last view, which tells a motion since the first from {size} on (9 of 10 times)", "expected:")
 
 
 def values(scanned: RegisteredOrgan, procedure: Procedure, sources: list[str]) -> dict[str, Any]:
@@ -59,6 +74,7 @@ def values(scanned: RegisteredOrgan, procedure: Procedure, sources: list[str]) -
         "fre": float(np.sqrt(np.square(found.residuals).mean())), "tre": [one["tre"] for one in targets],
         "targets": targets, "accuracy": procedure.accuracy, "touches": len(procedure.X_WT),
         "probability": found.probability, "trusted": procedure.met, "smallest_motion": procedure.smallest_motion,
+        "smallest_motion_seen": procedure.smallest_motion_seen,
     }))  # fmt: skip
     return result
 

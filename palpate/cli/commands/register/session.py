@@ -79,9 +79,12 @@ class Command:
             say(console, line)
         for name, error in true.items():
             say(console, f"{1e3 * error:.2f} mm", f"true error at {name} (simulated):")
-        if data["smallest_motion"] is not None:
-            size = 1e3 * data["smallest_motion"]
-            say(console, f"a motion of the organ between touches is told from {size:.1f} mm on (9 of 10 times)")
+        for key, what in (
+            ("smallest_motion", "half-way through the touches"),
+            ("smallest_motion_seen", "between the views"),
+        ):
+            if data[key] is not None:
+                say(console, f"a motion of the organ {what} is told from {1e3 * data[key]:.1f} mm on (9 of 10 times)")
         _session.write(out, data)
         say(console, f"accuracy met after {data['touches']} touches, pose written to {out}")
         took = time.process_time()  # of the whole process, its imports included
@@ -106,7 +109,7 @@ class Command:
 
         say(console, "simulated: a depth camera looks at the organ, then a hand touches it")
         room = Room(scene, self.seed)
-        procedure = unattended(scanned, room, lambda state: _session.progress(console, state))
+        procedure = unattended(scanned, room, lambda state: _session.progress(console, scanned.section, state))
         return procedure, true_errors(scanned, room, procedure.found.X)
 
     def _attended(self, console: Console, scene: Scene, scanned: RegisteredOrgan) -> Procedure:
