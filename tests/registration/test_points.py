@@ -320,6 +320,19 @@ def test_mirrored_slab_is_said_to_be_unknowable():
     assert not any("mirrored" in text for text in found.warnings)
 
 
+def test_errors_of_one_direction_are_told_and_equal_ones_are_not():
+    """Of 12 markers, 5.5 times larger along one axis: such ellipsoids hold the truth in 87 % of 200 with 8 markers."""
+    told = {1.0: 0, 5.5: 0}
+    for seed in range(100):
+        rng = np.random.default_rng(seed)
+        m = rng.uniform(-0.05, 0.05, (12, 3))
+        for ratio in told:
+            e = rng.normal(size=m.shape) * [1.0, 1.0, ratio] @ rigid.exp(rng.normal(size=3)).T
+            told[ratio] += any("errors along" in text for text in registration.points(m, m + 1e-4 * e).warnings)
+    assert told[1.0] <= 5  # 1 %: more with a probability of 0.0005
+    assert told[5.5] >= 85
+
+
 @pytest.mark.parametrize("fle", [0.0, [1.0, 2.0], np.diag([1.0, 1.0, -1.0]), [1e-3, 0.0, 1e-3]])
 def test_impossible_localisation_errors_are_refused(fle):
     with pytest.raises(RegistrationError):

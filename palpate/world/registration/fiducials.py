@@ -11,12 +11,12 @@ import numpy.typing as npt
 from palpate.base.arrays import Array
 from palpate.base.arrays.rigid import transform
 from palpate.base.errors import RegistrationError
-from palpate.world.registration import checks, matching, outliers, predict
+from palpate.world.registration import checks, isotropy, matching, order, outliers, predict
 from palpate.world.registration.fit import Indices, jacobians
 from palpate.world.registration.noise import CONFIDENCE, covariances, student_factor
 from palpate.world.registration.outliers import Matched
 
-_IMPLAUSIBLE = 1e-3  # probability below which the residuals contradict the stated localisation error
+_IMPLAUSIBLE = 0.01  # probability below which the residuals contradict the stated localisation error
 _OTHER_SIZE = 0.01  # probability below which the two sets have different sizes
 _FLAT = 0.01  # probability above which the mirror image of the points fits, too
 
@@ -145,6 +145,8 @@ def _register(
             *_warnings(good, known, q, freedom),
             *_of_size(size, pairs, good, known),
             *_of_mirror(good, known, q),
+            *order.remarks(good.whitened(X)),
+            *(() if known else isotropy.remarks(X, good.moving, good.fixed)),
         ),
     )
 

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from palpate.base.arrays import Array
 from palpate.base.arrays.rigid import displaced, inverse, rigid
 from palpate.base.errors import RegistrationError
-from palpate.world.registration import checks, predict
+from palpate.world.registration import checks, order, predict
 from palpate.world.registration.closed_chain import Chain, missing_axis
 from palpate.world.registration.components import Components
 from palpate.world.registration.deletion import Linearised, deletions
@@ -118,7 +118,10 @@ def _solved(chain: Chain, kept: list[int], wrong: list[int], goals: Array) -> Ha
         fre=float(rms[0]), rotation_fre=float(rms[1]),
         fle=float(np.sqrt(3.0) * sigma[0]), rotation_fle=float(np.sqrt(3.0) * sigma[1]),
         tre=np.array([one.tre for one in found]), targets=found, residuals=lengths[:, 0], outliers=tuple(wrong),
-        size=size, size_deviation=deviation, warnings=_warnings(len(kept), fits.freedom, size, deviation, other),
+        size=size, size_deviation=deviation, warnings=(
+            *_warnings(len(kept), fits.freedom, size, deviation, other),
+            *order.remarks(chain.residuals(X, Z)[kept] * chain.weights / np.repeat(fits.sigma(), 3)),
+        ),
     )  # fmt: skip
 
 

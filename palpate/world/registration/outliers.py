@@ -39,6 +39,11 @@ class Matched:
         """Sum of the squared residuals, each weighted by its covariance."""
         return chi_square(X, self.moving, self.fixed, self.S(X))
 
+    def whitened(self, X: Array) -> Array:
+        """Residuals (N, 3) over their standard deviations."""
+        L = np.linalg.inv(np.linalg.cholesky(self.S(X)))
+        return np.asarray((L @ (self.fixed - transform(X, self.moving))[..., None])[..., 0])
+
     def information(self, X: Array) -> Array:
         """Information matrix (6, 6) of the displacement of X."""
         return information(X, self.moving, self.S(X))
@@ -62,7 +67,6 @@ def find(pairs: Matched, known: bool, false_alarm: float = FALSE_ALARM) -> list[
         part = pairs[rows]
         X = part.solve()
         L = np.linalg.inv(np.linalg.cholesky(part.S(X)))
-        residuals = part.fixed - transform(X, part.moving)
-        return Linearised((L @ residuals[..., None])[..., 0], L @ jacobians(X, part.moving), uneven=True)
+        return Linearised(part.whitened(X), L @ jacobians(X, part.moving), uneven=True)
 
     return deletions(len(pairs), 3, linearised, known, false_alarm)

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from palpate.base.arrays import Array
 from palpate.base.errors import RegistrationError
-from palpate.world.registration import checks
+from palpate.world.registration import checks, order
 from palpate.world.registration.deletion import Linearised, deletions
 from palpate.world.registration.noise import student_factor
 from palpate.world.registration.quaternion_order import require_order
@@ -34,6 +34,7 @@ class Pivot:
     tre: float  #: predicted rms error of p_TQ [m]
     residuals: Array  #: (N,) distance of the tip from the pivot in each pose [m]
     outliers: tuple[int, ...]  #: poses excluded as wrong
+    warnings: tuple[str, ...]
 
 
 def pivot(X_WT: npt.ArrayLike) -> Pivot:
@@ -74,6 +75,7 @@ def pivot(X_WT: npt.ArrayLike) -> Pivot:
         tre=float(np.sqrt(np.trace(C[:3, :3]))),
         residuals=np.linalg.norm(b_all - A_all @ solution, axis=1),
         outliers=tuple(wrong),
+        warnings=order.remarks(rest),
     )
 
 

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from palpate.base.arrays import Array
 from palpate.base.arrays.rigid import displaced, transform
 from palpate.base.errors import RegistrationError
-from palpate.world.registration import checks, predict
+from palpate.world.registration import checks, order, predict
 from palpate.world.registration.deletion import Linearised, deletions
 from palpate.world.registration.fit import closed_form, jacobians
 from palpate.world.registration.noise import student_factor
@@ -34,6 +34,7 @@ class CameraRegistration:
     targets: tuple[predict.Target, ...]
     residuals: Array  #: (N,) [m]
     outliers: tuple[int, ...]  #: points excluded as wrong
+    warnings: tuple[str, ...]
 
 
 def camera(arm: npt.ArrayLike, seen: npt.ArrayLike, targets: npt.ArrayLike | None = None) -> CameraRegistration:
@@ -75,6 +76,7 @@ def camera(arm: npt.ArrayLike, seen: npt.ArrayLike, targets: npt.ArrayLike | Non
         X=X, p_TQ=t, covariance=C[:6, :6], p_TQ_covariance=C[6:, 6:],
         fre=float(np.sqrt(np.square(residuals[kept]).mean())), fle=float(np.sqrt(3.0 * variance)),
         tre=np.array([one.tre for one in found]), targets=found, residuals=residuals, outliers=tuple(wrong),
+        warnings=order.remarks(fit.residuals),
     )  # fmt: skip
 
 

@@ -14,6 +14,7 @@ FORMS = {
     "shifted": "points of the next pose",
     "one wrong": "one point 10 mm off",
     "millimetres": "points in millimetres",
+    "wanders": "the camera wanders by 0.8 mm a pose",
 }
 
 
@@ -27,5 +28,7 @@ def trial(form: str, rng: np.random.Generator) -> Trial:
         seen = np.roll(seen, 1, axis=0)
     if form == "one wrong":
         seen[3] += [0.0, 0.0, 0.01]
+    if form == "wanders":
+        seen += np.cumsum(rng.normal(scale=0.8e-3 / np.sqrt(3.0), size=(20, 3)), axis=0)
     found = camera(X_BT, seen * (1e3 if form == "millimetres" else 1.0))
-    return of_ellipsoid(displacement(found.X, X_BC), found.covariance, bool(found.outliers))
+    return of_ellipsoid(displacement(found.X, X_BC), found.covariance, bool(found.outliers or found.warnings))
