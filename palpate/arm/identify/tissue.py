@@ -43,6 +43,7 @@ _TOUCHES = 12  # depths of the first touch from which the search starts
 _HOPELESS = 12.0  # criterion above the best from which on simpler forms are not tried
 _SOFTENS = -0.05  # largest stiffening that counts as softening
 _CLEARER = 6.0  # Akaike's criterion by which another exponent must fit better, 20 times as probable
+_LAYERED = 0.1  # stiffening from which on a layer is named: Hertz's force has that much more than Sneddon's
 _TIP = 0.35  # change of the exponent that is a cone's or a punch's rather than stiffening: then any better fit counts
 _COLOURED = 1.2  # residual over its white noise from which on a remark is made
 _ABOVE = 0.05  # largest height above the tissue from which a press begins [m]
@@ -425,8 +426,14 @@ def _unidentified(best: _Form, young: float, beta: float) -> tuple[str, ...]:
     found = [
         f"Poisson's ratio: {case.poisson:g} is assumed; the force determines E / (1 - nu^2) only",
     ]
+    value = best.stiffening[0]
     if not np.isfinite(case.thickness):
         found.append("the thickness: a half-space is assumed, and a thin layer would appear stiffer")
+        if case.stiffens and value - beta > _LAYERED:
+            found.append(
+                f"a layer: one on something harder grows stiffer with the depth, too, as this force does (stiffening "
+                f"{value:.2f}); then the modulus is lower than stated, beyond its interval: give the thickness"
+            )
     if young > _WIDE:
         found.append("the modulus: its interval is wider than half its value")
     deepest = (float(press.depth.max()) - best.touch) / case.radius
@@ -436,6 +443,10 @@ def _unidentified(best: _Form, young: float, beta: float) -> tuple[str, ...]:
         found.append(
             f"stiffening: its interval is {100 * beta:.0f} % of the force at a depth of one radius to each side, which "
             "widens that of the modulus; hold several depths"
+        )
+    if press.depth[-1] > best.touch:
+        found.append(
+            "a drift that is not even, as of a sensor that warms up: it looks like relaxation; end off the tissue"
         )
     if best.touch < float(press.depth.min()) - 0.29 * case.radius:
         found.append("the first touch: it would lie before the first row; record from above the tissue")

@@ -23,7 +23,9 @@ def coverage_rows(found: Result) -> list[str]:
         cover = "refused" if r["cover"] is None else share(r["cover"], r["cover_95"])
         bias = "-" if r["bias"] is None else f"{r['bias']:.2g}"
         told = share(r["told"], proportion(r["told"], r["trials"]))
-        out.append(f"|{command}| {r['description']} | {r['trials']} | {cover} | {bias} | {told} |")
+        if r["possible"] is not None:
+            told += f" of {100 * r['possible']:.0f}"
+        out.append(f"|{command}|{r['description']}|{r['trials']}|{cover}|{bias}|{told}|")
     return out
 
 

@@ -16,6 +16,7 @@ FORMS = {
     "cone": "a cone pressed instead of a sphere",
     "layers": "5 % waves of stiffness over the depth",
     "edge": "half of the sphere over an edge beyond half of the depth",
+    "layer": "a layer of two radii on hard ground, thickness not stated",
 }
 _R, _E, _NU = 6e-3, 6e3, 0.45
 
@@ -36,12 +37,14 @@ def trial(form: str, rng: np.random.Generator) -> Trial:
         elastic = elastic * (1.0 + 0.05 * np.sin(deep / 1.5e-4))
     if form == "edge":
         elastic = elastic - 0.5 * indentation.sneddon(_R, np.maximum(deep - 1.5e-3, 0.0), _E, _NU)
+    if form == "layer":
+        elastic = indentation.layer(_R, deep, _E, _NU, 2.0 * _R)
     terms = list(zip(rng.uniform(0.1, 0.5, 2).tolist(), np.exp(rng.uniform(-2.3, 1.6, 2)).tolist(), strict=True))
     force = viscosity.hereditary_force(terms, t, elastic)
     noise = 0.005 * rng.normal(size=len(t)) + 0.01 * rng.choice([-1.0, 1.0]) * t / t[-1]
     found = fit(Press(t, d + 1e-3, force + force.max() * noise), _R)
     half = 0.5 * np.log(found.young_95[1] / found.young_95[0])
-    told = any(text.startswith("the form") for text in found.not_identifiable)
+    told = any(text.startswith(("the form", "a layer")) for text in found.not_identifiable)
     return of_intervals(np.log([found.young]), np.log([_E]), np.array([half]), told)
 
 
