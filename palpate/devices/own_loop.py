@@ -31,8 +31,8 @@ class OwnLoop(DevicePlant):
         rate, force_cap, moment_max, delay, resolution, friction, damping: as for `palpate.Haptics`.
 
     Raises:
-        SceneError: the scene has several pairs. PalpateError: `rate` or `force_cap` is out of range. DeviceError:
-        `friction` or `damping` is given without `resolution`.
+        PalpateError: `rate` or `force_cap` is out of range. DeviceError: `friction` or `damping` is given without
+        `resolution`. The session that takes the loop refuses what cannot run, such as a scene with several pairs.
     """
 
     def __init__(
