@@ -7,9 +7,9 @@ namespace palpate::stability {
 
 /// The certified part of the device's friction, per joint or, of a device without joints, per axis of its base L.
 struct CertainFriction {
-  JointVector coulomb;  ///< Coulomb friction Fc [N m, N]
-  JointVector viscous;  ///< viscous friction Fv [N m s/rad, N s/m]
-  JointVector quantum;  ///< resolution of the joint's position [rad, m]
+  JointVector coulomb;     ///< Coulomb friction Fc [N m, N]
+  JointVector viscous;     ///< viscous friction Fv [N m s/rad, N s/m]
+  JointVector quantum;     ///< resolution of the joint's position [rad, m]
   bool at_handle = false;  ///< the entries belong to the position of the handle in L instead of joints
 };
 

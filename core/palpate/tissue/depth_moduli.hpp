@@ -3,8 +3,8 @@
 // Under a load, the displacement u_z(z) of a half-space decreases with the depth z (Boussinesq). The layer between z
 // and z + dz yields the share -du_z / u_z(0) of it. With a modulus E*(z), the half-space therefore yields as one of the
 // modulus 1 / integral of shares / E*(z). This is exact for a constant modulus; for lumps it is judged by finite
-// elements (palpate_lab.verify.tissue). The shares are those under the middle of Hertz's pressure for a sphere, and of a
-// Gaussian for the spread load of the body.
+// elements (palpate_lab.verify.tissue). The shares are those under the middle of Hertz's pressure for a sphere, and of
+// a Gaussian for the spread load of the body.
 #pragma once
 
 #include <array>

@@ -3,8 +3,8 @@
 //   F(d) = 4/3 E* sqrt(R) d^1.5 (1 + (g - 1 / 10) x - x^2 / 840 + 11 x^3 / 15120),    x = d / R <= 1
 //
 // The force is that of Hertz with the series for the true shape of a sphere (Sneddon 1965, Mueller and others 2019). A
-// Neo-Hookean half-space departs from it by less than 7 % up to d = R (palpate_lab.verify.tissue). The growth g says how
-// the modulus changes with depth. Beyond x = 1 the force goes on as a power of x with the same slope. A body that
+// Neo-Hookean half-space departs from it by less than 7 % up to d = R (palpate_lab.verify.tissue). The growth g says
+// how the modulus changes with depth. Beyond x = 1 the force goes on as a power of x with the same slope. A body that
 // yields by C F under a smooth load of the same size leaves the depth delta = d - C F(d) to the sphere, so that near
 // and far field add up. The tangent of delta keeps at least the share kLeast, where the contact is about as wide as the
 // load.

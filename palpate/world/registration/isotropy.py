@@ -38,7 +38,7 @@ def remarks(X: Array, moving: Array, fixed: Array) -> tuple[str, ...]:
     axis, ratio = ", ".join(f"{x:+.2f}" for x in axes[:, 2]), np.sqrt(value[2] / value[:2].mean())
     return (
         f"the errors along ({axis}) of the fixed frame are about {ratio:.1f} times those across it, which "
-        " the predicted errors do not include: state them (columns sx, sy, sz)",
+        "the predicted errors do not include: state them (columns sx, sy, sz)",
     )
 
 

@@ -10,7 +10,7 @@ namespace {
 constexpr double kEnd = 0.1;                  // time between power-off and the end of the threads [s]
 constexpr std::int64_t kCatchUp = 30;         // most ticks that are caught up after a delay of the servo thread [-]
 constexpr std::int64_t kSearch = 20'000'000;  // interval of the searches for latching clients [ns]
-constexpr int kArmTicks = 2;                   // ticks in a period of the arms' controllers [-]
+constexpr int kArmTicks = 2;                  // ticks in a period of the arms' controllers [-]
 constexpr int kLooks = 3;                     // searches per look for clients that are gone
 constexpr std::int64_t kListenWait = 100'000'000;  // longest wait of the subscribing thread [ns]
 constexpr int kServo = 70;                         // priority of the servo; the haptic loop has 80
