@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,11 +13,13 @@ from palpate.base.arrays.plain import Content
 from palpate.base.errors import SceneError
 from palpate.scene.rig import Rig
 from palpate.scene.scene import Scene
-from palpate.scene.together import Joined
 from palpate.scene.tool import ToolSphereSection, tool_sphere
 from palpate.world.bodies import shapes
 from palpate.world.bodies.engine import JawShape, LinkShape, ToolShape, World
 from palpate.world.bodies.shapes import Solid
+
+if TYPE_CHECKING:
+    from palpate.scene.together import Joined
 
 
 def join(

@@ -9,10 +9,10 @@ from palpate.record.ticks import Ticks
 from palpate.scene.rig import Rig, build
 from palpate.scene.scene import Scene
 from palpate.scene.surface import Bodies
-from palpate.scene.together import Joined
 
 if TYPE_CHECKING:
     from palpate.devices.driver import Driver
+    from palpate.scene.together import Joined
     from palpate.session.loop import LockstepLoop, Loop
     from palpate.world.bodies.engine import World
 

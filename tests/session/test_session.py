@@ -163,7 +163,7 @@ def test_unwritable_folder_is_rejected_before_the_run(tmp_path):
 def test_package_names_are_lazy_and_unknown_names_reported():
     with pytest.raises(
         AttributeError,
-        match=r"'Sesion'\. Available: Arm, DeviceModel, Fixture, Haptics, Mesh, PairsSession, PalpateError, PointCloud",
+        match=r"'Sesion'\. Available: Arm, DeviceModel, Fixture, Haptics, Mesh, OwnLoop, PairsSession, PalpateError",
     ):
         _ = palpate.Sesion
 
