@@ -63,6 +63,9 @@ class CrtkPlant:
         self.lag = 2.0 / rate
         self.reports = ForceReports()  #: what holds the force back, told once and counted
         self.events: list[str] = []  #: what has happened on the network and to the force, newest last
+        driver = scene.arms.leader.driver
+        if driver is not None:
+            self.events.append(f"the scene's driver {driver} is not used: the hand is on {self.devices.leader}")
         self.world: World | None = None
         self._context = dict(context or {})
         self._loop: HapticLoop | None = None

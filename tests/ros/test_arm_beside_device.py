@@ -150,3 +150,11 @@ def test_what_cannot_lead_is_refused_by_name(built):
     scene = Scene.parse(scene_text())
     with pytest.raises(DeviceError, match="both have MTMR"):
         PairsSession(scene, plants={name: CrtkPlant(scene.pair(name)) for name in scene.pairs})
+
+
+def test_a_driver_that_an_arm_stands_in_for_is_named(built):
+    from palpate.ros.plant import CrtkPlant
+
+    data = {"objects": [{"shape": "organ"}], "arms": {"leader": {"driver": "simulated"}}}
+    (words,) = CrtkPlant(Scene.model_validate(data)).events
+    assert words == "the scene's driver simulated is not used: the hand is on MTMR"
