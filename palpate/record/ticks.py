@@ -73,6 +73,12 @@ TICK: np.dtype[np.void] = np.dtype(
 """numpy dtype of one tick, laid out as the C++ struct."""
 
 
+def as_tick(row: NDArray[Any]) -> Ticks:
+    """A row (TICK_DOUBLES,) of a loop as one tick, an element of `TICK`, as `as_ticks` does for many."""
+    tick: Ticks = as_ticks(np.asarray(row).reshape(1, -1))[0]
+    return tick
+
+
 def as_ticks(rows: NDArray[Any]) -> Ticks:
     """Rows of a run as ticks, without copying if the array is contiguous.
 

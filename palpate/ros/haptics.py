@@ -12,7 +12,7 @@ from typing import Any
 
 from palpate import _core, ros
 from palpate.base.errors import PalpateError
-from palpate.record.ticks import Ticks, as_ticks
+from palpate.record.ticks import Ticks, as_tick
 from palpate.ros import jitter
 from palpate.ros.ended_node import EndedNode
 from palpate.ros.guardian import Guardian
@@ -147,8 +147,7 @@ class HapticLoop:
 
     def latest_tick(self) -> Ticks:
         """The newest tick, with its fields by name."""
-        tick: Ticks = as_ticks(self.latest().reshape(1, -1))[0]
-        return tick
+        return as_tick(self.latest())
 
     def soft_vertices(self, object: int, /) -> Any:
         """Deformed vertices (n, 3) of a soft object, in the object's frame O [m]."""

@@ -51,6 +51,19 @@ def entry(scene: Scene) -> FrameSection:
     return found
 
 
+def view_file(scene: Scene, last: bool = False) -> Path | None:
+    """File with the points that the camera sees before the touches, or after the `last` one; None: simulated.
+
+    Raises:
+        SceneError: the scene has no camera, or the path contains an unset variable.
+    """
+    camera = section(scene).camera
+    if camera is None:
+        raise SceneError("the scene has no camera", where=scene.file, mend="give registration.camera")
+    file = camera.cloud_after if last else camera.cloud
+    return None if file is None else scene.path_to(file, where=scene.where("registration", "camera"))
+
+
 def file_of(scene: Scene) -> Path:
     """Path of the file with the registered pose, which need not exist yet.
 

@@ -12,7 +12,7 @@ from palpate import _core
 from palpate.base.arrays import Array
 from palpate.base.errors import SceneError
 from palpate.record import live
-from palpate.record.ticks import Ticks, as_ticks
+from palpate.record.ticks import Ticks, as_tick
 from palpate.scene import materials, placing, surface
 from palpate.scene.live_targets import SharedTargets, Target
 from palpate.scene.rig import Rig
@@ -153,8 +153,7 @@ class Sensing:
             source.close()
 
     def _tick(self) -> Ticks:
-        ticks: Ticks = as_ticks(np.asarray(self._loop.latest()).reshape(1, -1))[0]
-        return ticks
+        return as_tick(self._loop.latest())
 
     def _position(self, tick: Ticks, name: str) -> Array:
         """p_WO as the loop renders it; before its first tick as the scene places it."""

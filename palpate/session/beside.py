@@ -10,11 +10,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Protocol
 
-import numpy as np
-
 from palpate.base.arrays import Array
 from palpate.record import snapshots
-from palpate.record.ticks import Ticks, as_ticks
+from palpate.record.ticks import Ticks, as_tick
 from palpate.scene.live_targets import PERIOD, SharedTargets
 from palpate.scene.rig import Rig
 from palpate.session import execution as plan_execution
@@ -184,7 +182,7 @@ def _sensing(rig: Rig, loop: Loop, clouds: Clouds | None, targets: SharedTargets
     for obj in objects:
         name = "" if obj.cloud is None else obj.cloud.sensor or ""
         if name in rig.scene.sensors and not {name, obj.name} & set(sources):
-            sources[name] = make(rig, name, lambda: as_ticks(np.asarray(loop.latest()).reshape(1, -1))[0])
+            sources[name] = make(rig, name, lambda: as_tick(loop.latest()))
     return Sensing(rig, loop, sources, targets=targets)
 
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from palpate.base.arrays import Array
 from palpate.record.snapshots import Snapshot
-from palpate.record.ticks import Ticks, Timing, as_ticks
+from palpate.record.ticks import Ticks, Timing, as_tick
 from palpate.record.writer import CHUNKS_PER_SECOND, Recorder
 from palpate.scene.rig import Rig
 from palpate.session.backlog import Backlog
@@ -69,8 +69,7 @@ class RecordedLoop:
 
     def latest(self) -> Ticks:
         """The newest tick as one row of `TICK`; never waits for the loop."""
-        tick: Ticks = as_ticks(self._loop.latest().reshape(1, -1))[0]
-        return tick
+        return as_tick(self._loop.latest())
 
     def soft_vertices(self, index: int) -> Array:
         """Deformed surface of a soft object, at most 16 ms old; never waits for the loop.

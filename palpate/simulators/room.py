@@ -7,7 +7,7 @@ import numpy as np
 from palpate.base.arrays import Array
 from palpate.base.arrays.rigid import displaced, inverse
 from palpate.base.errors import SceneError
-from palpate.scene.registered import at, section
+from palpate.scene.registered import at, section, view_file
 from palpate.scene.rig import build
 from palpate.scene.scene import Scene
 from palpate.simulators.depth_camera import DepthCamera
@@ -56,12 +56,10 @@ class Room:
             index: the object.
             last: after the last touch, which has a file of its own.
         """
-        camera = self.section.camera
-        if camera is None:
-            raise SceneError("the scene has no camera", where=self._scene.file, mend="give registration.camera")
-        file = camera.cloud_after if last else camera.cloud
+        file, camera = view_file(self._scene, last), self.section.camera
         if file is not None:
-            return read_cloud(self._scene.path_to(file, where=self._scene.where("registration", "camera")))
+            return read_cloud(file)
+        assert camera is not None
         stated = self.rig.frames.pose(camera.frame)
         variances, axes = np.linalg.eigh(stated.covariance)
         X_WC = displaced(stated.X, axes @ (np.sqrt(np.maximum(variances, 0.0)) * self._departure))

@@ -14,7 +14,7 @@ from palpate import _core
 from palpate.base.arrays import Array, rigid
 from palpate.base.errors import SceneError
 from palpate.record import live
-from palpate.record.ticks import as_ticks
+from palpate.record.ticks import as_tick
 from palpate.scene import materials, placing
 from palpate.scene.live_targets import FrameState, SharedTargets, Target
 from palpate.scene.rig import Rig
@@ -207,7 +207,7 @@ class Tracking:
 
     def _show_objects(self) -> None:
         """Move the frames of the objects, to which fixtures may be attached, to the poses that the loop renders."""
-        tick = as_ticks(np.asarray(self._loop.latest()).reshape(1, -1))[0]
+        tick = as_tick(self._loop.latest())
         for one in self._followers:
             X_WO = live.object_pose(tick, self._targets.slot(one.name))
             if X_WO is not None:

@@ -15,8 +15,7 @@ from palpate.base.errors import RegistrationError, SceneError
 from palpate.cli.commands.register import _session
 from palpate.cli.terminal.output import say
 from palpate.scene import Scene, placing
-from palpate.scene.registered import RegisteredOrgan, at
-from palpate.scene.registration import CameraSection
+from palpate.scene.registered import RegisteredOrgan, at, view_file
 from palpate.sensing.trackers.tracker import Tracker
 from palpate.world.registration import views
 from palpate.world.registration.procedure import Procedure, from_landmarks
@@ -127,7 +126,7 @@ class Dialogue:
         if camera is None:
             first, again = self._first_by_landmarks(), None
         else:
-            seen = views.seen(self._scanned.organ.points, self._view(camera))
+            seen = views.seen(self._scanned.organ.points, self._view())
             stated = placing.graph(at(self._scene, np.eye(4))).pose(camera.frame)
             first, again = views.placed(seen, stated.X, stated.covariance), seen if camera.looks_again else None
         state = Procedure(
@@ -150,7 +149,7 @@ class Dialogue:
                 state.add(self._taken(p_W))
                 _session.progress(self._console, given, state)
         if camera is not None and state.view is not None:
-            state.look_again(self._view(camera, last=True))
+            state.look_again(self._view(last=True))
         return state
 
     def touches_of(self, places_W: list[Array]) -> list[Array]:
@@ -188,17 +187,16 @@ class Dialogue:
             raise RegistrationError("the session was ended before its accuracy was met", why="nothing was written")
         return answer
 
-    def _view(self, camera: CameraSection, last: bool = False) -> Array:
+    def _view(self, last: bool = False) -> Array:
         """Points (N, 3) that the camera sees before or after the touches: of a file, or simulated."""
-        file = camera.cloud_after if last else camera.cloud
+        file = view_file(self._scene, last)
         if file is None:
             return self._room.look(self._scanned.index)
         from palpate.world.registration.cloud_files import read_cloud
 
-        path = self._scene.path_to(file, where=self._scene.where("registration", "camera"))
         if last:
-            self._asked(f"write the points that the camera sees now to {path}, then Enter (q: quit) ")
-        return read_cloud(path)
+            self._asked(f"write the points that the camera sees now to {file}, then Enter (q: quit) ")
+        return read_cloud(file)
 
     @cached_property
     def _room(self) -> Room:

@@ -56,8 +56,7 @@ def run_pairs(command: Options, scene: Scene) -> int:
     plants = plants_of(scene, limits, names, command.console, {"network": command.network})
     folder = command.out or Path(scene.record.folder)
     with ExitStack() as stack:
-        session = PairsSession(scene, folder, plants=plants, only=names)
-        stack.callback(session.stop)
+        session = stack.enter_context(PairsSession(scene, folder, plants=plants, only=names))
         for name, plant in plants.items():
             say(console, f"{name}: {plant.devices.leader}, wrenches to {plant.loop.names.wrench}")
         domain = next(iter(plants.values())).loop.context.domain

@@ -106,6 +106,7 @@ class Command:
         say(console, f"{self.leader} feels {scene.title or self.scene.stem}: wrenches to {loop.names.wrench}")
         say(console, f"force cap {loop.force_cap:g} N, {session.rate:g} Hz, guardian process {loop.guardian.pid}")
         with ExitStack() as stack:
+            stack.enter_context(session)  # a node that never started leaves the network, too
             domain = loop.context.domain
             stack.enter_context(PedalTopics(session.console, domain, self.console, self.head_sensor))
             stack.enter_context(pedals(self.pedals, session.console, realtime=True))
