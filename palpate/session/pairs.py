@@ -279,7 +279,7 @@ class PairsSession:
         with ExitStack() as closing:  # of every pair, even if the record of another one fails
             for name in reversed(list(self.pairs)):
                 closing.callback(close, name)
-        met = meeting([session.met for session in self.pairs.values()])
+        met = meeting([session.met for session in self.pairs.values()], bodies=self.world is not None)
         for session in self.pairs.values():
             session.met = self.new_met(session.rate)
         return PairsSummary.of(found, met, None if folder is None else str(folder))

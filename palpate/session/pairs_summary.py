@@ -18,10 +18,10 @@ class MeetingSummary:
 
     closest_m: float | None  # smallest distance between two instruments, negative in contact; None: unknown
     contact_s: float  # time in contact
-    peak_force_N: float  # maximum force between two instruments
+    peak_force_N: float  # maximum force on an instrument, by other instruments and by rigid bodies
     peak_50ms_N: float  # the same without noise and single ticks: largest mean over 50 ms
     impulse_N_s: float  # integral of the force on each instrument, added over the instruments
-    momentum_error_N_s: float  # magnitude of the sum of all impulses: zero in lockstep, as the forces are opposite
+    momentum_error_N_s: float | None  # of the sum of all impulses: zero in lockstep; None: bodies take their part
     handles_closest_m: float | None  # smallest distance between two handles; None: unknown
     handles_close_s: float  # time in which two handles were closer than instruments.handle_distance
 
@@ -89,8 +89,8 @@ class Met:
         self.momentum += self._dt * ticks["F_instrument_W"].sum(axis=0)
 
 
-def meeting(met: Sequence[Met]) -> MeetingSummary:
-    """How all pairs met."""
+def meeting(met: Sequence[Met], bodies: bool = False) -> MeetingSummary:
+    """How all pairs met; `bodies`: rigid bodies push their instruments, too."""
     closest, handles = min(one.closest for one in met), min(one.handles_closest for one in met)
     return MeetingSummary(
         closest_m=closest if np.isfinite(closest) else None,
@@ -98,7 +98,7 @@ def meeting(met: Sequence[Met]) -> MeetingSummary:
         peak_force_N=max(one.peak for one in met),
         peak_50ms_N=max(one.held.value for one in met),
         impulse_N_s=sum(one.impulse for one in met),
-        momentum_error_N_s=float(np.linalg.norm(sum(one.momentum for one in met))),
+        momentum_error_N_s=None if bodies else float(np.linalg.norm(sum(one.momentum for one in met))),
         handles_closest_m=handles if np.isfinite(handles) else None,
         handles_close_s=round(max(one.handles_close_s for one in met), 9),
     )

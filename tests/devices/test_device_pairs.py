@@ -213,6 +213,7 @@ def test_one_hand_pushes_a_block_against_the_tool_of_the_other(tmp_path, other):
     assert end["right"] > 0.2, "pushed along x"
     assert end["left"] < -0.2, "the block resists"
     assert min(ticks["energy_port"].min() for ticks in felt.values()) > -0.000501, "the allowance of the layer"
+    assert summary.instruments.momentum_error_N_s is None, "the block and the floor take a part of the impulses"
 
 
 def test_a_device_and_a_simulated_arm_share_a_scene(tmp_path):
